@@ -1,25 +1,14 @@
 """Contacts: points that touch the ground, each with an external force.
 
 Beyond the method.  At the start position the lowest points of a link's collision shapes (visual
-ones where there are none) become anchor points with an ``extforce``: the corners of the lowest face
-of a box or of a mesh, the lowest point of a sphere, the rim or the lowest line of a cylinder.  Of a
-link that rolls, the centre becomes the anchor point, and the force acts at the lowest point of its
-sphere or cylinder.  The generated ``user_ExtForces`` has the contact law: the ground pushes with
-``stiffness depth (1 + rate / speed)``, never pulls, and rubs by a bristle, as in the pass
-``joint-parameters``: with ``(z + bristle_time slip) / bristle`` times the push, at most
-``friction`` times.
+ones where there are none) become anchor points with an ``extforce``.  Of a link that rolls, the
+centre becomes the anchor point, and the force acts at the lowest point of its sphere or cylinder.
+A floating base is raised or lowered, so that the robot stands on the lowest of these points.
 
-Stiffness and damping follow from the mass m that each contact point carries: the robot's mass
-over the number of points.  The robot stands at the depth ``d = sink * leg``, so that ``stiffness =
-m g / d``.  At this depth the law damps by ``stiffness d / speed = m g / speed``.  The damping is
-``2 damping_ratio (m stiffness)^(1/2)`` for ``speed = (g d)^(1/2) / (2 damping_ratio)``.  The
-bristle is as stiff, ``bristle = d``, and damps m critically: ``bristle_time = 2 (d / g)^(1/2)``.
-Where the URDF states ``kp`` and ``kd`` for Gazebo, the stiffness is kp, and the damping kd if it is
-more: Gazebo's own steps damp a stiff ground beside kd, as an explicit integrator does not.
-
-The pass raises or lowers a floating base, so that the robot stands on the lowest of these points:
-a robot at zero has its feet below the ground.  A robot falls if its centre of mass is not over the
-contact points, whatever holds its joints.  A warning says so.
+``docs/passes/contacts.md`` has the contact law, and derives its numbers.  With the mass m that each
+point carries and the depth ``d = sink leg``: ``stiffness = m g / d``, ``speed = (g d)^(1/2) / (2
+damping_ratio)``, ``bristle = d``, ``bristle_time = 2 (d / g)^(1/2)``; or the URDF's ``kp``, and its
+``kd`` where this damps more.
 """
 
 from __future__ import annotations

@@ -1,9 +1,8 @@
 """Convert meshes: the method's "simply needs to be converted (by the user)", done here.
 
-Every mesh that a visual shows becomes a VRML97 file in the project's ``animationR/vrml``.  The
-file holds the mesh in metres and z up.  A shape's ``scale`` stays in the .mbs as absolute values.
-A mirrored mesh (negative scale) gets a file of its own with the faces turned back, since not every
-viewer can draw a mirrored transform.
+Every mesh that a visual shows becomes a VRML97 file, in metres and z up.  A shape's ``scale`` stays
+in the .mbs as absolute values.  A mirrored mesh (negative scale) gets a file of its own with the
+faces turned back, since not every viewer can draw a mirrored transform.
 
 A mesh without a colour takes the visual's.  A file has the name of its mesh (the stem that
 convert-visuals chose), with ``_mirror_AXES`` for a mirrored mesh and ``_RRGGBB`` for a second

@@ -1,14 +1,9 @@
 """Estimate inertia: links without any get one from their geometry, if a density or mass is given.
 
-Beyond the method, which neglects such links.  Off unless ``density`` or ``total_mass`` is set.
-The collision geometry counts (the visual one where there is none): primitives exactly, meshes
-by their enclosed volume (their convex hull's where they do not enclose one; extra ``meshes``).
-A mesh may be missing, unreadable or flat.  Then rods of ``rod_radius`` from the link's origin to
-the joints that it carries stand in for the link, or a ball if it carries none.  The report names
-every link.
-
-``repair`` replaces each inertia that no body can have by the nearest possible inertia
-(``urdf.inertia`` defines the distance), and says by how much the inertia moved.
+Beyond the method, which neglects such links.  Where a mesh is missing, unreadable or flat, rods of
+``rod_radius`` from the link's origin to the joints that it carries stand in for the link, or a ball
+if it carries none.  ``repair`` replaces each inertia that no body can have by the nearest possible
+inertia (``urdf.inertia`` defines the distance).
 """
 
 from __future__ import annotations

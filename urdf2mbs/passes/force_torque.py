@@ -1,9 +1,8 @@
 """Force-torque: a sensor at a fixed joint becomes six driven joints, whose forces are the wrench.
 
 Beyond the method.  Robotran computes the force ``Qc`` that holds each driven joint.  So three
-shifts and three turns, held at zero, measure the force and torque of one side on the other.  The
-authors of WalkMan's model did this.  A sensor costs six joints, so the pass makes only the sensors
-that the config names.  A note names the other ``<sensor type="force_torque">`` of the URDF.
+shifts and three turns, held at zero, measure the force and torque of one side on the other.  A
+sensor costs six joints, so the pass makes only the sensors that the config names.
 """
 
 from __future__ import annotations

@@ -1,16 +1,12 @@
-"""Insert the base: the method's "Creation of the base element" (Figure A.4a).
+"""Insert base: the method's "Creation of the base element" (Figure A.4a).
 
 "A proper MBS base element does not have any parent and does not have any inertial
 property": a root link with inertia gets a parent link without inertia.  "The humanoid robots
 models are based on a floating base representation [...] a 6-DOF joint": T1 T2 T3 R1 R2 R3.
 
-A URDF does not say if the base floats, so ``auto`` guesses.  A root that is tied to the world is
-fixed.  A root without mass is the foot of an arm: if it floated, the mass matrix would be singular.
-Only masses that the file states count, no estimated ones.  A root that carries one limb and no
-wheels is the foot of an arm, too.  Every other base floats.
-
-A guess is a warning if it may well be wrong: the root has mass and carries one limb, or the robot
-has no wheels and stands on its root.
+A URDF does not say if the base floats, so ``auto`` guesses; ``docs/passes/insert-base.md`` has the
+rules.  A guess is a warning if it may well be wrong: the root has mass and carries one limb, or the
+robot has no wheels and stands on its root.
 """
 
 from __future__ import annotations

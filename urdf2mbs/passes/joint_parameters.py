@@ -4,17 +4,11 @@ Beyond the method: an .mbs has no such properties of joints, but it has user mod
 edited in MBSysPad and read by user functions.  Each kind of property is one user model; its
 parameters are scalars, called as the joints are.
 
-In a Robotran project the generated joint forces apply damping, Coulomb friction, springs and soft
-stops at the limits.  The pass chooses two numbers for each joint from the inertia ``I`` that the
-joint feels at the start position, while all other joints are free:
-
-* a stop is a spring of stiffness ``I (2 pi f)^2``: a limb of length l sinks into the stop under its
-  own weight by about ``g / (l (2 pi f)^2)``, however heavy the limb is;
-* friction is a bristle that bends by z and slips where it would pull with more than F, the URDF's
-  friction: it pulls with ``k (z + T qd)``, at most F, and ``dz/dt = qd - (|z| - F / k) sgn(z) / T``
-  where ``|z| > F / k``, else ``qd``.  So friction is F in motion, and a joint that is pulled by
-  less comes to rest.  ``k = I (FASTEST)^2``, and T damps the bristle: a slider of Coulomb, of
-  Perzyna's viscoplastic kind, in series with a spring and a damper.
+A project applies damping, friction, springs and soft stops; ``docs/passes/joint-parameters.md`` has
+their laws.  The pass chooses the stiffness of a stop and of a bristle of friction from the inertia
+``I`` that the joint feels at the start position, while all other joints are free.  A stop has
+``I (2 pi stop_frequency)^2``: a limb of length l sinks in under its own weight by about
+``g / (l (2 pi stop_frequency)^2)``, however heavy the limb is.  A bristle has ``I FASTEST^2``.
 """
 
 from __future__ import annotations

@@ -2,15 +2,12 @@
 
 Beyond the method.  A cut ties two points: ``ball`` makes them coincide (3 constraints), ``rod``
 keeps their distance (1), ``solid`` fixes one body to the other (6).  Cuts come from the config, and
-from SDF joints inside ``<gazebo>`` between two links of the robot: a ball joint is a ball, a fixed
-joint a solid, a revolute joint a ball, and a second one further along its axis where that adds
-a constraint, a universal joint a ball and a rod.  They are closed where all joints are at zero,
-as SDF has it, whatever the start position.
+from SDF joints inside ``<gazebo>`` between two links of the robot.  SDF places these where all
+joints are at zero, whatever the start position.
 
 Each independent constraint makes one joint dependent: a joint whose column of the constraints'
 Jacobian, at the start position, is independent of those chosen before.  Joints without a motor come
-first, and joints further out before joints nearer to the base.  A warning names each loop that is
-open at the start position, with the distance.
+first, and joints further out before joints nearer to the base.
 """
 
 from __future__ import annotations

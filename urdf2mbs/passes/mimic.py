@@ -1,12 +1,9 @@
 """Mimic: joints that follow others (``<mimic>``) become dependent, each with a constraint.
 
 Beyond the method.  In a Robotran project the generated ``user_cons_hJ`` holds the constraint
-``q_follower - multiplier q_leader - offset = 0``, and the main script sets the number of
-constraints.  The ``<user_constraint>`` in the .mbs only describes the constraint.  A driven
-follower would move right, too, but its leader would not feel its inertia.
-
-In a plain .mbs nothing can hold the constraint.  There the joints stay independent, with a warning,
-unless the option says otherwise.
+``q_follower - multiplier q_leader - offset = 0``; the ``<user_constraint>`` in the .mbs only
+describes it.  In a plain .mbs nothing can hold the constraint.  There the joints stay independent,
+with a warning, unless the option says otherwise.
 """
 
 from __future__ import annotations

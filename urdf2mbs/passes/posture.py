@@ -1,15 +1,10 @@
 """Posture: the position that a simulation starts from.
 
-Beyond the method, whose models start at zero.  Joints get their initial value from the config,
-from a group state of an SRDF file, or from ``<ros2_control>``.  Followers (``<mimic>``) start
-where their rule says.
+Beyond the method, whose models start at zero.  In a project no joint starts beyond its limits: its
+soft stop would throw the joint back.  Such a joint starts at the nearest limit.  A leader also
+stays within the limits of its followers, if it can keep all of them.
 
-In a project no joint starts beyond its limits: its soft stop would throw the joint back.  Such a
-joint starts at the nearest limit.  A leader also stays within the limits of its followers, if it
-can keep all of them.
-
-With ``hold``, the generated joint forces hold this position by a PD controller.  The pass
-``time-step`` computes the gains.
+The pass ``time-step`` computes the gains of ``hold``.
 """
 
 from __future__ import annotations

@@ -1,16 +1,8 @@
 """Prune massless links: the method's "Creation of the bodytree".
 
 "For each URDF link found (except the null mass links which are neglected), a MBS body is
-added in the bodytree".  Neglected are the links, never their frames nor their children:
-
-* a massless link with only massless links behind it goes.  Its frame stays, as an anchor point of
-  the body that the link is rigid with.  A moving joint of such a link is held at zero, with a
-  warning;
-* a massless link on the way to a body hands its joints on to this body, if nothing lies between
-  the joints; else the link stays, as a body without mass;
-* a massless link whose joint has followers with mass (``<mimic>``) stays in a project: the
-  project's code couples the joints, so that the leader feels the followers' inertia;
-* if no link has mass, every link stays, as a body without mass, with a warning.
+added in the bodytree".  Neglected are the links, never their frames nor their children;
+``docs/passes/prune-massless.md`` lists what becomes of them.
 """
 
 from __future__ import annotations

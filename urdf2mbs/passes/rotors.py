@@ -1,14 +1,9 @@
 """Rotors: the inertia of motors, as the joints feel it behind their gears ("armature").
 
-Beyond the method.  A rotor of inertia I turns N times as fast as its joint, behind a gear of the
-reduction N.  The joint feels the inertia ``J = N^2 I``: the robot's kinetic energy has
-``J qd^2 / 2`` more, and the mass matrix has J more on its diagonal.
-
-Robotran has no such number for a joint, and no joint force can depend on an acceleration.  So each
-rotor becomes a link without mass, of inertia J, that turns on the base about z.  It follows its
-joint as ``<mimic>`` says, with the multiplier 1.  It hangs on nothing that moves, so its energy is
-just ``J qd^2 / 2``.  A project holds the rule by a constraint, exactly.  A real rotor also turns
-with the link that carries the motor.  This is left out, as in the armature of Pinocchio and MuJoCo.
+Beyond the method.  Robotran has no such number for a joint, and no joint force can depend on an
+acceleration.  So each rotor becomes a link without mass, of the inertia J that the joint feels,
+that turns on the base about z.  It follows its joint as ``<mimic>`` says, with the multiplier 1.
+It hangs on nothing that moves, so its energy is just ``J qd^2 / 2``.
 """
 
 from __future__ import annotations

@@ -1,12 +1,8 @@
 """Sensors: points whose motion Robotran computes, from the config and from the URDF.
 
-Beyond the method.  An IMU, accelerometer or gyroscope in ``<gazebo>`` or ``<sensor>`` becomes an
-anchor point with a ``sensor``, and Robotran computes all its signals.  The frame of each link that
-the config names becomes such a point, too.  A contact sensor needs no point: its force is the sum
-over the link's contact points.  Cameras and the like have no place in an .mbs.
-
-The generated code has a helper for each sensor.  The helper knows the sensor's axes, since a point
-has none.
+Beyond the method.  A contact sensor needs no point: its force is the sum over the link's contact
+points.  Cameras and the like have no place in an .mbs.  The generated code has a helper for each
+sensor, which knows the sensor's axes, since a point has none.
 """
 
 from __future__ import annotations

@@ -1,14 +1,9 @@
 """Snap: an angle that is nearly a multiple of 45 degrees becomes this multiple, if told so.
 
-Beyond the method, which uses the numbers as they are written.  URDF files say 1.5708 where a right
-angle is meant, and 0.707107 for cos 45 degrees.  Two axes at such an angle cannot both be
-coordinate axes, so each such number costs a driven joint.
-
-With ``angle``, roll, pitch and yaw of joint origins become a multiple of 45 degrees, and axes of
-joints become a direction such as (1, 0, 0) or (0, 1, -1), if they are at most ``angle`` off.  The
-robot is another one then, and the verdict says so.  For each joint a note says how far this moves
-the tips behind the joint at most:  the turn between the two origins, times the longest way from
-the joint to a tip;  twice the turn between the two axes, times this way, at any angle of the joint.
+Beyond the method, which uses the numbers as they are written.  The robot is another one then, and
+the verdict says so.  For each joint a note says how far this moves the tips behind the joint at
+most:  the turn between the two origins, times the longest way from the joint to a tip;  twice the
+turn between the two axes, times this way, at any angle of the joint.
 """
 
 from __future__ import annotations

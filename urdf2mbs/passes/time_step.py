@@ -1,26 +1,14 @@
 """Time step: how long a step a Runge-Kutta integrator can take with this robot.
 
-Beyond the method.  At the start position the model is linearised: the mass matrix M of all joints,
-reduced by mimic rules, loops and driven joints, and the slopes of all forces that a project
-applies.  A joint has its damping, the bristle of its friction, its spring, its stop (hit at
-``stop_speed``, where the stop pushes twice as hard) and its ``hold``.  A foot carries its share of
-the weight, and has the ground's stiffness and damping and those of its bristle.
-A spring between points has its own stiffness and damping.  The eigenvalues say how long a stable
-step may be (``urdf2mbs.project.stability``).  ``TIME_STEP`` is the part ``PART`` of the longest
-stable step: the robot moves away from the start, and a step must be accurate, too.
+Beyond the method.  The model is linearised at the start position, with all stops hit and all feet
+on the ground.  ``TIME_STEP`` is the part ``PART`` of the longest step with which all eigenvalues
+are stable: the robot moves away from the start, and a step must be accurate, too.  The step must
+not be shorter than ``SHORTEST``.  Else the numbers of urdf2mbs and of the config give way one by
+one, first the number that makes the fastest mode.
 
-The step must not be shorter than ``SHORTEST``.  Else the numbers of urdf2mbs and of the config give
-way one by one, first the number that makes the fastest mode.  A warning names each of them.  The
-robot's own numbers (damping) never give way.
-
-The bristles of friction get their states here, in user models behind all others.
-
-The gains of ``hold`` follow from the inertia I that each joint carries, which is known only here.
-I is the inertia about the joint's axis of all that hangs on the joint and on its followers.  For a
-joint between a floating base and the ground, I is at least the inertia of the rest of the robot,
-shared by the links that touch the ground.  ``stiffness = I (2 pi frequency)^2``; ``damping = 2
-damping_ratio (I stiffness)^(1/2)``, but at most ``FASTEST`` times the inertia that the joint feels
-while all other joints are free: so a light foot below a heavy robot asks for no very short step.
+The bristles of friction get their states here, in user models behind all others.  The gains of
+``hold`` follow from the inertia that each joint carries, which is known only here.
+``docs/passes/time-step.md`` derives all this.
 """
 
 from __future__ import annotations
