@@ -15,7 +15,7 @@ import numpy as np
 from oracle import equations, followers, forces, ground, joints, sensors, start
 from oracle.case import Case
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.runtime.c_code import CCode, SensorInC, row
+from urdf2mbs.runtime.c_code import CCode, SensorInC, vector
 from urdf2mbs.runtime.data import MbsData
 from urdf2mbs.runtime.python_code import PythonCode, loaded
 
@@ -112,6 +112,6 @@ def _compare_c(case: Case) -> None:
         for k, axis in enumerate(place.R, start=1):
             measured.R[4 * k + 1 : 4 * k + 4] = axis
         given = np.zeros((2, 4))
-        read(ctypes.byref(measured), data.sensor_id[name], code.at, *map(row, given))
+        read(ctypes.byref(measured), data.sensor_id[name], code.at, *map(vector, given))
         should = np.concatenate(case.imu(sensor.name, place))
         case.compare(f"sensor '{sensor.name}' in C", should, given[:, 1:].ravel(), "", 1.0)
