@@ -14,11 +14,7 @@ from urdf2mbs.equations.tree import Tree
 
 
 class Massless(Exception):  # noqa: N818
-    """No matter moves with an independent joint."""
-
-    def __init__(self, number: int) -> None:
-        super().__init__(number)
-        self.number = number
+    """No matter moves with an independent joint; its name is all that is said."""
 
 
 def accelerations(tree: Tree) -> dict[int, Scalar]:
@@ -36,7 +32,7 @@ def accelerations(tree: Tree) -> dict[int, Scalar]:
     factor, inverse = dict[tuple[int, int], Scalar](), dict[int, Scalar]()
     for k in reversed(free):
         if not matrix.get((k, k)):
-            raise Massless(k)
+            raise Massless(tree.frames[k].joint.name)
         inverse[k] = 1 / matrix[k, k]
         for i in before[k]:
             a = factor[i, k] = matrix.get((i, k), 0) * inverse[k]

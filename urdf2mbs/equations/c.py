@@ -13,7 +13,7 @@ from urdf2mbs.equations.routine import (
     Statement,
     arrays,
 )
-from urdf2mbs.equations.writer import CASES, PIECE, Writer, crossing
+from urdf2mbs.equations.writer import CASES, Writer
 from urdf2mbs.mbs.model import Mbs
 
 #: The parameters of each function.
@@ -48,6 +48,10 @@ USER = {
     "int ilnk);",
 }
 
+#: A long function is cut into pieces of so many statements.  Pieces of 60 to 100 compile and run
+#: fastest (tried: 40 to 1000).
+PIECE = 80
+
 #: The arrays of MbsData with two indices.
 TABLES = frozenset(["l", "In", "dpt", "frc", "trq"])
 
@@ -74,7 +78,7 @@ class CWriter(Writer):
     def function(self, name: str, made: Made) -> str:
         if isinstance(made, Absent | Refused):
             text = self._stub(name, made)
-        elif isinstance(made, Cases):
+        elif isinstance(made, dict):
             text = self._cases(name, made)
         elif isinstance(made, Loops):
             lists = ("dependent", "independent") if name == "accelred" else ("dependent",)
@@ -124,7 +128,7 @@ class CWriter(Writer):
     def _cases(self, name: str, cases: Cases) -> str:
         """A function that does another routine for each number."""
         text = choice = ""
-        for number, routine in cases.routines.items():
+        for number, routine in cases.items():
             case = f"mbs_{name}_{number}"
             text += self._define(f"static void {case}", "MbsSensor *sens, MbsData *s", routine)
             text += "\n"
@@ -132,7 +136,7 @@ class CWriter(Writer):
         return text + (
             f"void mbs_{name}({PARAMETERS['sensor']})\n{{\n    switch (isens) {{\n{choice}"
             f'    default:\n        fprintf(stderr, "mbs_{name}: the model has no {CASES[name]} '
-            f'%d: it has {len(cases.routines)}\\n", isens);\n'
+            f'%d: it has {len(cases)}\\n", isens);\n'
             "        s->flag_stop = 1;\n        break;\n    }\n}\n"
         )
 
@@ -164,9 +168,11 @@ def _in_pieces(head: str, parameters: str, lines: list[Statement]) -> str:
     kinds = {line.variable: "v" if line.pair else "w" for line in lines}
     shared: dict[str, str] = {}
     sizes = {"w": 0, "v": 0}
-    for name in crossing(pieces):
-        shared[name] = f"{kinds[name]}[{sizes[kinds[name]]}]"
-        sizes[kinds[name]] += 1
+    for k, piece in enumerate(pieces):
+        for name in [name for line in piece for name in line.uses]:
+            if piece_of.get(name, k) != k and name not in shared:
+                shared[name] = f"{kinds[name]}[{sizes[kinds[name]]}]"
+                sizes[kinds[name]] += 1
     used = [p for p in parameters.split(", ") if not p.endswith((" tsim", " isens"))]
     types = {array: "pair" if array == "v" else "double" for array in sizes if sizes[array]}
     given = ", ".join([*used, *(f"{kind} *restrict {array}" for array, kind in types.items())])

@@ -88,7 +88,8 @@ def every_constraint(tree: Tree) -> Iterator[Constraint]:
         start = common(tree, last1, last2)
         a = motion(tree, last1, at1, start=start, accelerations=False)
         b = motion(tree, last2, at2, start=start, accelerations=False)
-        form = _form(tree, last1, at1, start), _form(tree, last2, at2, start)
+        forms = _form(tree, last1, at1, start), _form(tree, last2, at2, start)
+        form = Form(*(one | two for one, two in zip(*forms, strict=True)))
         if cut.kind == "rod":
             rods += 1
             length = tree.parameter(cut.length, f"lrod[{rods}]")
@@ -104,7 +105,7 @@ def _difference(a: dict[int, Vector], b: dict[int, Vector]) -> dict[int, Vector]
 
 
 def _rod(
-    cut: Connection, start: Frame, a: Motion, b: Motion, length: Scalar, form: Forms
+    cut: Connection, start: Frame, a: Motion, b: Motion, length: Scalar, form: Form
 ) -> Constraint:
     """Half the difference of the squares of distance and length."""
     d = b.position - a.position
@@ -112,23 +113,23 @@ def _rod(
     value = 0.5 * (d @ d - length * length)
     jacobian = {k: d @ column for k, column in _difference(b.linear, a.linear).items()}
     jdqd = v @ v + d @ (b.acceleration - a.acceleration)
-    movable = bool((form[0].place | form[1].place) & (form[0].linear | form[1].linear))
+    movable = bool(form.place & form.linear)
     return Constraint(cut, start, "along the rod", value, jacobian, jdqd, movable)
 
 
-def _ball(cut: Connection, start: Frame, a: Motion, b: Motion, form: Forms) -> Iterator[Constraint]:
+def _ball(cut: Connection, start: Frame, a: Motion, b: Motion, form: Form) -> Iterator[Constraint]:
     """The first point less the second."""
     d = a.position - b.position
     jdqd = a.acceleration - b.acceleration
     linear = _difference(a.linear, b.linear)
     for i in range(3):
         jacobian = {k: column[i] for k, column in linear.items()}
-        movable = i in form[0].linear | form[1].linear
-        yield Constraint(cut, start, f"along {'xyz'[i]}", d[i], jacobian, jdqd[i], movable)
+        along = f"along {'xyz'[i]}"
+        yield Constraint(cut, start, along, d[i], jacobian, jdqd[i], i in form.linear)
 
 
 def _parallel(
-    cut: Connection, start: Frame, a: Motion, b: Motion, form: Forms
+    cut: Connection, start: Frame, a: Motion, b: Motion, form: Form
 ) -> Iterator[Constraint]:
     """The elements (3,2), (1,3) and (2,1) of R1 R2^T, where the columns of R1 and R2 are the axes
     of the bodies.  As in Robotran's equations, their Jacobian is that of the difference of the
@@ -139,9 +140,8 @@ def _parallel(
     for i in range(3):
         j, k = (i + 2) % 3, (i + 1) % 3
         jacobian = {number: column[i] for number, column in angular.items()}
-        movable = i in form[0].angular | form[1].angular
-        about = f"about {'xyz'[i]}"
-        yield Constraint(cut, start, about, first[j] @ second[k], jacobian, jdqd[i], movable)
+        about, value = f"about {'xyz'[i]}", first[j] @ second[k]
+        yield Constraint(cut, start, about, value, jacobian, jdqd[i], i in form.angular)
 
 
 class Form(NamedTuple):
@@ -151,9 +151,6 @@ class Form(NamedTuple):
     linear: set[int]
     """Of the velocity, for any joint of the way."""
     angular: set[int]
-
-
-Forms = tuple[Form, Form]
 
 
 def _form(tree: Tree, number: int, at: Vector, start: int) -> Form:

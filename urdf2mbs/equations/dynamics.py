@@ -63,17 +63,14 @@ def motions(tree: Tree, accelerated: Collection[int]) -> list[Moving]:
         before, axis = out[frame.parent], frame.unit
         qd, qdd = frame.qd, frame.qdd if frame.number in accelerated else 0
         alpha = before.alpha + before.beta @ frame.offset
+        omega, omega_dot = frame.to_child(before.omega), frame.to_child(before.omega_dot)
         if frame.turns:
-            omega = frame.to_child(before.omega)
-            omega_dot = frame.to_child(before.omega_dot) + omega.cross(qd * axis) + qdd * axis
+            omega_dot = omega_dot + omega.cross(qd * axis) + qdd * axis
             omega = omega + qd * axis
             alpha = frame.to_child(alpha)
             beta = _beta(omega, omega_dot)
         else:
-            omega = frame.to_child_axes(before.omega)
-            omega_dot = frame.to_child_axes(before.omega_dot)
-            coriolis = omega.cross(2.0 * qd * axis)
-            alpha = frame.to_child_axes(alpha) + (coriolis + qdd * axis)
+            alpha = frame.to_child(alpha) + (omega.cross(2.0 * qd * axis) + qdd * axis)
             beta = frame.change.of_matrix(before.beta)
         out.append(Moving(omega, omega_dot, alpha, beta))
     return out

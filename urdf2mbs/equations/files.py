@@ -33,14 +33,13 @@ FUNCTIONS = (
     "dirdyna", "invdyna", "accelred", "invdynared", "cons_hJ", "cons_jdqd", "link", "link3D",
     "extforces", "sensor", "gensensor",
 )  # fmt: skip
-#: What is generated if it is asked for, and Robotran has not: what the file says of it.
+#: What Robotran has not, and is generated where it is asked for: what its file says of itself.
 ENERGY = {
     "energy": "E[1] is the kinetic energy, E[2] that of gravity, 0 at the base's origin (J).",
     "momentum": "P is the linear momentum (kg m/s), L the angular one about the centre of mass "
     "(kg m^2/s), in the base's axes.",
     "com": "P is the centre of mass (m), in the base's axes.",
 }
-#: The same for derivatives.
 DERIVATIVES = {
     "derivatives": "Dq[i][k], Dqd[i][k] and Dqdd[i][k] are the derivatives of phi[i] of invdyna by "
     "q[k], qd[k] and qdd[k].",
@@ -48,7 +47,6 @@ DERIVATIVES = {
     "Each body has ten, in the order of the .mbs: mass, first moments x, y, z (kg m), inertia xx, "
     "xy, xz, yy, yz, zz about its origin (kg m^2).",
 }
-#: All that Robotran has not.
 OWN = {**ENERGY, **DERIVATIVES}
 WRITERS: dict[str, type[Writer]] = {
     "python": PythonWriter,
@@ -115,7 +113,11 @@ def generate(
         Diagnostic("warning", "loop-never-closes", message, file=file, hint=NEVER_CLOSES)
         for _, message in constant_gaps(mbs)
     ]
-    out.fixed = _fixed(mbs)
+    out.fixed = [
+        (number, joint.name, joint.q or 0.0)
+        for number, joint in enumerate(mbs.joints().values(), start=1)
+        if is_fixed(joint)
+    ]
     maker = Maker(mbs, fold=fold)
     writer = CWriter(mbs, pairs=pairs) if language == "c" else WRITERS[language](mbs)
     parts = "tree, numbers" if fold else "tree, fixed"
@@ -145,15 +147,6 @@ def generate(
         mark = f"// {MARK} {quoted(Path(file).name)}. Do not edit: generate again.\n\n"
         out.files |= {name: (mark + text).encode() for name, text in headers(mbs).items()}
     return out
-
-
-def _fixed(mbs: Mbs) -> list[tuple[int, str, float]]:
-    """The joints that never move: number, name, position."""
-    numbers = mbs.numbers()
-    return [
-        (numbers[joint.name], joint.name, joint.q or 0.0)
-        for body in mbs.bodies for joint in body.joints if is_fixed(joint)
-    ]  # fmt: skip
 
 
 def _refuse_draft(mbs: Mbs, function: str) -> Refused | None:
@@ -212,9 +205,13 @@ class Maker:
         points = [point for body in mbs.bodies for point in body.points]
         self.has_points = any(point.sensor or point.extforce for point in points)
 
-    def dirdyna(self) -> Routine:
+    def _mirrored(self) -> tuple[Tree, dict[int, int]]:
+        """The tree with the axes of second limbs named as those of the first, and the twins."""
         twin, labels = find_mirrored(self.tree())
-        tree = self.tree(labels=labels)
+        return self.tree(labels=labels), twin
+
+    def dirdyna(self) -> Routine:
+        tree, twin = self._mirrored()
         c = joint_forces(tree, ())
         routine = Routine(tree.graph)
         table = {("M", i, k): value for (i, k), value in mass_matrix(tree).items()}
@@ -223,16 +220,14 @@ class Maker:
         return routine
 
     def invdyna(self) -> Routine:
-        twin, labels = find_mirrored(self.tree())
-        tree = self.tree(labels=labels)
+        tree, twin = self._mirrored()
         phi = joint_forces(tree, range(len(tree.frames)))
         routine = Routine(tree.graph)
         self._store_forces(routine, "phi", phi, twin)
         return routine
 
     def derivatives(self) -> Routine:
-        twin, labels = find_mirrored(self.tree())
-        tree = self.tree(labels=labels)
+        tree, twin = self._mirrored()
         routine = Routine(tree.graph)
         read = {
             (f"D{by}", row, column): value
@@ -265,7 +260,7 @@ class Maker:
         try:
             qdd = accelerations(tree)
         except Massless as error:
-            joint = quoted(tree.frames[error.number].joint.name)
+            joint = quoted(str(error))
             return Refused(f"no matter moves with joint '{joint}', so nothing resists its forces")
         routine = Routine(tree.graph)
         for k, value in qdd.items():

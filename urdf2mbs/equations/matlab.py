@@ -7,7 +7,7 @@ projects.  There, no file has ``accelred`` or ``link3D``.
 from __future__ import annotations
 
 from urdf2mbs.equations.constraints import count_equations
-from urdf2mbs.equations.routine import Cases, Made, Refused, Routine, Statement, arrays
+from urdf2mbs.equations.routine import Made, Refused, Routine, Statement, arrays
 from urdf2mbs.equations.writer import CASES, Writer
 
 #: What each function returns, and the value with which each result begins.
@@ -55,13 +55,13 @@ class MatlabWriter(Writer):
         )
         if isinstance(made, Refused):
             text += f"error('{name}: {made.message}');\n"
-        elif isinstance(made, Cases):
+        elif isinstance(made, dict):
             text += "switch isens\n"
-            for case, routine in made.routines.items():
+            for case, routine in made.items():
                 text += f"case {case}\n{self._body(routine)}"
             text += (
                 f"otherwise\nerror('the model has no {CASES[name]} %d: it has "
-                f"{len(made.routines)}', isens);\nend\n"
+                f"{len(made)}', isens);\nend\n"
             )
         elif isinstance(made, Routine):
             text += self._body(made)

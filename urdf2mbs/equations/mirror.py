@@ -74,21 +74,16 @@ class _Finder:
         left = list(lefts)
         right = left if same else list(rights)
         out = []
-        for fits in (self._same, self._like):
+        turns = [frame.turns for frame in self.tree.frames]
+        for kind in (self.shape, turns):
             for k in lefts:
-                candidates = (j for j in right if (j > k or not same) and fits(k, j))
+                candidates = (j for j in right if (j > k or not same) and kind[k] == kind[j])
                 j = next(candidates, 0) if k in left else 0
                 if j:
                     out.append((k, j))
                     left.remove(k)
                     right.remove(j)
         return out
-
-    def _same(self, k: int, j: int) -> bool:
-        return self.shape[k] == self.shape[j]
-
-    def _like(self, k: int, j: int) -> bool:
-        return self.tree.frames[k].turns == self.tree.frames[j].turns
 
     def _name(self, left: int, right: int, pairs: list[tuple[int, int]]) -> None:
         """Name the axes of the second of two twins, and of the fixed joints before it."""

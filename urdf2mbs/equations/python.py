@@ -63,7 +63,7 @@ class PythonWriter(Writer):
                 f'def {name}({parameters}):\n    """{doc}"""\n'
                 f'    print("{name}: {made.message}", file=sys.stderr)\n    s.flag_stop = 1\n'
             ) + "    return -1\n" * (name == "accelred")
-        elif isinstance(made, Cases):
+        elif isinstance(made, dict):
             text = self._cases(name, made)
         elif isinstance(made, Loops):
             text = self._model(made) + self.sections("forces", "loops", "accelred")
@@ -86,15 +86,15 @@ class PythonWriter(Writer):
         """A function that does another routine for each number."""
         parameters, doc = FUNCTIONS[name]
         text = ""
-        for number, routine in cases.routines.items():
+        for number, routine in cases.items():
             text += self._define(f"_sensor_{number}", "sens, s", routine) + "\n\n"
-        table = ", ".join(f"{number}: _sensor_{number}" for number in cases.routines)
+        table = ", ".join(f"{number}: _sensor_{number}" for number in cases)
         return text + (
             f"_SENSORS = {{{table}}}\n\n\n"
             f'def sensor({parameters}):\n    """{doc}"""\n'
             "    if isens not in _SENSORS:\n"
             f'        raise ValueError(f"the model has no {CASES[name]} {{isens}}: '
-            f'it has {len(cases.routines)}")\n'
+            f'it has {len(cases)}")\n'
             "    _SENSORS[isens](sens, s)\n"
         )
 
@@ -116,11 +116,7 @@ class PythonWriter(Writer):
                     shape = "(4, 4)" if array.startswith("Rx") else "4"
                     out.append(f"{array} = zeros({shape}, s.q.dtype)")
         out += map(_statement, lines)
-        return "".join(f"{line}\n" for line in [f"def {name}({parameters}):", *_indented(out)])
-
-
-def _indented(lines: list[str]) -> list[str]:
-    return [f"    {line}" for line in lines or ["pass"]]
+        return f"def {name}({parameters}):\n" + "".join(f"    {line}\n" for line in out or ["pass"])
 
 
 def _statement(line: Statement) -> str:

@@ -54,11 +54,8 @@ class Routine:
             self.store(f"{name}[{k}]", value)
 
 
-@dataclass
-class Cases:
-    """A routine for each number, of a sensor or a joint."""
-
-    routines: dict[int, Routine]
+#: A routine for each number, of a sensor or a joint.
+Cases = dict[int, Routine]
 
 
 @dataclass

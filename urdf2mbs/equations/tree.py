@@ -7,9 +7,8 @@ zero.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TypeVar, cast
 
 from urdf2mbs.equations.graph import Expr, Graph, Scalar, cosine, sine
 from urdf2mbs.equations.vectors import NONE, OWN, UNITS, Axes, Matrix, Spatial, Vector
@@ -181,12 +180,10 @@ class Tree:
 
     def inertia(self, frame: Frame) -> Matrix:
         """About the centre of mass, in the frame's axes (kg m^2)."""
-        given = (0.0,) * 6
-        if frame.body is not None and frame.body.inertia is not None:
-            given = clean(frame.body.inertia)
+        given = frame.body and frame.body.inertia
         xx, xy, xz, yy, yz, zz = (
             self.parameter(value, f"In[{k}][{frame.number}]")
-            for k, value in zip((1, 2, 3, 5, 6, 9), given, strict=True)
+            for k, value in zip((1, 2, 3, 5, 6, 9), clean(given or (0.0,) * 6), strict=True)
         )
         rows = Vector((xx, xy, xz)), Vector((xy, yy, yz)), Vector((xz, yz, zz))
         return frame.labels.of_matrix(Matrix(rows))
@@ -203,16 +200,14 @@ class Tree:
 #: A number this many times smaller than the largest beside it is a rounding of zero.
 ROUNDING = 1e-15
 
-Numbers = TypeVar("Numbers", bound=tuple[float, ...])
 
-
-def clean(numbers: Numbers) -> Numbers:
+def clean(numbers: Sequence[float]) -> list[float]:
     """Coordinates or elements of a tensor, zero where they are but a rounding of it.
 
     A frame that was turned by 90 degrees leaves 1e-17 where zero was.
     """
     least = ROUNDING * max(abs(x) for x in numbers)
-    return cast("Numbers", tuple(x if abs(x) > least else 0.0 for x in numbers))
+    return [x if abs(x) > least else 0.0 for x in numbers]
 
 
 def is_fixed(joint: Joint) -> bool:

@@ -12,10 +12,6 @@ from urdf2mbs.mbs.model import Mbs
 #: What ``sensor`` and ``gensensor`` count.
 CASES = {"sensor": "sensor", "gensensor": "joint"}
 
-#: A long function is cut into pieces of so many statements.  Pieces of 60 to 100 compile and run
-#: fastest (tried: 40 to 1000).
-PIECE = 80
-
 
 class Writer:
     """Writes the functions of one model; ``count`` is how many operations they do."""
@@ -54,10 +50,3 @@ class Writer:
         lines, count = statements(routine)
         self.count += count
         return lines
-
-
-def crossing(pieces: list[list[Statement]]) -> list[str]:
-    """The variables that a piece uses and another one computes, in the order of their use."""
-    piece_of = {line.variable: k for k, piece in enumerate(pieces) for line in piece}
-    used = ((k, name) for k, piece in enumerate(pieces) for line in piece for name in line.uses)
-    return list(dict.fromkeys(name for k, name in used if piece_of.get(name, k) != k))
