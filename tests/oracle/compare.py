@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from oracle.mbs import Evaluator
+from oracle.mbs import GROUND, Evaluator
 from oracle.multibody import State, lump, translation
 from oracle.pin import Pinocchio
 from oracle.urdf import FLOATING_BASE, GRAVITY, Reference
@@ -21,6 +21,14 @@ if TYPE_CHECKING:
     from oracle.multibody import Array
     from oracle.urdf import Urdf, UrdfShape
     from urdf2mbs import Result
+    from urdf2mbs.spatial import Pose
+
+
+#: Turns (R) and shifts (T) of the .mbs for each type of joint.
+KINDS = {
+    "fixed": "", "revolute": "R", "continuous": "R", "prismatic": "T", "planar": "TTR",
+    "floating": "TTTRRR",
+}  # fmt: skip
 
 
 class Comparison:
@@ -63,23 +71,13 @@ class Comparison:
     def _real(self, key: str, joint: str, kind: str) -> None:
         names = self.result.names.joints.get(joint, [])
         real = [name for name in names if self.mbs.joints[name].nature != "driven"]
-        count = {"fixed": 0, "planar": 3, "floating": 6}.get(kind, 1)
-        assert len(real) == count, f"{joint} ({kind}) has become {names}"
         if real:
             self.reals[key] = real
         for name in real:
             kept = self.mbs.joints[name].symbols
             assert kept is None or {"q", "qd", "qdd"} <= set(kept), f"{name} moves, but {kept}"
         types = [self.mbs.joints[name].type for name in real]
-        expected = {
-            "fixed": [""],
-            "revolute": ["R"],
-            "continuous": ["R"],
-            "prismatic": ["T"],
-            "planar": ["TTR"],
-            "floating": ["TTTRRR"],
-        }[kind]
-        assert "".join(t[0] for t in types) in expected, f"{joint} ({kind}) is {types}"
+        assert "".join(t[0] for t in types) == KINDS[kind], f"{joint} ({kind}) is {types}"
 
     @cached_property
     def planar(self) -> dict[str, Array]:
@@ -101,25 +99,14 @@ class Comparison:
                 planar[joint.name] = basis / np.linalg.norm(basis)
         return planar
 
-    def pinocchio(self, text: bytes) -> Pinocchio:
-        return Pinocchio(
-            self.urdf, text, floating=self.floating, frozen=self.frozen, planar=self.planar
-        )
-
     def link_poses(self, q: Mapping[str, float]) -> dict[str, Array]:
         """Every URDF link's frame as the .mbs has it, 4x4; q by .mbs name."""
         poses = self.mbs.positions(q)
         out: dict[str, Array] = {}
         for link in self.urdf.inertias:
             frame = self.result.frames[link]
-            at = np.eye(4)
-            if frame.joint is not None:
-                at = poses.joint(frame.joint)
-            elif frame.body is not None:
-                at = poses.body(frame.body)
-            pose = translation(frame.pose.xyz)
-            pose[:3, :3] = np.array(frame.pose.rot).reshape(3, 3)
-            out[link] = at @ pose
+            at = poses.joint(frame.joint) if frame.joint else poses.body(frame.body or GROUND)
+            out[link] = at @ matrix_of(frame.pose)
         return out
 
     @cached_property
@@ -188,8 +175,7 @@ class Comparison:
         total = 0.0
         for name in bodies.get(None, []) if None not in groups else []:
             inertia = self.mbs.bodies[name].inertia
-            assert inertia.mass == 0.0, f"{name} cannot move"
-            assert not inertia.tensor.any(), f"{name} cannot move"
+            assert not np.any([inertia.mass, *inertia.tensor.flat]), f"{name} cannot move"
         if not self.ground_has_mass:
             groups.pop(None, None)
         for key, (link, wanted) in groups.items():
@@ -248,7 +234,15 @@ def beside_its_urdf(
     comparison = Comparison(result, urdf, floating=urdf.floats(base), **more)
     rng = np.random.default_rng(zlib.crc32(text))
     at = [{}, *(comparison.random(rng) for _ in range(positions))]
-    return comparison, comparison.errors(comparison.pinocchio(text), at)
+    own = {name: getattr(comparison, name) for name in ("floating", "frozen", "planar")}
+    return comparison, comparison.errors(Pinocchio(urdf, text, **own), at)
+
+
+def matrix_of(pose: Pose) -> Array:
+    """4x4"""
+    out = translation(pose.xyz)
+    out[:3, :3] = np.reshape(pose.rot, (3, 3))
+    return out
 
 
 def lost_shapes(comparison: Comparison, tolerance: float = 1e-12) -> list[str]:
@@ -262,9 +256,7 @@ def lost_shapes(comparison: Comparison, tolerance: float = 1e-12) -> list[str]:
         if visuals and frame.joint is not None:
             lost.append(f"{link} has no body to show its shapes on")
             continue
-        at = translation(frame.pose.xyz)
-        at[:3, :3] = np.array(frame.pose.rot).reshape(3, 3)
-        there = left["base" if frame.body is None else frame.body]
+        at, there = matrix_of(frame.pose), left[frame.body or GROUND]
         for visual in visuals:
             match = [s for s in there if _same(s, visual, at @ visual.pose, tolerance)]
             if match:
@@ -285,9 +277,8 @@ def _same(shape: Shape, visual: UrdfShape, at: Array, tolerance: float) -> bool:
         return False
     if visual.color is not None:
         *color, alpha = np.clip(visual.color, 0.0, 1.0)
-        if np.abs(np.array(shape.color) - 255 * np.array(color)).max() > 0.5:
-            return False
-        if abs(shape.transparency - (1.0 - alpha)) > 1e-12:
+        away = np.abs(np.array(shape.color) - 255 * np.array(color)).max()
+        if not (away <= 0.5 and abs(shape.transparency - (1.0 - alpha)) <= 1e-12):
             return False
     ours, wanted = shape.pose[:3, :3], at[:3, :3]
     if shape.kind == "sphere":
@@ -303,10 +294,7 @@ def _same(shape: Shape, visual: UrdfShape, at: Array, tolerance: float) -> bool:
 
 #: Those of what C and the format have for themselves that the tests try.
 KEYWORDS = {"base", "origin", "int", "double"}
-
-
-def _is_identifier(name: str) -> bool:
-    return re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name) is not None
+IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
 
 def structure_faults(comparison: Comparison, *, faithful: bool = True) -> list[str]:
@@ -319,22 +307,17 @@ def structure_faults(comparison: Comparison, *, faithful: bool = True) -> list[s
     faults += [
         f"{name!r} is no identifier"
         for name in [*mbs.bodies, *mbs.joints, mbs.base_name]
-        if not _is_identifier(name)
+        if not IDENTIFIER.fullmatch(name)
     ]
-    faults += [
-        f"{joint.name}: stands still, but {joint.symbols} are in the equations"
-        for joint in mbs.joints.values()
-        if joint.nature == "driven" and joint.symbols != ("q",)
-    ]
-    faults += [
-        f"{joint.name}: starts at {joint.q}"
-        for joint in mbs.joints.values()
-        if joint.nature != "driven" and joint.q != 0.0
-    ]
+    for joint in mbs.joints.values():
+        if joint.nature == "driven" and joint.symbols != ("q",):
+            faults.append(f"{joint.name}: stands still, but {joint.symbols} are in the equations")
+        if joint.nature != "driven" and joint.q != 0.0:
+            faults.append(f"{joint.name}: starts at {joint.q}")
     for joint in urdf.joints.values():
         names = result.names.joints.get(joint.name, [])
         real = [name for name in names if mbs.joints[name].nature != "driven"]
-        usable = _is_identifier(joint.name) and joint.name not in {*KEYWORDS, mbs.base_name}
+        usable = IDENTIFIER.fullmatch(joint.name) and joint.name not in {*KEYWORDS, mbs.base_name}
         if len(real) == 1 and usable and joint.name not in mbs.moving:
             faults.append(f"{joint.name} is called {real[0]}")
         if not faithful:
@@ -346,14 +329,13 @@ def structure_faults(comparison: Comparison, *, faithful: bool = True) -> list[s
             faults.append(f"{joint.name} is turned by {found}, not {wanted}")
     for link in urdf.inertias:
         frame = result.frames[link]
-        body = mbs.bodies["base" if frame.body is None else frame.body]
+        body = mbs.bodies[frame.body or GROUND]
         own = result.names.bodies.get(link)
         inertia = urdf.inertias[link]
+        mass = inertia.mass if inertia else 0.0
         if faithful and own is None and not urdf.massless(link):
             faults.append(f"{link} has mass, but no body")
-        elif (
-            faithful and own is not None and body.inertia.mass != (inertia.mass if inertia else 0.0)
-        ):
+        elif faithful and own is not None and body.inertia.mass != mass:
             faults.append(f"{link} has another mass than body {own}, if by a rounding only")
         elif own is not None and (frame.body, frame.joint) != (own, None):
             faults.append(f"{link} is body {own}, but its frame is said to be in {frame.body}")

@@ -42,13 +42,6 @@ def _prove_motion(case: Case, q: Any, qd: Any, rules: Any) -> None:
     given, own = case.code.inverse(), np.zeros(len(q))
     own[case.moving] = given[case.moving]
     case.compare_joints("inverse dynamics", should, own, scale)
-    if any(data.symbolic_path.glob("mbs_dirdyna_*.py")):
-        mass, c = np.zeros(matrix.shape), np.zeros(len(q))
-        data.mbs_dirdyna(mass, c, data, data.tsim)
-        here = np.ix_(case.moving, case.moving)
-        case.compare("the mass matrix", matrix[here], mass[here], "kg, kg m, kg m^2")
-        rest = (bias - _external(case, 0.0 * qdd))[case.moving]
-        case.compare("the bias forces", rest, c[case.moving], "N m or N", scale.max())
     # each constraint: how far it is open, its derivatives, and how it accelerates
     ties = [
         opening(

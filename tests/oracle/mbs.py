@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from lxml import etree
 
-from oracle.multibody import Inertia, Multibody, Node, State, rotation, translation
+from oracle.multibody import Inertia, Multibody, Node, State, rotation, symmetric, translation
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -124,16 +124,10 @@ class Evaluator:
             pose = np.eye(4)
         _require(bool(body.joints), f"{name} has no joint")
         com, tensor = element.find("com"), element.find("inertia")
-        elements = dict.fromkeys(("Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz"), 0.0)
-        if tensor is not None:
-            for key in elements:
-                elements[key] = _number(tensor, key, 0.0)
-        xx, xy, xz, yy, yz, zz = elements.values()
-        body.inertia = Inertia(
-            _number(element, "mass", 0.0),
-            np.zeros(3) if com is None else _vector(com),
-            np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]),
-        )
+        keys = ("Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz")
+        elements = np.zeros(6) if tensor is None else [_number(tensor, key, 0.0) for key in keys]
+        com = np.zeros(3) if com is None else _vector(com)
+        body.inertia = Inertia(_number(element, "mass", 0.0), com, symmetric(elements))
         self._nodes[body.node].matter.append(body.inertia)
         self.bodies[name] = body
         self._fill(body, element)
@@ -173,10 +167,10 @@ class Evaluator:
     def total_mass(self) -> float:
         return sum(body.inertia.mass for body in self.bodies.values())
 
-    def mover(self, body: str, joint: str | None = None) -> str | None:
-        """The last joint that is not driven on the way from the ground to a body's frame (or
-        to the frame after one of its joints); None when nothing moves it."""
-        node = self.joints[joint].node if joint else self.bodies[body].node
+    def mover(self, body: str) -> str | None:
+        """The last joint that is not driven on the way from the ground to a body's frame; None
+        when nothing moves it."""
+        node = self.bodies[body].node
         while node and self.joints[self._nodes[node].name].nature == "driven":
             node = self._nodes[node].parent
         return self._nodes[node].name if node else None
@@ -196,11 +190,6 @@ class Poses:
     def joint(self, name: str) -> Array:
         """4x4 of the frame after a joint."""
         return np.asarray(self._frames[self._mbs.joints[name].node])
-
-    def point(self, body: str, point: str) -> Array:
-        """(3,): an anchor point (m)."""
-        frame = self.body(body)
-        return np.asarray(frame[:3, 3] + frame[:3, :3] @ self._mbs.bodies[body].points[point])
 
 
 def _require(condition: bool, message: str) -> None:
@@ -243,15 +232,11 @@ def _shape(element: etree._Element) -> Shape:
         rotation(AXES["1"], alpha) @ rotation(AXES["2"], beta) @ rotation(AXES["3"], gamma)
     )
     color = _child(element, "color")
-    size: tuple[float, ...] = ()
+    own = {"cylinder": ("radius", "height"), "cone": ("radius", "height"), "sphere": ("radius",)}
+    size = tuple(_number(element, key) for key in own.get(kind, ()))
     if kind == "box":
         size = tuple(_vector(_child(element, "size")))
-    elif kind in {"cylinder", "cone"}:
-        size = (_number(element, "radius"), _number(element, "height"))
-    elif kind == "sphere":
-        size = (_number(element, "radius"),)
-    else:
-        _require(kind == "inline", f"shape <{kind}>")
+    _require(bool(size) or kind == "inline", f"shape <{kind}>")
     return Shape(
         kind,
         _text(element, "name"),

@@ -42,6 +42,11 @@ def rotation(axis: Sequence[float] | Array, angle: float) -> Array:
     return np.asarray(rotations(np.array([axis], dtype=float), np.array([float(angle)]))[0])
 
 
+def symmetric(elements: Sequence[float] | Array) -> Array:
+    """The matrix (3, 3) of xx, xy, xz, yy, yz, zz."""
+    return np.array(elements, dtype=float)[[[0, 1, 2], [1, 3, 4], [2, 4, 5]]]
+
+
 @dataclass
 class Inertia:
     """Mass (kg), centre of mass (3,) and inertia (3, 3) about it, in the axes of a frame."""

@@ -9,7 +9,7 @@ import pytest
 from lxml import etree
 
 from oracle.generated import Sensor, error
-from oracle.multibody import Inertia, rotation
+from oracle.multibody import Inertia, rotation, symmetric
 from oracle.urdf import FLOATING_BASE, GRAVITY, coordinate_names, motions_of
 
 if TYPE_CHECKING:
@@ -203,11 +203,10 @@ def to_pinocchio(mbs: Mbs, *, held: bool = True) -> Any:
                 joint = model.addJoint(joint, getattr(pin, kind)(), pose, own.name)
                 pose = pin.SE3.Identity()
         at[body.name] = (joint, pose)
-        xx, xy, xz, yy, yz, zz = body.inertia or (0.0,) * 6
         inertia = pin.Inertia.Zero()  # its constructor refuses what no real body has
         inertia.mass = body.mass or 0.0
         inertia.lever = np.array(body.com or (0.0,) * 3)
-        inertia.inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        inertia.inertia = symmetric(body.inertia or (0.0,) * 6)
         model.appendBodyToJoint(joint, inertia, pose)
         model.addFrame(pin.Frame(body.name, joint, 0, pose, pin.FrameType.BODY))
         for point in body.points:

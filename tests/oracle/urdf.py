@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from lxml import etree
 
-from oracle.multibody import Inertia, Multibody, Node, State, rotation, translation
+from oracle.multibody import Inertia, Multibody, Node, State, rotation, symmetric, translation
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -153,14 +153,8 @@ def _inertia(link: etree._Element) -> Inertia | None:
     if inertial is None:
         return None
     mass, tensor = inertial.find("mass"), inertial.find("inertia")
-    value = {k: _numbers(tensor, f"i{k}", "0")[0] for k in ("xx", "xy", "xz", "yy", "yz", "zz")}
-    full = np.array(
-        [
-            [value["xx"], value["xy"], value["xz"]],
-            [value["xy"], value["yy"], value["yz"]],
-            [value["xz"], value["yz"], value["zz"]],
-        ]
-    )
+    keys = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+    full = symmetric([_numbers(tensor, key, "0")[0] for key in keys])
     at_com = Inertia(_numbers(mass, "value", "0")[0], np.zeros(3), full)
     return at_com.seen_from(_origin(inertial))
 
@@ -180,13 +174,10 @@ def _shape(visual: etree._Element, colors: dict[str, set[tuple[float, ...]]]) ->
 
 def _geometry(visual: etree._Element, pose: Array) -> UrdfShape:
     (element,) = [e for e in visual.find("geometry") if isinstance(e.tag, str)]
-    if element.tag == "box":
-        return UrdfShape("box", pose, tuple(_numbers(element, "size", "")))
-    if element.tag == "sphere":
-        return UrdfShape("sphere", pose, tuple(_numbers(element, "radius", "")))
-    if element.tag == "cylinder":
-        size = *_numbers(element, "radius", ""), *_numbers(element, "length", "")
-        return UrdfShape("cylinder", pose, size)
+    own = {"box": ("size",), "sphere": ("radius",), "cylinder": ("radius", "length")}
+    if element.tag in own:
+        size = [number for key in own[element.tag] for number in _numbers(element, key, "")]
+        return UrdfShape(element.tag, pose, tuple(size))
     scale = tuple(_numbers(element, "scale", "1 1 1"))
     return UrdfShape("inline", pose, scale=scale, mesh=element.get("filename", ""))
 
@@ -196,14 +187,11 @@ def _joint(element: etree._Element) -> UrdfJoint:
     if element.get("type") in {"fixed", "floating"}:
         axis = X
     axis = axis / np.abs(axis).max()  # else the square of a very long or short one is inf or 0
+    parent, child = (element.find(end).get("link", "") for end in ("parent", "child"))
+    rpy = tuple(_numbers(element.find("origin"), "rpy", "0 0 0"))
+    axis = axis / np.linalg.norm(axis)
     return UrdfJoint(
-        element.get("name", ""),
-        element.get("type", ""),
-        element.find("parent").get("link", ""),
-        element.find("child").get("link", ""),
-        _origin(element),
-        axis / np.linalg.norm(axis),
-        tuple(_numbers(element.find("origin"), "rpy", "0 0 0")),
+        element.get("name", ""), element.get("type", ""), parent, child, _origin(element), axis, rpy
     )
 
 
