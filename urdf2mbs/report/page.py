@@ -101,8 +101,7 @@ def make(conversion: Conversion) -> Page:
             "title": f"{escape(conversion.robot.name)}: URDF and .mbs",
             "tree": "Links",
             "diagram": _diagram(model),
-            "verdict": _verdict(conversion),
-            "facts": _facts(conversion),
+            **_verdict_and_facts(conversion),
             "notes": _notes(store, stand_ins),
             "joints": sections.joints(model, conversion),
             "bodies": sections.bodies(model, conversion),
@@ -226,25 +225,22 @@ def _diagram(model: Mbs) -> str:
         return f'<p class="note">{escape(error.message)}; {escape(error.hint or "")}</p>'
 
 
-def _verdict(conversion: Conversion) -> str:
+def _verdict_and_facts(conversion: Conversion) -> dict[str, str]:
+    """The two lines below the page's title."""
     found = report(conversion)
     kind = "unknown" if found.proof is None else "same" if found.proof.same else "other"
-    return f'<span class="verdict {kind}">{escape(found.verdict)}</span>'
-
-
-def _facts(conversion: Conversion) -> str:
-    found = report(conversion)
     warnings = sum(d.level == "warning" for d in conversion.diagnostics)
     facts = [
         f"{counted(found.links, 'link')} → {counted(found.bodies, 'body')}",
         f"{counted(found.joints.urdf, 'URDF joint')} → {found.joints}",
         f"{found.mass:.6g} kg",
         found.base_in_words,
-        f"{warnings} warning{'' if warnings == 1 else 's'}",
+        counted(warnings, "warning"),
     ]
     if found.no_dynamics:
         facts.append(f"<b>{found.no_dynamics}</b>")
-    return " · ".join(facts)
+    verdict = f'<span class="verdict {kind}">{escape(found.verdict)}</span>'
+    return {"verdict": verdict, "facts": " · ".join(facts)}
 
 
 def _facts_of_model(model: Mbs) -> str:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import base64
 import gzip
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any
 
@@ -59,25 +60,23 @@ class Store:
         """
         if path is not None and path.suffix.lower() in meshes.FORMATS:
             return self.source(url, path)
-        return self._once("wrl", url, lambda: self._read_wrl(url, fetch))
+        return self._once("wrl", url, partial(self._read_wrl, url, fetch))
 
     def source(self, filename: str, path: Path | None) -> int | None:
         """The same for a URDF's mesh file, drawn as RViz draws it."""
-        return self._once("source", filename, lambda: self._read_source(path))
+        return self._once("source", filename, partial(self._read_source, path))
 
     def _once(
         self, kind: str, name: str, make: Callable[[], tuple[list[Part], Fetch]]
     ) -> int | None:
         if (kind, name) not in self._known:
-            number: int | None = None
+            self._known[kind, name] = None
             try:
                 parts, fetch = make()
+                self.meshes.append([self._part(part, fetch) for part in _joined(parts)])
+                self._known[kind, name] = len(self.meshes) - 1
             except MeshError as error:
                 self.missing[name] = str(error)
-            else:
-                self.meshes.append([self._part(part, fetch) for part in _joined(parts)])
-                number = len(self.meshes) - 1
-            self._known[kind, name] = number
         return self._known[kind, name]
 
     def _read_wrl(self, url: str, fetch: Fetch) -> tuple[list[Part], Fetch]:
@@ -116,7 +115,8 @@ class Store:
         }
         if look.texture and part.uv is not None:
             texture = fetch(look.texture) or b""
-            for kind in [kind for start, kind in IMAGES.items() if texture.startswith(start)]:
+            kind = next((IMAGES[start] for start in IMAGES if texture.startswith(start)), None)
+            if kind is not None:
                 out["texture"] = self._texture(texture, kind)
                 out["uv"] = self._array(part.uv.astype(np.float32).reshape(-1, 2).view(np.uint32))
         if part.colors is not None:
@@ -183,26 +183,23 @@ def mbs_side(
             out["mesh"] = store.wrl(shape.url, fetch, find(shape.url))
         return out
 
-    places = {place: point.coordinates for place, point in model.points().items()}
-    return {
-        "base": {"name": model.base.name, "shapes": [drawn(shape) for shape in model.base.shapes]},
-        "bodies": [
-            {
-                "name": body.name,
-                "parent": body.parent,
-                "at": (0.0, 0.0, 0.0) if body.point is None else places[body.parent, body.point],
-                "joints": [
-                    {"name": joint.name, "type": joint.type, "nature": joint.nature, "q": joint.q}
-                    for joint in body.joints
-                ],
-                "mass": body.mass,
-                "com": body.com,
-                "inertia": body.inertia,
-                "shapes": [drawn(shape) for shape in body.shapes],
-            }
-            for body in model.bodies
-        ],
-    }
+    points = model.points()
+
+    def own(body: mbs.Body) -> dict[str, Any]:
+        at = None if body.point is None else points[body.parent, body.point].coordinates
+        return _some(body, "name", "parent", "mass", "com", "inertia") | {
+            "at": at or (0.0, 0.0, 0.0),
+            "joints": [_some(joint, "name", "type", "nature", "q") for joint in body.joints],
+            "shapes": [drawn(shape) for shape in body.shapes],
+        }
+
+    base = {"name": model.base.name, "shapes": [drawn(shape) for shape in model.base.shapes]}
+    return {"base": base, "bodies": [own(body) for body in model.bodies]}
+
+
+def _some(one: Any, *names: str) -> dict[str, Any]:
+    """Some attributes of an object, by their names."""
+    return {name: getattr(one, name) for name in names}
 
 
 def urdf_side(
@@ -217,15 +214,21 @@ def urdf_side(
         return {**placed(given), "color": material and material.color}
 
     def placed(given: urdf.Visual | urdf.Collision) -> dict[str, Any]:
-        shape = given.geometry
-        out: dict[str, Any] = {
-            "xyz": given.origin.xyz,
-            "rpy": given.origin.rpy,
-            "geometry": shape,
-        }
-        if isinstance(shape, urdf.Mesh):
-            out["mesh"] = store.source(shape.filename, find(shape.filename))
+        out = _some(given.origin, "xyz", "rpy") | {"geometry": given.geometry}
+        if isinstance(given.geometry, urdf.Mesh):
+            name = given.geometry.filename
+            out["mesh"] = store.source(name, find(name))
         return out
+
+    def moved(joint: urdf.Joint) -> dict[str, Any]:
+        limit, mimic = joint.limit, joint.mimic
+        known = limit is not None and None not in (limit.lower, limit.upper)
+        return {
+            **_some(joint, "name", "type", "parent", "child", "axis"),
+            **_some(joint.origin, "xyz", "rpy"),
+            "limit": (limit.lower, limit.upper) if limit and known else None,
+            "mimic": mimic and (mimic.joint, mimic.multiplier, mimic.offset),
+        }
 
     return {
         "root": robot.root(),
@@ -237,23 +240,7 @@ def urdf_side(
             }
             for link in robot.links.values()
         ],
-        "joints": [
-            {
-                "name": joint.name,
-                "type": joint.type,
-                "parent": joint.parent,
-                "child": joint.child,
-                "xyz": joint.origin.xyz,
-                "rpy": joint.origin.rpy,
-                "axis": joint.axis,
-                "limit": None
-                if joint.limit is None or None in (joint.limit.lower, joint.limit.upper)
-                else (joint.limit.lower, joint.limit.upper),
-                "mimic": joint.mimic
-                and (joint.mimic.joint, joint.mimic.multiplier, joint.mimic.offset),
-            }
-            for joint in robot.depth_first()
-        ],
+        "joints": [moved(joint) for joint in robot.depth_first()],
     }
 
 
