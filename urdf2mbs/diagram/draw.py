@@ -84,191 +84,139 @@ class _Picture:
         self.numbers = mbs.numbers()
         _require_drawings(mbs)
         self.frames: dict[str | None, XY] = {None: _at(mbs.base.position)}
-        self.points: dict[tuple[str | None, str], XY] = {}
+        self.drawings: dict[str | None, Drawing] = {None: mbs.base.drawing or BASE}
         for body in mbs.bodies:
+            assert body.drawing is not None
             self.frames[body.name] = _at(body.joints[-1].position)
+            self.drawings[body.name] = body.drawing
+        self.places: dict[str | None, Box] = {}
+        """The boxes."""
+        for name, drawing in self.drawings.items():
+            x, y = self.frames[name]
+            (left, top), (width, height) = _bounds(drawing)
+            self.places[name] = (x + left, y + top, x + left + width, y + top + height)
+        self.points: dict[tuple[str | None, str], XY] = {}
         for name, owner in self.mbs.owners():
             for point in owner.points:
                 own_frame = point.name == ORIGIN and point.position is None
                 at = self.frames[name] if own_frame else _at(point.position)
                 self.points[name, point.name] = at
+        dots = (*self.frames.values(), *self.points.values())
+        self.taken: list[Box] = [(x - 8, y - 8, x + 8, y + 8) for x, y in dots]
+        """Where dots are, and the words that are written so far."""
 
     def _place(self, body: str | None, point: str | None) -> XY:
         return self.frames[body] if point is None else self.points[body, point]
 
-    def extent(self) -> tuple[float, float, float, float]:
-        """Left, top, right, bottom."""
+    def extent(self) -> Box:
         corners = [
             (x + dx, y + dy) for x, y in self.frames.values() for dx in (-8, 8) for dy in (-8, 8)
         ]
         corners += [(x + dx, y) for x, y in self.points.values() for dx in (-8, 8)]
         corners += [_at(joint.position) for body in self.mbs.bodies for joint in body.joints]
-        for name, drawing in self._drawings():
-            left, top, right, bottom = self._box(name, drawing)
+        for left, top, right, bottom in self.places.values():
             corners += [(left, top), (right, bottom)]
         xs, ys = zip(*corners, strict=True)
         return min(xs), min(ys), max(xs), max(ys)
 
-    def _drawings(self) -> Iterator[tuple[str | None, Drawing]]:
-        yield None, self.mbs.base.drawing or BASE
-        for body in self.mbs.bodies:
-            if body.drawing is not None:
-                yield body.name, body.drawing
-
-    def _box(self, name: str | None, drawing: Drawing) -> Box:
-        x, y = self.frames[name]
-        (left, top), (width, height) = _bounds(drawing)
-        return (x + left, y + top, x + left + width, y + top + height)
-
-    def _name_at(self, name: str | None, drawing: Drawing) -> XY:
-        left, top, right, bottom = self._box(name, drawing)
-        dx, dy = drawing.name_pos
-        return ((left + right) / 2 + dx, (top + bottom) / 2 - 6 + dy)
-
     def boxes(self) -> Iterator[str]:
-        bodies = {body.name: body for body in self.mbs.bodies}
-        for name, drawing in self._drawings():
+        x, y = self.frames[None]
+        about = f"{self.mbs.base.name}: the base"
+        dot = _tag("circle", cx=x, cy=y, r=6)
+        yield _tag("g", "body base", _title(about) + self._box(None) + dot, data_body="")
+        for body in self.mbs.bodies:
+            box = self._box(body.name)
+            yield _tag("g", "body", _title(_about_body(body)) + box, data_body=body.name)
+
+    def _box(self, name: str | None) -> str:
+        drawing, (left, top, right, bottom) = self.drawings[name], self.places[name]
+        width, height = right - left, bottom - top
+        if drawing.shape in ("circle", "ellipse"):
+            rx, ry = width / 2, height / 2
+            return _tag("ellipse", "box", cx=left + rx, cy=top + ry, rx=rx, ry=ry)
+        if drawing.shape == "polyline" and drawing.control_points:
             x, y = self.frames[name]
-            left, top, right, bottom = self._box(name, drawing)
-            width, height = right - left, bottom - top
-            if drawing.shape in ("circle", "ellipse"):
-                cx, cy, rx, ry = left + width / 2, top + height / 2, width / 2, height / 2
-                shape = (
-                    f'<ellipse class="box" cx="{_n(cx)}" cy="{_n(cy)}" rx="{_n(rx)}"'
-                    f' ry="{_n(ry)}"/>'
-                )
-            elif drawing.shape == "polyline" and drawing.control_points:
-                corners = " ".join(_p(x + dx, y + dy) for dx, dy in drawing.control_points)
-                shape = f'<polygon class="box" points="{corners}"/>'
-            else:
-                shape = (
-                    f'<rect class="box" x="{_n(left)}" y="{_n(top)}" width="{_n(width)}"'
-                    f' height="{_n(height)}"/>'
-                )
-            if name is None:
-                kind, about = "body base", f"{self.mbs.base.name}: the base"
-            else:
-                kind, about = "body", _about_body(bodies[name])
-            dot = f'<circle cx="{_n(x)}" cy="{_n(y)}" r="6"/>' if name is None else ""
-            yield (
-                f'<g class="{kind}" data-body="{_t(name or "")}"><title>{_t(about)}</title>{shape}'
-                f"{dot}</g>"
-            )
+            corners = " ".join(_p(x + dx, y + dy) for dx, dy in drawing.control_points)
+            return _tag("polygon", "box", points=corners)
+        return _tag("rect", "box", x=left, y=top, width=width, height=height)
 
     def names(self) -> Iterator[str]:
         """The names of the bodies, above the arrows that cross them."""
-        for name, drawing in self._drawings():
+        for name, (left, top, right, bottom) in self.places.items():
             kind = "body-name base" if name is None else "body-name"
-            words = _text("Base" if name is None else name, self._name_at(name, drawing), "label")
-            yield f'<g class="{kind}" data-body="{_t(name or "")}">{words}</g>'
+            dx, dy = self.drawings[name].name_pos
+            x, y = (left + right) / 2 + dx, (top + bottom) / 2 - 6 + dy
+            half = 4.5 * len(name or "Base")
+            self.taken.append((x - half, y - 12, x + half, y + 4))
+            words = _text("Base" if name is None else name, (x, y), "label")
+            yield _tag("g", kind, words, data_body=name or "")
 
     def arrows(self) -> Iterator[str]:
         """From a body's frame to each of its points."""
-        for name, owner in self.mbs.owners():
-            for point in owner.points:
-                (ax, ay), (bx, by) = self.frames[name], self.points[name, point.name]
-                length = hypot(bx - ax, by - ay)
-                if length < 12:
-                    continue  # the dots touch
-                ux, uy = (bx - ax) / length, (by - ay) / length
-                bx, by = bx - 5 * ux, by - 5 * uy
-                wings = [
-                    (bx - 10 * ux + s * 4.5 * uy, by - 10 * uy - s * 4.5 * ux) for s in (1, -1)
-                ]
-                yield (
-                    f'<path class="arrow" d="M{_p(ax, ay)} L{_p(bx, by)} M{_p(*wings[0])}'
-                    f' L{_p(bx, by)} L{_p(*wings[1])}"/>'
-                )
+        for (name, _), (bx, by) in self.points.items():
+            ax, ay = self.frames[name]
+            length = hypot(bx - ax, by - ay)
+            if length < 12:
+                continue  # the dots touch
+            ux, uy = (bx - ax) / length, (by - ay) / length
+            tip = bx - 5 * ux, by - 5 * uy
+            one, other = [
+                (tip[0] - 10 * ux + s * 4.5 * uy, tip[1] - 10 * uy - s * 4.5 * ux) for s in (1, -1)
+            ]
+            head = f"M{_p(*one)} L{_p(*tip)} L{_p(*other)}"
+            yield _tag("path", "arrow", d=f"M{_p(ax, ay)} L{_p(*tip)} {head}")
 
     def wires(self) -> Iterator[str]:
         """From the parent's point through the joints of each body, labelled at the middle."""
         for body in self.mbs.bodies:
             before = self._place(body.parent, body.point)
             for joint in body.joints:
-                after = _at(joint.position)
-                (ax, ay), (bx, by) = before, after
-                x, y = (ax + bx) / 2, (ay + by) / 2
-                number = self.numbers[joint.name]
-                yield (
-                    f'<g class="joint-label {joint.nature}" data-joint="{_t(joint.name)}"><title>'
-                    f"{_t(_about_joint(joint, number))}</title>"
-                    f'<path class="wire" d="M{_p(ax, ay)} {_curve(before, after)}"/>'
-                    + _text(joint.type, (x, y - 3), "label")
-                    + _text(f"q{number}", (x, y + 12), "label")
-                    + "</g>"
-                )
+                after, number = _at(joint.position), self.numbers[joint.name]
+                inside = _title(_about_joint(joint, number))
+                inside += _tag("path", "wire", d=f"M{_p(*before)} {_curve(before, after)}")
+                middle = (before[0] + after[0]) / 2, (before[1] + after[1]) / 2
+                inside += self._label(joint.type, f"q{number}", middle)
+                yield _tag("g", f"joint-label {joint.nature}", inside, data_joint=joint.name)
                 before = after
 
     def connections(self) -> Iterator[str]:
-        """The cuts, then the links; labels stand clear of other words."""
-        taken = self._words()
+        """The cuts, then the links; labels keep off the words that are written before."""
         for connection in (*self.mbs.cuts, *self.mbs.links):
             if connection.is_draft:
                 continue
             kind = "cut" if connection.kind in CUTS else "link"
-            (ax, ay), (bx, by) = (
-                self._place(*end) for end in (connection.endpoint1, connection.endpoint2)
-            )
-            half = 3.5 * max(len(connection.name), len(connection.kind)) + 2
+            ax, ay = self._place(*connection.endpoint1)
+            bx, by = self._place(*connection.endpoint2)
             spots = [(ax + share * (bx - ax), ay + share * (by - ay)) for share in SHARES]
-            labels = [(x - half, y - 14, x + half, y + 16) for x, y in spots]
-            crowd = [sum(_overlap(label, word) for word in taken) for label in labels]
-            best = crowd.index(min(crowd))
-            taken.append(labels[best])
-            x, y = spots[best]
-            about = _about_connection(connection)
-            yield (
-                f'<g class="connection" data-name="{_t(connection.name)}">'
-                f'<title>{_t(about)}</title><path class="{kind}"'
-                f' d="M{_p(ax, ay)} L{_p(bx, by)}"/>'
-                + _text(connection.kind, (x, y - 3), "label")
-                + _text(connection.name, (x, y + 12), "label")
-                + "</g>"
-            )
+            words = connection.kind, connection.name
+            crowd = [
+                sum(_overlap(_room(spot, *words), word) for word in self.taken) for spot in spots
+            ]
+            inside = _title(_about_connection(connection))
+            inside += _tag("path", kind, d=f"M{_p(ax, ay)} L{_p(bx, by)}")
+            inside += self._label(*words, spots[crowd.index(min(crowd))])
+            yield _tag("g", "connection", inside, data_name=connection.name)
 
-    def _words(self) -> list[Box]:
-        """Where words and dots stand: of joints, points and bodies."""
-        boxes = [
-            (x - 8, y - 8, x + 8, y + 8) for x, y in (*self.frames.values(), *self.points.values())
-        ]
-        for body in self.mbs.bodies:
-            before = self._place(body.parent, body.point)
-            for after in (_at(joint.position) for joint in body.joints):
-                x, y = (before[0] + after[0]) / 2, (before[1] + after[1]) / 2
-                boxes.append((x - 14, y - 14, x + 14, y + 16))
-                before = after
-        for name, drawing in self._drawings():
-            x, y = self._name_at(name, drawing)
-            half = 4.5 * len(name or "Base")
-            boxes.append((x - half, y - 12, x + half, y + 4))
-        return boxes
+    def _label(self, above: str, below: str, at: XY) -> str:
+        self.taken.append(_room(at, above, below))
+        x, y = at
+        return _text(above, (x, y - 3), "label") + _text(below, (x, y + 12), "label")
 
     def dots(self) -> Iterator[str]:
         for name, owner in self.mbs.owners():
             for point in owner.points:
                 x, y = self.points[name, point.name]
-                letters = [
-                    letter
-                    for letter, found in (("S", point.sensor), ("F", point.extforce))
-                    if found is not None
-                ]
-                marks = "".join(
-                    _text(letter, (x + 7 + 7 * k, y + 3), "mark")
-                    for k, letter in enumerate(letters)
-                )
-                yield (
-                    f'<g class="point" data-body="{_t(name or "")}" data-point="{_t(point.name)}">'
-                    f"<title>{_t(_about_point(point))}</title>"
-                    f'<circle cx="{_n(x)}" cy="{_n(y)}" r="5"/>{marks}</g>'
-                )
+                inside = _title(_about_point(point)) + _tag("circle", cx=x, cy=y, r=5)
+                letters = "S" * (point.sensor is not None) + "F" * (point.extforce is not None)
+                for k, letter in enumerate(letters):
+                    inside += _text(letter, (x + 7 + 7 * k, y + 3), "mark")
+                yield _tag("g", "point", inside, data_body=name or "", data_point=point.name)
         for body in self.mbs.bodies:
             for joint in body.joints:
                 x, y = _at(joint.position)
-                about = _about_joint(joint, self.numbers[joint.name])
-                yield (
-                    f'<g class="joint {joint.nature}" data-joint="{_t(joint.name)}">'
-                    f'<title>{_t(about)}</title><circle cx="{_n(x)}" cy="{_n(y)}" r="5"/></g>'
-                )
+                inside = _title(_about_joint(joint, self.numbers[joint.name]))
+                inside += _tag("circle", cx=x, cy=y, r=5)
+                yield _tag("g", f"joint {joint.nature}", inside, data_joint=joint.name)
 
 
 def _require_drawings(mbs: Mbs) -> None:
@@ -306,6 +254,12 @@ def _bounds(drawing: Drawing) -> tuple[XY, XY]:
     if drawing.shape in ("circle", "ellipse"):
         return (x - width, y - height), (2 * width, 2 * height)
     return (x, y), (width, height)
+
+
+def _room(at: XY, *words: str) -> Box:
+    """What a label of two words takes."""
+    half = 3.5 * max(map(len, words)) + 2
+    return at[0] - half, at[1] - 14, at[0] + half, at[1] + 16
 
 
 def _overlap(one: Box, another: Box) -> float:
@@ -356,8 +310,21 @@ def _about_connection(connection: Connection) -> str:
     return f"{connection.name}\n{connection.kind}{length}"
 
 
+def _tag(name: str, kind: str = "", inside: str = "", **attributes: str | float) -> str:
+    """An element of a class; ``data_x`` is its attribute ``data-x``."""
+    text = f'<{name} class="{kind}"' if kind else f"<{name}"
+    for key, value in attributes.items():
+        said = _t(value) if isinstance(value, str) else _n(value)
+        text += f' {key.replace("_", "-")}="{said}"'
+    return f"{text}>{inside}</{name}>" if inside else f"{text}/>"
+
+
+def _title(text: str) -> str:
+    return f"<title>{_t(text)}</title>"
+
+
 def _text(text: str, at: XY, kind: str) -> str:
-    return f'<text class="{kind}" x="{_n(at[0])}" y="{_n(at[1])}">{_t(text)}</text>'
+    return _tag("text", kind, _t(text), x=at[0], y=at[1])
 
 
 def _n(value: float) -> str:
