@@ -80,12 +80,6 @@ def test_a_good_name_goes_before_a_changed_one_that_would_be_the_same() -> None:
     assert identifiers(["a-b", "a_b", "a b"], suffix="_body") == ["a_b_body", "a_b", "a_b_body_2"]
 
 
-def test_ten_thousand_alike_are_numbered_in_one_go() -> None:
-    out = identifiers(["a-b"] * 10_000)
-    assert out[0] == "a_b"
-    assert out[-1] == "a_b_10000"
-
-
 def test_the_shared_name_space() -> None:
     mbs = Mbs(
         "m",

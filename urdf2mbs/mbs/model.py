@@ -296,23 +296,17 @@ class Mbs(Part):
 
     def numbers(self) -> dict[str, int]:
         """The number that Robotran gives each joint: 1, 2, ... in the order of the file."""
-        joints = (joint for body in self.bodies for joint in body.joints)
-        return {joint.name: number for number, joint in enumerate(joints, start=1)}
+        return {name: number for number, name in enumerate(self.joints(), start=1)}
 
     def depth_first(self) -> list[Body]:
         """The bodies as MBSysPad renumbers them when it saves: depth first, children at
         ``origin`` before the others, those in the order of their parent's points."""
-        points: dict[str | None, list[Point]] = {None: self.base.points}
         children: dict[str | None, list[Body]] = {}
         for body in self.bodies:
-            points[body.name] = body.points
             children.setdefault(body.parent, []).append(body)
-        for parent, siblings in children.items():
-            if len(siblings) > 1:
-                rank: dict[str | None, int] = {
-                    point.name: index for index, point in enumerate(points.get(parent, ()))
-                }
-                siblings.sort(key=lambda body: rank.get(body.point, -1))
+        for name, owner in self.owners():
+            rank: dict[str | None, int] = {point.name: n for n, point in enumerate(owner.points)}
+            children.get(name, []).sort(key=lambda body: rank.get(body.point, -1))
         order: list[Body] = []
         stack = children.get(None, [])[::-1]
         while stack:

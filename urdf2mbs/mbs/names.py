@@ -13,15 +13,7 @@ import re
 from collections.abc import Callable, Container, Iterable, Sequence
 from typing import Any
 
-from urdf2mbs.mbs.model import (
-    BASE,
-    ORIGIN,
-    Body,
-    Connection,
-    Joint,
-    Mbs,
-    Sensor,
-)
+from urdf2mbs.mbs.model import BASE, ORIGIN, Body, Connection, Joint, Mbs, Sensor
 from urdf2mbs.messages.diagnostics import ConversionError, nearest
 
 C_KEYWORDS = frozenset([
@@ -41,7 +33,6 @@ C_KEYWORDS = frozenset([
 ])  # fmt: skip
 
 _GOOD = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII).fullmatch
-_BAD_CHARACTER = r"[^A-Za-z0-9_]"
 
 
 def free_name(name: str, taken: Container[str], spelled: Callable[[str], str] = str) -> str:
@@ -56,15 +47,36 @@ def free_name(name: str, taken: Container[str], spelled: Callable[[str], str] = 
     return free
 
 
-def identifiers(names: Sequence[str], reserved: Iterable[str] = (), suffix: str = "") -> list[str]:
+def identifiers(
+    names: Sequence[str], reserved: Iterable[str] = (), suffix: str | Sequence[str] = ""
+) -> list[str]:
     """An identifier for each name, in the same order, no two alike.
 
     A name that is good as it is keeps itself, before any other is changed: only the first
     of several equal ones, and none that is ``reserved`` or a word of C's own.  In the others
     each bad character becomes ``_``, a name that does not start with a letter gets ``n_``,
-    and where that is taken, ``suffix`` and then ``_2``, ``_3``, ... are appended.
+    and where that is taken, the ``suffix`` (one for all, or one for each) and then ``_2``, ``_3``,
+    ... are appended.
     """
-    return _assign(names, [suffix] * len(names), reserved)
+    suffixes = [suffix] * len(names) if isinstance(suffix, str) else suffix
+    taken = {*C_KEYWORDS, *reserved}
+    out = [""] * len(names)
+    others: list[int] = []
+    for index, name in enumerate(names):
+        if name in taken or not _GOOD(name):
+            others.append(index)
+        else:
+            taken.add(name)
+            out[index] = name
+    for index in others:
+        new = re.sub("[^A-Za-z0-9_]", "_", names[index])
+        if not _GOOD(new):
+            new = f"n_{new}"
+        if new in taken:
+            new = free_name(new + suffixes[index], taken)
+        taken.add(new)
+        out[index] = new
+    return out
 
 
 def rename(mbs: Mbs) -> tuple[dict[str, str], dict[str, str]]:
@@ -90,7 +102,7 @@ def rename(mbs: Mbs) -> tuple[dict[str, str], dict[str, str]]:
     ]
     things = [(thing, suffix) for kind, suffix in kinds for thing in kind]
     old = [thing.name for thing, _ in things]
-    final = _assign(old, [suffix for _, suffix in things], (BASE, ORIGIN, mbs.base.name))
+    final = identifiers(old, (BASE, ORIGIN, mbs.base.name), [suffix for _, suffix in things])
     names: dict[type, dict[str, str]] = {}
     for (thing, _), name in zip(things, final, strict=True):
         names.setdefault(type(thing), {}).setdefault(thing.name, name)
@@ -109,17 +121,6 @@ def rename(mbs: Mbs) -> tuple[dict[str, str], dict[str, str]]:
         constraint.joints = tuple(
             _new(joint_names, name, "joint", who) for name in constraint.joints
         )
-    _rename_user_elements(mbs, joint_names)
-    return body_names, joint_names
-
-
-def _ends(mbs: Mbs) -> list[tuple[Connection, str]]:
-    """The ends of all cuts and links, by the names of their fields."""
-    connections = (*mbs.cuts, *mbs.links)
-    return [(connection, end) for connection in connections for end in ("endpoint1", "endpoint2")]
-
-
-def _rename_user_elements(mbs: Mbs, joint_names: dict[str, str]) -> None:
     for elements, suffix in (
         (mbs.user_constraints, "_constraint"),
         (mbs.user_models, "_model"),
@@ -127,8 +128,15 @@ def _rename_user_elements(mbs: Mbs, joint_names: dict[str, str]) -> None:
     ):
         _rename_all(elements, [element.name for element in elements], suffix)
     for model in mbs.user_models:
-        names = [joint_names.get(parameter.name, parameter.name) for parameter in model.parameters]
-        _rename_all(model.parameters, names, "_parameter")
+        old = [joint_names.get(parameter.name, parameter.name) for parameter in model.parameters]
+        _rename_all(model.parameters, old, "_parameter")
+    return body_names, joint_names
+
+
+def _ends(mbs: Mbs) -> list[tuple[Connection, str]]:
+    """The ends of all cuts and links, by the names of their fields."""
+    connections = (*mbs.cuts, *mbs.links)
+    return [(connection, end) for connection in connections for end in ("endpoint1", "endpoint2")]
 
 
 def _rename_all(
@@ -170,33 +178,3 @@ def _rename_points(mbs: Mbs) -> None:
                 hint=nearest(point_name, [p for b, p in final if b == body_name and p]),
             )
         setattr(connection, end, (body_name, final.get(key)))
-
-
-def _assign(names: Sequence[str], suffixes: Sequence[str], reserved: Iterable[str]) -> list[str]:
-    """``identifiers`` for names of several kinds, each with its own suffix."""
-    taken = {*C_KEYWORDS, *reserved}
-    out = [""] * len(names)
-    others: list[int] = []
-    for index, name in enumerate(names):
-        if name in taken or not _GOOD(name):
-            others.append(index)
-        else:
-            taken.add(name)
-            out[index] = name
-    counted: dict[str, int] = {}
-    for index in others:
-        name, suffix = names[index], suffixes[index]
-        new = re.sub(_BAD_CHARACTER, "_", name)
-        if not _GOOD(new):
-            new = f"n_{new}"
-        if new in taken:
-            stem = new = new + suffix
-            # from where the last search ended: else a thousand equal names take a million steps
-            number = counted.get(stem, 1)
-            while new in taken:
-                number += 1
-                new = f"{stem}_{number}"
-            counted[stem] = number
-        taken.add(new)
-        out[index] = new
-    return out

@@ -132,17 +132,17 @@ class _Reader(Values):
             )  # fmt: skip
 
     def check_joint(self, joint: Joint, element: _Element) -> None:
-        if joint.type not in JOINT_TYPES:
-            self.fail_word(joint, element, "type", "the types are T1 T2 T3 R1 R2 R3")
-        if joint.nature not in NATURES:
-            hint = "the natures are independent, dependent and driven"
-            self.fail_word(joint, element, "nature", hint)
-
-    def fail_word(self, joint: Joint, element: _Element, tag: str, hint: str) -> NoReturn:
-        at = element.find(tag)
-        said = f"joint '{joint.name}' is of {tag} '{getattr(joint, tag)}'"
-        code = "joint-type-unknown" if tag == "type" else "joint-nature-unknown"
-        self.fail(element if at is None else at, code, said, hint)
+        for tag, word, known, code in (
+            ("type", joint.type, JOINT_TYPES, "joint-type-unknown"),
+            ("nature", joint.nature, NATURES, "joint-nature-unknown"),
+        ):
+            if word not in known:
+                at = element.find(tag)
+                self.fail(
+                    element if at is None else at, code,
+                    f"joint '{joint.name}' is of {tag} '{word}'",
+                    f"the {tag}s are {', '.join(sorted(known))}",
+                )  # fmt: skip
 
     def check_point(self, point: Point, element: _Element) -> None:
         names = self.points.setdefault(self.owner, set())

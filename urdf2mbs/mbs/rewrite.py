@@ -25,36 +25,27 @@ AT = "at"
 FROM = "from"
 
 
-def rewrite(
-    elements: list[_Element],
-    was: _Element,
-    now: _Element,
-    others: tuple[list[_Element], _Element] | None = None,
-) -> None:
-    """Change a file's tree.
+class Rewriter:
+    """Changes the elements of a file.
 
     ``elements`` are those of the objects in the file by the numbers of their origins, the root
     first; ``was`` and ``now`` are what the writer writes of the model before and after.
     ``others`` are the elements of another file, from which objects come, and what the writer
     writes of its model.
     """
-    _Rewriter(elements, was, now, others).change(elements[0], was, now)
 
-
-class _Rewriter:
     def __init__(
         self,
         elements: list[_Element],
         was: _Element,
         now: _Element,
-        others: tuple[list[_Element], _Element] | None,
+        others: tuple[list[_Element], _Element] | None = None,
     ) -> None:
         self.elements = elements
         self.objects = set(elements)
-        self.was = _marked(was)
-        self.now = _marked(now)
-        self.others: list[_Element] = others[0] if others else []
-        self.others_were = _marked(others[1]) if others else {}
+        self.was, self.now = _marked(was), _marked(now)
+        self.others, theirs = others or ([], etree.Element("none"))
+        self.others_were = _marked(theirs)
         for element in self.others_were.values():
             del element.attrib[AT]
 
@@ -79,13 +70,14 @@ class _Rewriter:
         order: list[_Element] = []
         for key, child in after.items():
             same = self.elements[key] if isinstance(key, int) else there.get(key)
+            changed = key not in before or _text(before[key]) != _text(child)
             if key not in before and isinstance(key, int):
                 order.append(self.made(child))  # from another parent
             elif same is not None:
-                if key not in before or _text(before[key]) != _text(child):
+                if changed:
                     self.change(same, before.get(key, etree.Element(child.tag)), child)
                 order.append(same)
-            elif key not in before or _text(before[key]) != _text(child):
+            elif changed:
                 order.append(self.made(child))
         for key, child in before.items():
             gone = self.elements[key] if isinstance(key, int) else there.get(key)
@@ -123,11 +115,7 @@ class _Rewriter:
 
 
 def _marked(tree: _Element) -> dict[int, _Element]:
-    marked: dict[int, _Element] = {}
-    for element in tree.iter():
-        if element.get(AT) is not None:
-            marked[int(element.get(AT, ""))] = element
-    return marked
+    return {int(element.get(AT, "")): element for element in tree.iter() if AT in element.attrib}
 
 
 def _keyed(children: Iterable[_Element], *, marked: bool = True) -> dict[Key, _Element]:

@@ -25,7 +25,7 @@ from urdf2mbs.mbs.model import (
     Part,
 )
 from urdf2mbs.mbs.reader import read_again
-from urdf2mbs.mbs.rewrite import AT, FROM, rewrite
+from urdf2mbs.mbs.rewrite import AT, FROM, Rewriter
 
 if TYPE_CHECKING:
     from lxml.etree import _Element
@@ -61,15 +61,15 @@ def write(mbs: Mbs, *, other: bytes | None = None) -> bytes:
         return _Writer().mbs(mbs).encode()
     source = mbs.origin.source
     before, elements = read_again(source)
-    was = _Writer(source).mbs(before).encode()
-    now = _Writer(source, other).mbs(mbs).encode()
-    if was == now:
+    texts = [_Writer(source).mbs(before), _Writer(source, other).mbs(mbs)]
+    if texts[0] == texts[1]:
         return source
     others = None
     if other is not None:
         theirs, their_elements = read_again(other)
         others = their_elements, etree.fromstring(_Writer(other).mbs(theirs).encode())
-    rewrite(elements, etree.fromstring(was), etree.fromstring(now), others)
+    was, now = [etree.fromstring(text.encode()) for text in texts]
+    Rewriter(elements, was, now, others).change(elements[0], was, now)
     return _spelled(elements[0], source)
 
 
