@@ -1,30 +1,29 @@
 """A VRML reader that is not ours: VRMLLoader of npm's ``three``, in Chromium.
 
 Nothing is fetched: the page, three.js and the meshes are handed to the browser from memory.
-Wants the packages ``playwright`` (pip) and ``three`` (npm, in a ``node_modules`` folder at or
-above this file, or named by NODE_PATH), and a Chromium on the PATH.
+Wants the npm package ``three``, in a ``node_modules`` folder at or above this file, or named by
+NODE_PATH.
 """
 
 from __future__ import annotations
 
-import importlib.util
 import mimetypes
 import os
-import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path, PurePosixPath
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
 from meshes import wrl
 from meshes.robot import convert, visual
 from meshes.samples import SAMPLES, TRIANGLES
+from report.conftest import browser as browser
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Route
 
 pytestmark = pytest.mark.slow
 
-CHROMIUM = next(
-    filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None
-)
 HOST = "http://meshes.test"
 
 PAGE = """<!doctype html><link rel="icon" href="data:,">
@@ -72,60 +71,47 @@ def three() -> Path | None:
     return next((place / "three" for place in places if (place / "three").is_dir()), None)
 
 
-@pytest.fixture(scope="module")
-def load() -> Iterator[Callable[[dict[str, bytes], str], Any]]:
+Load = Callable[[dict[str, bytes], str], Any]
+
+
+@pytest.fixture
+def load(browser: Browser) -> Iterator[Load]:
     """Loads one of some files, and gives what three.js made of each of its meshes."""
     package = three()
-    if importlib.util.find_spec("playwright") is None:
-        pytest.skip("no Python package playwright: pip install playwright")
-    if CHROMIUM is None:
-        pytest.skip("no Chromium: apt-get install chromium")
     if package is None:
         pytest.skip("no npm package three: npm install three@0.187.0")
-    from playwright.sync_api import Route, sync_playwright
-
     files: dict[str, bytes] = {}
     complaints: list[str] = []
 
     def answer(route: Route) -> None:
         path = route.request.url.removeprefix(HOST)
-        body: bytes | None = None
         if path == "/":
-            body = PAGE.encode()
+            route.fulfill(body=PAGE, content_type="text/html")
         elif path.startswith("/three/"):
             body = (package / path.removeprefix("/three/")).read_bytes()
+            route.fulfill(body=body, content_type="text/javascript")
+        elif (name := PurePosixPath(path).name) in files:
+            kind = mimetypes.guess_type(path)[0] or "text/plain"
+            route.fulfill(body=files[name], content_type=kind)
         else:
-            body = files.get(PurePosixPath(path).name)
-        kind = "text/html" if path == "/" else mimetypes.guess_type(path)[0] or "text/plain"
-        if path.endswith(".js"):
-            kind = "text/javascript"
-        if body is None:
             route.fulfill(status=404)
-        else:
-            route.fulfill(body=body, content_type=kind)
 
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(
-            executable_path=CHROMIUM,
-            args=["--no-sandbox", "--disable-gpu", "--disable-background-networking"],
-        )
-        page = browser.new_page()
-        page.route("**/*", answer)
-        page.on("pageerror", lambda error: complaints.append(str(error)))
-        page.on("console", lambda m: complaints.append(m.text) if m.type == "error" else None)
-        page.goto(HOST + "/")
-        page.wait_for_function("window.ready")
+    page = browser.new_page()
+    page.route("**/*", answer)
+    page.on("pageerror", lambda error: complaints.append(str(error)))
+    page.on("console", lambda m: complaints.append(m.text) if m.type == "error" else None)
+    page.goto(HOST + "/")
+    page.wait_for_function("window.ready")
 
-        def load(given: dict[str, bytes], name: str) -> Any:
-            files.clear()
-            files.update(given)
-            complaints.clear()
-            parts = page.evaluate("(url) => window.load(url)", f"{HOST}/files/{name}")
-            assert complaints == []
-            return parts
+    def load(given: dict[str, bytes], name: str) -> Any:
+        files.clear()
+        files.update(given)
+        parts = page.evaluate("(url) => window.load(url)", f"{HOST}/files/{name}")
+        assert complaints == []
+        return parts
 
-        yield load
-        browser.close()
+    yield load
+    page.close()
 
 
 def _hex(rgb: tuple[int, ...]) -> str:
@@ -148,9 +134,7 @@ def _compare(parts: Any, data: bytes) -> None:
         assert part["opacity"] == pytest.approx(1 - clear)
 
 
-def test_every_file_that_the_tests_write(
-    load: Callable[[dict[str, bytes], str], Any], tmp_path: Path
-) -> None:
+def test_every_file_that_the_tests_write(load: Load, tmp_path: Path) -> None:
     scales = [(1.0, 1.0, 1.0), (1.0, -1.0, 1.0)]
     for sample in SAMPLES:
         mesh = sample.write(tmp_path / sample.name)

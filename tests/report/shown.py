@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from conftest import SHARED
+from proving import SOLID, joint, link, robot
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.config import Config, Lines, typed
@@ -77,16 +78,11 @@ def data(conversion: Conversion) -> bytes:
 EVIL = "</script><img src=x onerror='window.hacked=1'>&amp;\"<!--"
 
 #: A robot with such names everywhere, in XML's own writing.
-HOSTILE = """<?xml version="1.0"?>
-<robot name="{0}">
-  <link name="{0}"/>
-  <joint name="j{0}" type="revolute">
-    <parent link="{0}"/><child link="b{0}"/><axis xyz="0 0 1"/>
-    <limit lower="-1" upper="1" effort="1" velocity="1"/>
-  </joint>
-  <link name="b{0}">
-    <inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>
-    <visual name="{0}"><geometry><mesh filename="package://nowhere/{0}.stl"/></geometry></visual>
-  </link>
-</robot>
-""".replace("{0}", EVIL.replace("&", "&amp;").replace("<", "&lt;").replace('"', "&quot;"))
+SHAPE = (
+    '<visual name="{0}"><geometry><mesh filename="package://nowhere/{0}.stl"/></geometry></visual>'
+)
+HOSTILE = robot(
+    link("{0}"), link("b{0}", SOLID, SHAPE), joint("{0}", "b{0}", "revolute", name="j{0}")
+).replace('"r"', '"{0}"').replace(
+    "{0}", EVIL.replace("&", "&amp;").replace("<", "&lt;").replace('"', "&quot;")
+)  # fmt: skip

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
 
 import pytest
 from meshes import wrl
@@ -39,10 +38,6 @@ def slider(*shapes: Shape) -> Mbs:
     )
 
 
-def island(data: bytes) -> Any:
-    return Html(data).island
-
-
 def test_what_has_no_meaning_is_left_out(tmp_path: Path) -> None:
     html = Html(make_of_model(slider(), tmp_path / "m.mbs").data)
     ids = {given.get("id") for _, given in html.elements}
@@ -72,7 +67,7 @@ def test_meshes_come_from_the_project(tmp_path: Path) -> None:
     for picture, textures in ((b"\x89PNG\r\n and so on", 1), (b"root:x:0:0", 0)):
         (folder / "skin.png").write_bytes(picture)
         page = make_of_model(slider(*shapes), tmp_path / "dataR" / "m.mbs")
-        drawn = island(page.data)
+        drawn = Html(page.data).island
         numbers = [shape["mesh"] for shape in drawn["mbs"]["bodies"][0]["shapes"]]
         assert numbers == [0, 1, 2, 3, None, None]
         assert len(drawn["textures"]) == textures, "what is no picture stays out of the page"
@@ -115,5 +110,5 @@ def test_all_samples_have_a_page(shared: Path) -> None:
 
     for file in sorted((shared / "mbs-samples").glob("*.mbs")):
         model = read(file.read_bytes(), str(file))
-        bodies = island(make_of_model(model, file).data)["mbs"]["bodies"]
+        bodies = Html(make_of_model(model, file).data).island["mbs"]["bodies"]
         assert len(bodies) == len(model.bodies), file.name

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from random import Random
 from typing import TYPE_CHECKING, Any
@@ -12,6 +11,7 @@ import numpy as np
 import pytest
 from oracle.mbs import Evaluator
 from oracle.multibody import rotation
+from proving import SOLID, joint, link, robot
 from report.opened import Open, Opened, open_report
 from report.shown import EVIL, HOSTILE, SHOWN, data, run
 
@@ -49,24 +49,6 @@ def tiny(tmp_path: Path) -> Conversion:
     source = tmp_path / "tiny.urdf"
     source.write_text(TINY)
     return run(source, tmp_path / "p", base="fixed")
-
-
-def test_a_picture_of_the_docs_does_not_blink(browser: Browser, tmp_path: Path) -> None:
-    """It shows the .mbs, in red, at whatever moment it is made."""
-    spec = spec_from_file_location("make_pictures", DOCS / "make_pictures.py")
-    assert spec is not None
-    assert spec.loader is not None
-    pictures = module_from_spec(spec)
-    spec.loader.exec_module(pictures)
-    (tmp_path / "mistake.py").write_text(pictures.MISTAKE)
-    plugin = ["--plugin", tmp_path / "mistake.py", "--after", "decompose-joints=mistake"]
-    html = tmp_path / "arm.html"
-    pictures.run("report", pictures.ROBOTS["arm"], "-o", html, *plugin, code=3)
-    page = pictures.still_page(browser)
-    red, green, blue = np.moveaxis(np.asarray(pictures.page_of(page, html), int), 2, 0)
-    assert ((red > 150) & (green < 80) & (blue < 80)).sum() > 12_000
-    assert page.evaluate("setInterval(() => 0, 1)") == 0, "nothing changes with time"
-    page.close()
 
 
 def test_what_differs_blinks(opened: Open, tiny: Conversion) -> None:
@@ -117,24 +99,16 @@ def test_followers_follow(opened: Open, tiny: Conversion, shared: Path, tmp_path
 
 
 def test_planar_and_floating_joints(opened: Open, tmp_path: Path) -> None:
-    inertial = (
-        '<inertial><mass value="1"/>'
-        '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
-    )
     source = tmp_path / "odd.urdf"
-    source.write_text(
-        f"""<robot name="odd"><link name="world"/>
-        <joint name="p" type="planar"><parent link="world"/><child link="a"/>
-          <origin xyz="1 2 3" rpy="0.1 0.2 0.3"/><axis xyz="1 -2 0.5"/></joint>
-        <link name="a">{inertial}</link>
-        <joint name="f" type="floating"><parent link="a"/><child link="b"/>
-          <origin xyz="0 1 0" rpy="1.5707963 0 -0.7"/></joint>
-        <link name="b">{inertial}</link></robot>"""
-    )
+    source.write_text(robot(
+        link("world"), link("a", SOLID), link("b", SOLID),
+        joint("world", "a", "planar", xyz="1 2 3", rpy="0.1 0.2 0.3", axis="1 -2 0.5"),
+        joint("a", "b", "floating", xyz="0 1 0", rpy="1.5707963 0 -0.7"),
+    ))  # fmt: skip
     report = opened(run(source, tmp_path / "p"))
     for _ in range(3):
-        for joint in Evaluator(data(report.conversion)).moving:
-            report.slide(joint, Random(joint).uniform(-1, 1))
+        for name in Evaluator(data(report.conversion)).moving:
+            report.slide(name, Random(name).uniform(-1, 1))
         assert report.ask("urdf2mbs.agreement()")["largest"] < 1e-12
 
 
@@ -283,12 +257,8 @@ def test_an_inertia_box_has_the_body_s_inertia(opened: Open, tmp_path: Path) -> 
     turn = rotation(np.array([1.0, 2.0, 3.0]) / np.sqrt(14.0), 0.7)
     tensor = turn @ np.diag([b * b + c * c, a * a + c * c, a * a + b * b]) @ turn.T / 6.0
     entries = ("xx", "xy", "xz", "yy", "yz", "zz")
-    (rows, columns) = np.triu_indices(3)
-    text = (
-        " ".join(f'i{e}="{tensor[r, k]!r}"' for e, r, k in zip(entries, rows, columns, strict=True))
-        .replace("np.float64(", "")
-        .replace(")", "")
-    )
+    values = tensor[np.triu_indices(3)].tolist()
+    text = " ".join(f'i{entry}="{value}"' for entry, value in zip(entries, values, strict=True))
     source = tmp_path / "box.urdf"
     source.write_text(
         f"""<robot name="box"><link name="l"><inertial><origin xyz="1 2 3"/><mass value="2"/>
@@ -352,13 +322,9 @@ def test_on_paper_nothing_is_clipped(opened: Open, tiny: Conversion) -> None:
     assert not blank
 
 
-CRANE = TINY.replace("</robot>", """
-  <joint name="slider" type="prismatic"><origin xyz="0.2 0 0"/><parent link="body"/>
-    <child link="cart"/><axis xyz="0 1 0"/><limit lower="-0.2" upper="0.3" effort="1" velocity="1"/>
-  </joint>
-  <link name="cart"><inertial><mass value="1"/>
-    <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
-</robot>""")  # fmt: skip
+CRANE = TINY.replace("</robot>", link("cart", SOLID) + joint(
+    "body", "cart", "prismatic", name="slider", xyz="0.2 0 0", axis="0 1 0",
+).replace('lower="-1" upper="1"', 'lower="-0.2" upper="0.3"') + "</robot>")  # fmt: skip
 
 
 def test_marks_stand_where_the_model_has_them(browser: Browser, tmp_path: Path) -> None:
