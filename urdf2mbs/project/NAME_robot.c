@@ -54,10 +54,9 @@ static double number(const MbsData *mbs_data, size_t place)
 void NAME_constraints(double *h, double **Jac, MbsData *mbs_data)
 {
     const double *q = mbs_data->q;
-    const Coupling *c;
     int k = 0;
 
-    for (c = couplings; c->follower != 0; c++) {
+    for (const Coupling *c = couplings; c->follower != 0; c++) {
         k++;
         h[k] = q[c->follower] - c->multiplier * q[c->leader] - c->offset;
         Jac[k][c->follower] = 1.0;
@@ -67,9 +66,7 @@ void NAME_constraints(double *h, double **Jac, MbsData *mbs_data)
 
 void NAME_constraints_jdqd(double *jdqd)
 {
-    int k;
-
-    for (k = 1; k <= NAME_N_CONSTRAINTS; k++) {
+    for (int k = 1; k <= NAME_N_CONSTRAINTS; k++) {
         jdqd[k] = 0.0;
     }
 }
@@ -77,9 +74,8 @@ void NAME_constraints_jdqd(double *jdqd)
 void NAME_driven_joints(MbsData *mbs_data)
 {
     double *q = mbs_data->q, *qd = mbs_data->qd, *qdd = mbs_data->qdd;
-    const Coupling *c;
 
-    for (c = driven; c->follower != 0; c++) {
+    for (const Coupling *c = driven; c->follower != 0; c++) {
         q[c->follower] = c->multiplier * q[c->leader] + c->offset;
         qd[c->follower] = c->multiplier * qd[c->leader];
         qdd[c->follower] = c->multiplier * qdd[c->leader];
@@ -115,14 +111,13 @@ static void bristle(MbsData *mbs_data, int state, int n, const double *rates, do
     const double *bent = mbs_data->ux + state;
     const double lost = 1.0 - shortened(n, bent, most);
     double part;
-    int k;
 
-    for (k = 0; k < n; k++) {
+    for (int k = 0; k < n; k++) {
         mbs_data->uxd[state + k] = rates[k] - lost * bent[k] / time;
         pull[k] = bent[k] + time * rates[k];
     }
     part = shortened(n, pull, most);
-    for (k = 0; k < n; k++) {
+    for (int k = 0; k < n; k++) {
         pull[k] *= part;
     }
 }
@@ -144,27 +139,20 @@ void NAME_joint_forces(MbsData *mbs_data)
 {
     const double *q = mbs_data->q, *qd = mbs_data->qd;
     double *Qq = mbs_data->Qq;
-    const JointLaw *l;
 
     if (number(mbs_data, joint_forces.damping) != 0.0) {
-        const Damping *d;
-
-        for (d = dampings; d->joint != 0; d++) {
+        for (const Damping *d = dampings; d->joint != 0; d++) {
             Qq[d->joint] -= number(mbs_data, d->coefficient) * qd[d->joint];
         }
     }
     if (number(mbs_data, joint_forces.springs) != 0.0) {
-        const JointSpring *s;
-
-        for (s = joint_springs; s->joint != 0; s++) {
+        for (const JointSpring *s = joint_springs; s->joint != 0; s++) {
             Qq[s->joint] -= number(mbs_data, s->stiffness)
                 * (q[s->joint] - number(mbs_data, s->rest));
         }
     }
     if (number(mbs_data, joint_forces.friction) != 0.0) {
-        const Friction *f;
-
-        for (f = frictions; f->joint != 0; f++) {
+        for (const Friction *f = frictions; f->joint != 0; f++) {
             const double stiffness = number(mbs_data, f->stiffness);
             double pull;
 
@@ -176,9 +164,8 @@ void NAME_joint_forces(MbsData *mbs_data)
     }
     if (number(mbs_data, joint_forces.stops) != 0.0) {
         const double speed = number(mbs_data, joint_forces.stop_speed);
-        const Stop *s;
 
-        for (s = stops; s->joint != 0; s++) {
+        for (const Stop *s = stops; s->joint != 0; s++) {
             const double depth = s->side * (q[s->joint] - number(mbs_data, s->limit));
             const double stiffness = number(mbs_data, s->stiffness);
 
@@ -186,16 +173,14 @@ void NAME_joint_forces(MbsData *mbs_data)
         }
     }
     if (number(mbs_data, hold_on) != 0.0) {
-        const Hold *h;
-
-        for (h = holds; h->joint != 0; h++) {
+        for (const Hold *h = holds; h->joint != 0; h++) {
             const double push = number(mbs_data, h->stiffness) * (mbs_data->q0[h->joint] - q[h->joint])
                 - number(mbs_data, h->damping) * qd[h->joint];
 
             Qq[h->joint] += NAME_within_effort(mbs_data, h->joint, push);
         }
     }
-    for (l = joint_laws; l->joint != 0; l++) {
+    for (const JointLaw *l = joint_laws; l->joint != 0; l++) {
         Qq[l->joint] += l->law(mbs_data, l->joint);
     }
 }
@@ -216,9 +201,8 @@ static void ground_force(const double P[4], const double V[4], MbsData *mbs_data
     const double friction = touches ? number(mbs_data, ground.friction) : 0.0;
     const double length = number(mbs_data, ground.bristle);
     double slip[2], pull[2];
-    int i;
 
-    for (i = 0; i < 2; i++) {
+    for (int i = 0; i < 2; i++) {
         const double *way = across + 3 * i;
 
         /* in the air, the bristle springs back */
@@ -226,7 +210,7 @@ static void ground_force(const double P[4], const double V[4], MbsData *mbs_data
     }
     bristle(mbs_data, state, 2, slip, friction * length, number(mbs_data, ground.bristle_time),
         pull);
-    for (i = 1; i <= 3 && touches; i++) {
+    for (int i = 1; i <= 3 && touches; i++) {
         force[i] = normal
             * (up[i] - (pull[0] * across[i - 1] + pull[1] * across[i + 2]) / length);
     }
@@ -245,22 +229,21 @@ static void contact_force(const Contact *contact, double P[4], double R[4][4], d
     double OM[4], MbsData *mbs_data, double force[7])
 {
     double axis[4], arm[4], spin[4], at[4], speed[4], along = 0.0, size = 0.0;
-    int i;
 
-    for (i = 1; i <= 3; i++) { /* the rows of R are the axes of the body */
+    for (int i = 1; i <= 3; i++) { /* the rows of R are the axes of the body */
         axis[i] = contact->axis[0] * R[1][i] + contact->axis[1] * R[2][i]
             + contact->axis[2] * R[3][i];
         along += up[i] * axis[i];
     }
-    for (i = 1; i <= 3; i++) {
+    for (int i = 1; i <= 3; i++) {
         arm[i] = up[i] - along * axis[i];
         size = hypot(size, arm[i]);
     }
-    for (i = 1; i <= 3; i++) {
+    for (int i = 1; i <= 3; i++) {
         arm[i] *= size > 0.0 ? -contact->radius / size : 0.0;
     }
     cross(OM + 1, arm + 1, spin + 1);
-    for (i = 1; i <= 3; i++) {
+    for (int i = 1; i <= 3; i++) {
         at[i] = P[i] + arm[i];
         speed[i] = V[i] + spin[i];
     }
@@ -271,28 +254,23 @@ static void contact_force(const Contact *contact, double P[4], double R[4][4], d
 void NAME_external_force(double PxF[4], double RxF[4][4], double VxF[4], double OMxF[4],
     MbsData *mbs_data, double tsim, int ixF, double force[7])
 {
-    const Wrench *w;
-    const PointLaw *l;
-    const Contact *contact;
-    int i;
-
-    for (i = 1; i <= 6; i++) {
+    for (int i = 1; i <= 6; i++) {
         force[i] = 0.0;
     }
-    for (contact = contacts; contact->force != 0; contact++) {
-        if (contact->force == ixF) {
-            contact_force(contact, PxF, RxF, VxF, OMxF, mbs_data, force);
+    for (const Contact *c = contacts; c->force != 0; c++) {
+        if (c->force == ixF) {
+            contact_force(c, PxF, RxF, VxF, OMxF, mbs_data, force);
         }
     }
-    for (w = wrenches; w->force != 0; w++) {
+    for (const Wrench *w = wrenches; w->force != 0; w++) {
         if (w->force == ixF && number(mbs_data, w->start) <= tsim
             && tsim < number(mbs_data, w->stop)) {
-            for (i = 1; i <= 6; i++) {
+            for (int i = 1; i <= 6; i++) {
                 force[i] = number(mbs_data, w->parts[i - 1]);
             }
         }
     }
-    for (l = point_laws; l->force != 0; l++) {
+    for (const PointLaw *l = point_laws; l->force != 0; l++) {
         if (l->force == ixF) {
             l->law(PxF, VxF, mbs_data, tsim, ixF, force);
         }
@@ -301,9 +279,7 @@ void NAME_external_force(double PxF[4], double RxF[4][4], double VxF[4], double 
 
 double NAME_link_force(double Z, double Zd, MbsData *mbs_data, int ilnk)
 {
-    const Spring *s;
-
-    for (s = springs; s->link != 0; s++) {
+    for (const Spring *s = springs; s->link != 0; s++) {
         if (s->link == ilnk) {
             return number(mbs_data, s->stiffness) * (Z - number(mbs_data, s->length))
                 + number(mbs_data, s->damping) * Zd;
@@ -320,20 +296,19 @@ void NAME_imu(const MbsSensor *sensor, int isens, const MbsData *mbs_data, doubl
     double f[4], w[4];
     const Sensor *known = sensors;
     const double *r;
-    int i;
 
     while (known->isens != isens && known->isens != 0) {
         known++;
     }
     r = known->axes;
-    for (i = 1; i <= 3; i++) { /* in the axes of the body */
+    for (int i = 1; i <= 3; i++) { /* in the axes of the body */
         f[i] = sensor->R[i][1] * (sensor->A[1] - mbs_data->g[1])
             + sensor->R[i][2] * (sensor->A[2] - mbs_data->g[2])
             + sensor->R[i][3] * (sensor->A[3] - mbs_data->g[3]);
         w[i] = sensor->R[i][1] * sensor->OM[1] + sensor->R[i][2] * sensor->OM[2]
             + sensor->R[i][3] * sensor->OM[3];
     }
-    for (i = 1; i <= 3; i++) { /* in those of the sensor */
+    for (int i = 1; i <= 3; i++) { /* in those of the sensor */
         force[i] = r[i - 1] * f[1] + r[i + 2] * f[2] + r[i + 5] * f[3];
         turn[i] = r[i - 1] * w[1] + r[i + 2] * w[2] + r[i + 5] * w[3];
     }
@@ -343,13 +318,11 @@ void NAME_imu(const MbsSensor *sensor, int isens, const MbsData *mbs_data, doubl
 
 int NAME_check_partition(const MbsData *mbs_data)
 {
-    int i;
-
     if (dependent[0] == NULL || mbs_data->DonePart == 1) {
         return 1;
     }
     fprintf(stderr, "error: there is no partition, so the loops would be open:");
-    for (i = 0; dependent[i] != NULL; i++) {
+    for (int i = 0; dependent[i] != NULL; i++) {
         fprintf(stderr, " %s", dependent[i]);
     }
     fprintf(stderr, " cannot be dependent together at this start position. Choose another start"
@@ -362,9 +335,9 @@ void NAME_check_step(MbsData *mbs_data)
 {
     static int fastest = 0;
     static double speed = 0.0;
-    int i, lost = 0, candidate = 0;
+    int lost = 0, candidate = 0;
 
-    for (i = 1; i <= mbs_data->njoint && lost == 0; i++) {
+    for (int i = 1; i <= mbs_data->njoint && lost == 0; i++) {
         if (!isfinite(mbs_data->q[i]) || !isfinite(mbs_data->qd[i])) {
             lost = i;
         } else if (candidate == 0 || fabs(mbs_data->qd[i]) > fabs(mbs_data->qd[candidate])) {
