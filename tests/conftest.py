@@ -8,6 +8,8 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+from urdf2mbs.testing import TINY
+
 # How long an example takes depends on the machine, and on what else it does.
 settings.register_profile("no-deadline", deadline=None)
 settings.load_profile("no-deadline")
@@ -24,6 +26,14 @@ SHARED = Path(__file__).resolve().parents[2] / "shared"
 def cache(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> None:
     """What simulations keep goes into a folder of the tests, and not into the user's."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.getbasetemp() / "cache"))
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with a tiny robot, which is where we are."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "tiny.urdf").write_text(TINY)
+    return tmp_path
 
 
 @pytest.fixture(scope="session")

@@ -26,13 +26,6 @@ XACRO = TINY.replace("<robot ", '<robot xmlns:xacro="http://www.ros.org/wiki/xac
 )
 
 
-@pytest.fixture
-def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "tiny.urdf").write_text(TINY)
-    return tmp_path
-
-
 class Stdin(io.StringIO):
     """Standard input as Python has it: text, above bytes."""
 
@@ -130,16 +123,15 @@ def test_quiet_leaves_warnings(here: Path, capsys: Any) -> None:
     said = capsys.readouterr()
     assert said.out == ""
     assert "warning[misspelt]" in said.err
-    assert main(["verify", "odd.urdf", "odd.mbs", "-q"]) == 0
-    said = capsys.readouterr()
-    assert said.out == ""
-    assert "warning[misspelt]" in said.err
-    assert main(["verify", "odd.urdf", "odd.mbs", "--level", "misspelt=ignore"]) == 0
-    said = capsys.readouterr()
-    assert said.out.splitlines()[-1].startswith("the same robot")
-    assert said.err == ""
-    assert main(["verify", "odd.urdf", "odd.mbs", "--strict"]) == 1
-    assert "error[misspelt]" in capsys.readouterr().err
+    for more, code, out, err in (
+        (["-q"], 0, "", "warning[misspelt]"),
+        (["--level", "misspelt=ignore"], 0, "the same robot", ""),
+        (["--strict"], 1, "", "error[misspelt]"),
+    ):
+        assert main(["verify", "odd.urdf", "odd.mbs", *more]) == code
+        said = capsys.readouterr()
+        assert (out in said.out, err in said.err) == (True, True)
+        assert (bool(said.out), bool(said.err)) == (bool(out), bool(err))
 
 
 def test_json_of_those_that_write_for_you(here: Path, capsys: Any) -> None:
@@ -156,10 +148,6 @@ def test_set_changes_a_config(here: Path, capsys: Any) -> None:
     options = {one["name"]: one["options"] for one in json.loads(capsys.readouterr().out)}
     assert options["check"]["tolerance"] == 1e-3
     assert options["prune-massless"]["keep"] == ["tool"]
-    assert main(["run", "tiny.yaml", "--set", "prune-massless.keep=[tool]"]) == 0
-    assert "5 links -> 4 bodies" in capsys.readouterr().out
-    assert main(["run", "tiny.yaml", "--set", "check.tolerances=1"]) == 2
-    assert "did you mean 'tolerance'?" in capsys.readouterr().err
 
 
 def test_doctor(capsys: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -238,7 +226,6 @@ def test_the_same_bytes_go_to_a_file_and_to_standard_output(here: Path, capfdbin
     capfdbinary.readouterr()
     assert main(["convert", "tiny.urdf", "-o", "-"]) == 0
     assert capfdbinary.readouterr().out == (here / "tiny.mbs").read_bytes()
-    assert main(["convert", "tiny.urdf", "-o", "-", "--json"]) == 2
 
 
 def test_a_model_from_standard_input_and_a_picture_to_standard_output(
@@ -252,9 +239,7 @@ def test_a_model_from_standard_input_and_a_picture_to_standard_output(
     assert capfdbinary.readouterr().out == (here / "tiny.svg").read_bytes()
     monkeypatch.setattr("sys.stdin", Stdin(TINY))
     assert main(["verify", "-", "tiny.mbs"]) == 0
-    assert main(["diagram", "tiny.mbs", "-o", "-", "--json"]) == 2
     assert main(["equations", "-"]) == 2
-    assert main(["init", "-"]) == 2
     assert sorted(file.name for file in here.glob("tiny.[msu]*[!e]")) == [
         "tiny.mbs", "tiny.svg", "tiny.urdf",
     ]  # fmt: skip
@@ -384,30 +369,6 @@ def test_who_reads_no_further_sees_no_traceback() -> None:
     done = subprocess.run(command, shell=True, check=False, capture_output=True)
     assert done.stdout.startswith(b"{")
     assert done.stderr == b""
-
-
-WRONG = """
-from urdf2mbs.plugin import Pass, hookimpl
-
-class Wrong(Pass):
-    def run(self, conversion):
-        conversion.mbs.bodies[0].mass = 9.0
-
-@hookimpl
-def urdf2mbs_passes():
-    return [Wrong]
-"""
-
-
-def test_a_rejected_result_says_where_to_look(here: Path, capsys: Any) -> None:
-    (here / "wrong.py").write_text(WRONG)
-    words = ["convert", "tiny.urdf", "--plugin", "wrong.py", "--after", "reframe-inertia=wrong"]
-    assert main(words) == 3
-    said = capsys.readouterr()
-    assert "Next: see where they differ: urdf2mbs report" in said.out
-    assert "error[not-the-same]" in said.err
-    assert (here / "tiny.rejected.mbs").is_file()
-    assert not (here / "tiny.mbs").exists()
 
 
 BARE = """<robot name="r"><link name="a"/><link name="b"><visual><geometry><box size="1 1 1"/>

@@ -83,12 +83,6 @@ def test_feet_of_real_robots(end: str, feet: list[str], tmp_path: Path) -> None:
     assert ("feet:" in said) == bool(feet)
 
 
-@pytest.fixture
-def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
 def test_the_biped_word_for_word(here: Path, capsys: Any) -> None:
     (here / "biped.urdf.xacro").write_text((ROOT / "configs" / "biped.urdf.xacro").read_text())
     assert main(["init", "biped.urdf.xacro", "--arg", "height:=0.9"]) == 0
@@ -255,7 +249,6 @@ xacro_args:
 
 
 def test_it_overwrites_nothing(here: Path, capsys: Any) -> None:
-    (here / "tiny.urdf").write_text(TINY)
     (here / "tiny.yaml").write_text("mine")
     assert main(["init", "tiny.urdf"]) == 2
     assert "error[output-not-ours]" in capsys.readouterr().err

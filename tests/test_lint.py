@@ -39,14 +39,12 @@ ARM = """<robot xmlns:xacro="http://www.ros.org/wiki/xacro">
 
 
 @pytest.fixture
-def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.chdir(tmp_path)
-    Path("tiny.urdf").write_text(TINY)
+def here(here: Path) -> Path:
     Path("wrong.urdf").write_text(TINY.replace('link="arm"', 'link="amr"'))
     Path("odd.urdf").write_text(TINY.replace('izz="0.01"', 'izz="0.1"'))
     Path("two.urdf.xacro").write_text(MAIN)
     Path("arm.xacro").write_text(ARM)
-    return tmp_path
+    return here
 
 
 def results(file: str = "found.sarif") -> list[dict[str, Any]]:

@@ -46,36 +46,6 @@ def test_what_is_there_stays(config: Path) -> None:
     assert (project / "animationR" / "vrml" / "mine.wrl").read_text() == "mine"
 
 
-def test_our_own_model_is_written_anew(config: Path) -> None:
-    assert main(["run", str(config)]) == 0
-    model = config.parent / "robot" / "dataR" / "robot.mbs"
-    before = model.read_bytes()
-    (config.parent / "one.urdf").write_text(ROBOT.replace('mass value="1"', 'mass value="2"'))
-    assert main(["run", str(config)]) == 0
-    assert b"<mass>2.0</mass>" in model.read_bytes()
-    assert b"<mass>1.0</mass>" in before
-
-
-@pytest.mark.parametrize("known", [True, False])
-def test_a_model_that_was_edited_is_never_overwritten(
-    config: Path, known: bool, capsys: pytest.CaptureFixture[str]
-) -> None:
-    model = config.parent / "robot" / "dataR" / "robot.mbs"
-    if known:
-        assert main(["run", str(config)]) == 0
-        capsys.readouterr()
-    model.parent.mkdir(parents=True, exist_ok=True)
-    model.write_text("edited")
-    assert main(["run", str(config)]) == 2
-    assert model.read_text() == "edited"
-    assert "error[output-not-ours]" in capsys.readouterr().err
-
-
-def test_the_model_has_the_name_of_its_file_and_folder(config: Path) -> None:
-    assert main(["run", str(config)]) == 0
-    assert b"<mbsname>robot</mbsname>" in (config.parent / "robot/dataR/robot.mbs").read_bytes()
-
-
 def test_a_file_whose_name_is_no_identifier_is_told(config: Path, capsys: Any) -> None:
     robot, output = config.parent / "one.urdf", config.parent / "my-robot.mbs"
     assert main(["convert", "-v", str(robot), "-o", str(output)]) == 0

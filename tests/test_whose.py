@@ -12,17 +12,13 @@ import pytest
 
 from urdf2mbs import convert
 from urdf2mbs.cli import main
-from urdf2mbs.disk.record import is_ours
-from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY
 
 
 @pytest.fixture
-def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    (tmp_path / "tiny.urdf").write_text(TINY)
-    (tmp_path / "other.urdf").write_text(TINY.replace("0 0.5 0", "0 0.6 0"))
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
+def here(here: Path) -> Path:
+    (here / "other.urdf").write_text(TINY.replace("0 0.5 0", "0 0.6 0"))
+    return here
 
 
 #: Commands, and the file of another that each would write.
@@ -36,6 +32,7 @@ WRITE = [
     (["run", "tiny.yaml", "again.yaml", "--report", "thesis.json"], "thesis.json"),
     (["run", "tiny.yaml", "again.yaml"], "tiny.mbs"),
     (["diagram", "m.mbs", "-o", "thesis.txt"], "thesis.txt"),
+    (["report", "tiny.urdf", "-o", "thesis.html"], "thesis.html"),
     (["equations", "m.mbs"], "symbolicR/mbs_dirdyna_m.py"),
     (["init", "tiny.urdf", "-o", "mine.yaml"], "mine.yaml"),
     (["new-pass", "look"], "look.py"),
@@ -72,30 +69,6 @@ def test_every_command_asks_whose_a_file_is(
     assert file.read_bytes() == edited
 
 
-def test_the_page_asks_whose_a_file_is(here: Path, capsys: Any) -> None:
-    pytest.importorskip("meshcat")
-    (here / "thesis.html").write_text("mine")
-    assert main(["report", "tiny.urdf", "-o", "thesis.html", "-q"]) == 2
-    assert "error[output-not-ours]" in capsys.readouterr().err
-    assert (here / "thesis.html").read_text() == "mine"
-    assert main(["report", "tiny.urdf", "-o", "thesis.html", "-q", "--force"]) == 0
-    assert main(["report", "tiny.urdf", "-o", "thesis.html", "-q"]) == 0
-
-
-def test_from_python(here: Path) -> None:
-    result = convert("tiny.urdf", output="a.mbs")
-    path = result.write()
-    assert path.read_bytes() == result.data
-    assert is_ours(path)
-    path.write_text("mine")
-    with pytest.raises(ConfigError, match="was edited since") as caught:
-        result.write()
-    assert caught.value.code == "output-not-ours"
-    assert path.read_text() == "mine"
-    result.write(force=True)
-    assert path.read_bytes() == result.data
-
-
 def test_a_project_never_lands_in_the_folder_of_its_robot(here: Path, capsys: Any) -> None:
     source = here / "solo12" / "urdf" / "solo12.urdf"
     source.parent.mkdir(parents=True)
@@ -114,7 +87,9 @@ def test_a_project_never_lands_in_the_folder_of_its_robot(here: Path, capsys: An
     assert main(["convert", str(source), "-o", "solo12", "-q"]) == 0
 
 
-def test_nothing_is_said_to_be_written_of_a_rejected_model(here: Path, capsys: Any) -> None:
+def test_a_rejected_model_is_beside_its_place_and_never_on_standard_output(
+    here: Path, capsys: Any
+) -> None:
     (here / "wrong.py").write_text(
         "from making import hookimpl, make\n"
         "def run(conversion, options):\n"
@@ -123,12 +98,18 @@ def test_nothing_is_said_to_be_written_of_a_rejected_model(here: Path, capsys: A
         "def urdf2mbs_passes():\n"
         "    return [make('wrong', run, reads=('inertias',))]\n"
     )
-    words = ["convert", "tiny.urdf", "-o", "-", "--plugin", "wrong.py", "--after"]
-    assert main([*words, "reframe-inertia=wrong"]) == 3
+    words = ["convert", "tiny.urdf", "--plugin", "wrong.py", "--after", "reframe-inertia=wrong"]
+    assert main([*words, "-o", "-"]) == 3
     out, err = capsys.readouterr()
     assert out == ""
     assert "tiny: nothing is written" in err
     assert "written to standard output" not in err
+    assert main(words) == 3
+    out, err = capsys.readouterr()
+    assert "Next: see where they differ: urdf2mbs report" in out
+    assert "error[not-the-same]" in err
+    assert (here / "tiny.rejected.mbs").is_file()
+    assert not (here / "tiny.mbs").exists()
 
 
 # --- what fits the robot no more ---
@@ -196,7 +177,6 @@ def test_main_asks_whether_the_equations_fit(here: Path, fits: bool) -> None:
     model.write_text(model.read_text().replace(old, new))
     library = here / "library"
     library.mkdir()
-    (library / "MBsysPy.py").write_text("raise SystemExit('loaded')\n")
     script = (here / "lamp" / "workR" / "main.py").read_text()
     assert script.index("check_equations(PROJECT") < script.index("MbsData(")
     (library / "MBsysPy.py").write_text(

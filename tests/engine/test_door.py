@@ -67,24 +67,6 @@ def test_before_and_after_and_without(tmp_path: Path) -> None:
     assert names(pipeline=short, without=["check", "layout"]) == ["expand", "insert-base"]
 
 
-PRESET = """
-from urdf2mbs.plugin import hookimpl
-
-@hookimpl
-def urdf2mbs_presets():
-    return {"bare": {"pipeline": ["expand", "insert-base", "prune-massless"],
-                     "passes": {"prune-massless": {"keep": ["*"]}}}}
-"""
-
-
-def test_a_preset_of_a_plugin(tmp_path: Path) -> None:
-    file = write(tmp_path, PRESET)
-    result = convert_text(plugins=[file], pipeline="bare")
-    assert list(result.conversion.segments) == ["ground", "body", "arm", "wrist", "hand", "tool"]
-    with pytest.raises(ConfigError, match="did you mean 'bare'"):
-        convert_text(plugins=[file], pipeline="bear")
-
-
 @pytest.mark.parametrize("name", ["ours", "compact"])
 def test_a_preset_of_a_plugin_extends_compact(name: str, tmp_path: Path) -> None:
     preset = {name: {"extends": "compact", "after": {"expand": "scale"}}}

@@ -18,13 +18,12 @@ from urdf2mbs.testing import TINY
 
 
 @pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def folder(here: Path) -> Path:
     """With a robot that has the warning base-guessed, and one more."""
-    monkeypatch.chdir(tmp_path)
     text = TINY.replace('name="tool"/>', 'name="tool"><visul/></link>', 1)
-    (tmp_path / "tiny.urdf").write_text(text)
-    (tmp_path / "tiny.yaml").write_text("source: tiny.urdf\n")
-    return tmp_path
+    (here / "tiny.urdf").write_text(text)
+    (here / "tiny.yaml").write_text("source: tiny.urdf\n")
+    return here
 
 
 def levels(**settings: Any) -> dict[str, str]:

@@ -8,7 +8,6 @@ from typing import Any
 import pytest
 from making import make, passes_of
 
-from urdf2mbs import convert
 from urdf2mbs.engine.config import Config, Key, Lines, typed
 from urdf2mbs.engine.hookspecs import Pass, hookimpl
 from urdf2mbs.engine.order import check_order
@@ -16,7 +15,7 @@ from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.engine.sections import SECTIONS, find_changed, look
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
 from urdf2mbs.passes import urdf2mbs_passes
-from urdf2mbs.testing import TINY, convert_text, run_pass
+from urdf2mbs.testing import TINY, run_pass
 
 CONFIGS = Path(__file__).resolve().parents[2] / "configs"
 BUILT_IN = {kind.name: kind for kind in urdf2mbs_passes()}
@@ -242,19 +241,3 @@ def test_a_preset_extends_another(tmp_path: Path) -> None:
     ):  # fmt: skip
         with pytest.raises(ConfigError, match=said):
             of(name)
-
-
-def test_the_same_robot_by_either_preset(tmp_path: Path) -> None:
-    assert convert_text(pipeline="compact").report.verdict
-    assert convert(CONFIGS / "lamp.urdf", pipeline=passes_of("faithful")).data == (
-        convert(CONFIGS / "lamp.urdf").data
-    )
-
-
-@pytest.mark.parametrize("name", ["contacts", "sensors", "loops", "forces"])
-def test_points_that_come_after_the_diagram_are_an_error(name: str) -> None:
-    pipeline = [one for one in passes_of("faithful") if one != name]
-    with pytest.raises(ConfigError) as caught:
-        convert_text(pipeline=pipeline, after={"layout": name})
-    assert caught.value.code == "wrong-order"
-    assert name in caught.value.message
