@@ -92,129 +92,85 @@ def mimics(*pairs: str) -> str:
 
 
 XMLNS = 'xmlns:xacro="http://www.ros.org/wiki/xacro"'
+BOX = '<box size="1 1 1"/>'
 
 
-#: name: text, code, line, words that the message must have
-BAD: dict[str, tuple[str | bytes, str, int | None, tuple[str, ...]]] = {
+#: What is refused: text, code, line, and what its message has.
+BAD: list[tuple[str | bytes, str, int | None, str]] = [
     # the file
-    "empty": ("", "file-empty", None, ()),
-    "blank": (" \n\t\n", "file-empty", None, ()),
-    "text": ("hello\nworld", "not-xml", 1, ("hello",)),
-    "cut between": ('<robot name="r">\n<link name="a"/>\n', "xml-truncated", 3, ()),
-    "cut in a tag": ('<robot name="r">\n<link na', "xml-truncated", 2, ()),
-    "cut in a value": ('<robot name="r">\n<link name="a', "xml-truncated", 2, ()),
-    "cut in a comment": ('<robot name="r">\n<!-- a -', "xml-truncated", 2, ()),
-    "cut in the last tag": ('<robot name="r">\n<link name="a"/>\n</rob', "xml-truncated", 3, ()),
-    "cut after the declaration": ('<?xml version="1.0"?>\n', "xml-truncated", 2, ()),
-    "crossed tags": ("<robot>\n<link>\n</joint></robot>", "xml-syntax", 3, ("link", "joint")),
-    "two documents": ('<robot name="r"/>\n<robot/>', "xml-syntax", 2, ()),
-    "no quotes": ("<robot name=r>\n</robot>", "xml-syntax", 1, ()),
-    "entity": (
-        '<!DOCTYPE r [<!ENTITY e SYSTEM "file:///etc/passwd">]>\n<robot>&e;</robot>',
-        "xml-entity", 1, (),
-    ),
-    "sdf": ('<?xml version="1.0"?>\n<sdf version="1.6"/>', "wrong-root", 2, ("sdf", "SDF")),
-    "mjcf": ("<mujoco/>", "wrong-root", 1, ("MuJoCo",)),
-    "collada": (
-        '<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema"/>',
-        "wrong-root", 1, ("COLLADA",),
-    ),
-    "mbs": ("<mbsDescR7/>", "wrong-root", 1, (".mbs",)),
-    "other root": ("<hello/>", "wrong-root", 1, ("hello",)),
+    ("", "file-empty", None, ""),
+    (" \n\t\n", "file-empty", None, ""),
+    ("hello\nworld", "not-xml", 1, "hello"),
+    ('<robot name="r">\n<link name="a"/>\n', "xml-truncated", 3, ""),
+    ('<robot name="r">\n<link na', "xml-truncated", 2, ""),
+    ('<robot name="r">\n<link name="a', "xml-truncated", 2, ""),
+    ('<robot name="r">\n<!-- a -', "xml-truncated", 2, ""),
+    ('<robot name="r">\n<link name="a"/>\n</rob', "xml-truncated", 3, ""),
+    ('<?xml version="1.0"?>\n', "xml-truncated", 2, ""),
+    ("<robot>\n<link>\n</joint></robot>", "xml-syntax", 3, "</joint> .* <link>"),
+    ('<robot name="r"/>\n<robot/>', "xml-syntax", 2, ""),
+    ("<robot name=r>\n</robot>", "xml-syntax", 1, ""),
+    ('<!DOCTYPE r [<!ENTITY e SYSTEM "file:///x">]>\n<robot>&e;</robot>', "xml-entity", 1, ""),
+    ('<?xml version="1.0"?>\n<sdf version="1.6"/>', "wrong-root", 2, "sdf.*SDF"),
+    ("<mujoco/>", "wrong-root", 1, "MuJoCo"),
+    ('<COLLADA xmlns="http://www.collada.org/2005/11"/>', "wrong-root", 1, "COLLADA"),
+    ("<mbsDescR7/>", "wrong-root", 1, r"\.mbs"),
+    ("<hello/>", "wrong-root", 1, "hello"),
     # xacro
-    "macro without the prefix": ('<robot name="r">\n<macro name="m"/></robot>', "no-links", 1, ()),
-    "expression that nobody defines": (
-        '<robot name="r">\n<link name="${p}a"/></robot>', "xacro", 2, ("'p'",),
-    ),
-    "property without the prefix": (
-        '<robot name="r">\n<property name="m" value="1"/>\n<link name="${m}"/></robot>',
-        "xacro-legacy", 2, ("property",),
-    ),
+    ('<robot name="r">\n<macro name="m"/></robot>', "no-links", 1, ""),
+    ('<robot name="r">\n<link name="${p}a"/></robot>', "xacro", 2, "'p'"),
+    ('<robot>\n<property name="m"/>\n<link name="${m}"/></robot>', "xacro-legacy", 2, "property"),
     # names
-    "link twice": (
-        '<robot>\n<link name="a"/>\n<link name="a"><visual/></link></robot>',
-        "name-doubled", 3, ("'a'", "line 2"),
+    ('<robot>\n<link name="a"/>\n<link name="a"><visual/></link></robot>', "name-doubled", 3,
+     "'a'.*line 2"),
+    (tree("a>b", "a>b").replace("</joint>\n</robot>", "<axis/></joint>\n</robot>"), "name-doubled",
+     7, "'a_b'.*line 6"),
+    *(  # a joint that another element names
+        (tree("a>b", "b>c").replace('"b_c"', '"a_b"').replace("</robot>", f"{naming}</robot>"),
+         "name-doubled", 7, "'a_b'.*line 6")
+        for naming in ('<gazebo reference="a_b"/>', "<plugin><joint> a_b </joint></plugin>")
     ),
-    "joint twice": (
-        tree("a>b", "a>b").replace("</joint>\n</robot>", "<axis/></joint>\n</robot>"),
-        "name-doubled", 7, ("'a_b'", "line 6"),
-    ),
-    "joint twice that another follows": (
-        tree("a>b", "b>c").replace('name="b_c"', 'name="a_b"').replace(
-            "</robot>", '<gazebo reference="a_b"/></robot>'
-        ),
-        "name-doubled", 7, ("'a_b'", "line 6"),
-    ),
-    "joint twice that a text names": (
-        tree("a>b", "b>c").replace('name="b_c"', 'name="a_b"').replace(
-            "</robot>", "<plugin><joint> a_b </joint></plugin></robot>"
-        ),
-        "name-doubled", 7, ("'a_b'", "line 6"),
-    ),
-    "no links": ('<robot name="r"></robot>', "no-links", 1, ()),
-    "link without a name": ("<robot>\n<link/></robot>", "name-missing", 2, ("link",)),
-    "link with an empty name": ('<robot>\n<link name=" "/></robot>', "name-missing", 2, ("link",)),
-    "joint without a name": (
-        '<robot>\n<link name="a"/>\n<joint type="fixed"/></robot>', "name-missing", 3, ("joint",),
-    ),
+    ('<robot name="r"></robot>', "no-links", 1, ""),
+    ("<robot>\n<link/></robot>", "name-missing", 2, "link"),
+    ('<robot>\n<link name=" "/></robot>', "name-missing", 2, "link"),
+    ('<robot>\n<link name="a"/>\n<joint type="fixed"/></robot>', "name-missing", 3, "joint"),
     # the tree
-    "two roots": (tree("a>b", "c>d"), "several-roots", 4, ("'a'", "'c'")),
-    "loop": (tree("a>b", "b>c", "c>a", links="abc"), "loop", 5, ("'a', 'b', 'c'", "'c_a'")),
-    "loop aside": (tree("b>c", "c>d", "d>b"), "loop", 6, ("'b'", "'c'", "'d'")),
-    "two parents": (tree("a>b", "a>c", "b>d", "c>d"), "two-parents", 9, ("'d'", "'b'", "'c_d'")),
-    "parent is child": (
-        '<robot>\n<link name="a"/><joint name="j" type="fixed"><parent link="a"/>\n'
-        '<child link="a"/></joint></robot>', "joint-same-link", 3, ("'j'", "'a'"),
-    ),
-    "unknown parent": (tree("a>b", "x>c"), "link-unknown", 7, ("'x_c'", "'x'", "parent")),
-    "unknown child": (tree("a>b", "b>x"), "link-unknown", 7, ("'b_x'", "'x'", "child")),
-    "no parent": (
-        '<robot>\n<link name="a"/>\n<joint name="j" type="fixed"><child link="a"/></joint></robot>',
-        "joint-link-missing", 3, ("'j'", "parent"),
-    ),
-    "no child": (
-        '<robot>\n<link name="a"/>\n<joint name="j" type="fixed"><parent link="a"/>\n'
-        "<child/></joint></robot>", "joint-link-missing", 4, ("'j'", "child"),
-    ),
-    "unknown type": (arm(kind="rotary"), "joint-type-unknown", 7, ("'turn'", "'rotary'")),
-    "empty type": (arm(kind=""), "joint-type-missing", 7, ("'turn'",)),
+    (tree("a>b", "c>d"), "several-roots", 4, "'a'.*'c'"),
+    (tree("a>b", "b>c", "c>a", links="abc"), "loop", 5, "'a', 'b', 'c'.*'c_a'"),
+    (tree("b>c", "c>d", "d>b"), "loop", 6, "'b'.*'c'.*'d'"),
+    (tree("a>b", "a>c", "b>d", "c>d"), "two-parents", 9, "'d'.*'b'.*'c_d'"),
+    (tree("a>a", links="a"), "joint-same-link", 3, "'a_a'.*'a'"),
+    (tree("a>b", "x>c"), "link-unknown", 7, "'x_c'.*'x'.*parent"),
+    (tree("a>b", "b>x"), "link-unknown", 7, "'b_x'.*'x'.*child"),
+    (tree("a>b").replace('<parent link="a"/>', ""), "joint-link-missing", 6, "'a_b'.*parent"),
+    (tree("a>b").replace('<child link="b"/>', "\n<child/>"), "joint-link-missing", 7, "child"),
+    (arm(kind="rotary"), "joint-type-unknown", 7, "'turn'.*'rotary'"),
+    (arm(kind=""), "joint-type-missing", 7, "'turn'"),
     # numbers
-    "two of three": (arm(joint='<origin xyz="1 2"/>'), "number-count", 9, ("'turn'", "'1 2'")),
-    "four of three": (arm(joint='<axis xyz="1 2 3 4"/>'), "number-count", 9, ("'turn'", "axis")),
-    "two of one": (arm(inertial("1 2")), "number-count", 6, ("'tip'", "a number wanted, 2")),
-    "empty numbers": (arm(joint='<origin xyz=""/>'), "number-missing", 9, ("'turn'", "xyz")),
-    "tensor without a moment": (
-        arm(inertial(inertia=UNIT.replace('iyy="1"', ""))),
-        "number-missing", 7, ("'tip'", "iyy"),
-    ),
-    "axis without numbers": (arm(joint="<axis/>"), "number-missing", 9, ("'turn'", "axis")),
-    "mass without value": (
-        arm(f"<inertial>\n<mass>1</mass>{UNIT}</inertial>"), "number-missing", 6, ("'tip'", "mass"),
-    ),
-    "a long number": (
-        arm(inertial("heavy " * 20)), "number-invalid", 6, ("'heavy heavy", "hea...': "),
-    ),
-    "mass in words": (arm(inertial("heavy")), "number-invalid", 6, ("'tip'", "heavy")),
-    # physics
-    "zero axis": (arm(joint='<axis xyz="0 0 0"/>'), "axis-zero", 9, ("'turn'",)),
-    "zero axis of a plane": (
-        arm(joint='<axis xyz="0 -0 0"/>', kind="planar"), "axis-zero", 9, ("'turn'",),
-    ),
-}  # fmt: skip
+    (arm(joint='<origin xyz="1 2"/>'), "number-count", 9, "'turn'.*'1 2'"),
+    (arm(joint='<axis xyz="1 2 3 4"/>'), "number-count", 9, "'turn'.*axis"),
+    (arm(inertial("1 2")), "number-count", 6, "'tip'.*a number wanted, 2"),
+    (arm(joint='<origin xyz=""/>'), "number-missing", 9, "'turn'.*xyz"),
+    (arm(inertial(inertia=UNIT.replace('iyy="1"', ""))), "number-missing", 7, "'tip'.*iyy"),
+    (arm(joint="<axis/>"), "number-missing", 9, "'turn'.*axis"),
+    (arm(f"<inertial>\n<mass>1</mass>{UNIT}</inertial>"), "number-missing", 6, "'tip'.*mass"),
+    (arm(inertial("heavy " * 20)), "number-invalid", 6, r"'heavy heavy.*hea\.\.\.': "),
+    (arm(inertial("heavy")), "number-invalid", 6, "'tip'.*heavy"),
+    (arm(joint='<axis xyz="0 0 0"/>'), "axis-zero", 9, "'turn'"),
+    (arm(joint='<axis xyz="0 -0 0"/>', kind="planar"), "axis-zero", 9, "'turn'"),
+]  # fmt: skip
 
 
-@pytest.mark.parametrize("name", BAD)
-def test_bad_input_is_one_error_that_says_where(tmp_path: Path, name: str) -> None:
-    text, code, line, words = BAD[name]
+@pytest.mark.parametrize(("text", "code", "line", "words"), BAD)
+def test_bad_input_is_one_error_that_says_where(
+    tmp_path: Path, text: str, code: str, line: int | None, words: str
+) -> None:
     with pytest.raises(ConversionError) as caught:
         read(tmp_path, text)
     error = caught.value
-    assert error.code == code, str(error)
-    assert error.file == str(tmp_path / "robot.urdf")
-    if line is not None:
-        assert error.line == line, str(error)
-    for word in words:
-        assert word in error.message
+    assert (error.code, error.file) == (code, str(tmp_path / "robot.urdf")), str(error)
+    assert line in (None, error.line), str(error)
+    assert re.search(words, error.message, re.DOTALL)
     assert error.exit_code == 1
     assert len(str(error)) < 1000
 
@@ -493,242 +449,77 @@ def test_joints_of_other_elements_are_not_the_robots(tmp_path: Path) -> None:
     assert [one.tag for one in robot.extensions] == ["transmission", "gazebo", "ros2_control"]
 
 
-#: name: text, code, line, words of the message, link, joint
-WARNED: dict[str, tuple[str, str, int, tuple[str, ...], str | None, str | None]] = {
-    "empty inertial": (arm("<inertial/>"), "inertial-incomplete", 5, ("mass",), "tip", None),
-    "inertial without a tensor": (
-        arm('<inertial><mass value="1"/></inertial>'),
-        "inertial-incomplete", 5, ("without <inertia>",), "tip", None,
-    ),
-    "blank in a name": (
-        tree("a >b", links="ab").replace('name="a"', 'name="a "'),
-        "name-blank", 2, (), "a ", None,
-    ),
-    "no limit": (arm(kind="revolute"), "joint-limit-missing", 7, ("revolute",), None, "turn"),
-    "no limit on a slider": (arm(kind="prismatic"), "joint-limit-missing", 7, (), None, "turn"),
-    "limits crossed": (
-        arm(joint='<limit lower="1" upper="-1" effort="1" velocity="1"/>', kind="revolute"),
-        "limit-order", 9, ("1.0", "-1.0"), None, "turn",
-    ),
-    "two inertials": (
-        arm(f"{inertial('1')}\n{inertial('2')}"), "doubled-element", 8, ("inertial",), "tip", None,
-    ),
-    "two origins": (
-        arm(joint='<origin/>\n<origin xyz="1 1 1"/>'),
-        "doubled-element", 10, ("origin",), None, "turn",
-    ),
-    "no geometry": (arm("<visual/>"), "geometry-unknown", 5, ("visual",), "tip", None),
-    "empty geometry": (
-        arm("<collision><geometry/></collision>"),
-        "geometry-unknown", 5, ("collision",), "tip", None,
-    ),
-    "capsule": (
-        arm('<visual><geometry><capsule radius="1" length="1"/></geometry></visual>'),
-        "geometry-unknown", 5, ("capsule",), "tip", None,
-    ),
-    "mesh without a file": (
-        arm("<visual><geometry><mesh/></geometry></visual>"),
-        "geometry-unknown", 5, ("mesh",), "tip", None,
-    ),
-    "negative size": (
-        arm('<visual><geometry><box size="1 1 -1"/></geometry></visual>'),
-        "geometry-size", 5, ("box",), "tip", None,
-    ),
-    "zero size": (
-        arm('<visual><geometry><sphere radius="0"/></geometry></visual>'),
-        "geometry-size", 5, ("sphere",), "tip", None,
-    ),
-    "unknown attribute": (
-        arm(joint='<axis xyz="1 0 0" rpy="0 0 0"/>'),
-        "unknown-attribute", 9, ("'rpy'", "<axis>"), None, "turn",
-    ),
-    "turned axis": (
-        arm(joint='<axis xyz="1 0 0" rpy="0 1 0"/>'),
-        "mechanics-unread", 9, ("'rpy'", "<axis>"), None, "turn",
-    ),
-    "friction of another format": (
-        arm(joint='<dynamics mu_viscous="3" D="1" K="7000"/>'),
-        "mechanics-unread", 9, ("'mu_viscous', 'D', 'K' of <dynamics> are",), None, "turn",
-    ),
-    "origin of a link": (
-        arm('<origin xyz="0 0 1"/>'), "mechanics-unread", 5, ("<origin> in <link>",), "tip", None,
-    ),
-    "origin without numbers": (
-        arm("<origin/>"), "mechanics-unread", 5, ("<origin> in <link>",), "tip", None,
-    ),
-    "spring that is zero but for its children": (
-        arm('<spring k="0"><rest/></spring>'), "mechanics-unread", 5, ("<spring>",), "tip", None,
-    ),
-    "inertial of the robot": (
-        arm(robot="").replace("</robot>", '<inertial><mass value="1"/></inertial></robot>'),
-        "mechanics-unread", 11, ("<inertial> in <robot>",), None, None,
-    ),
-    "origin of a link that says nothing": (
-        arm('<origin xyz="0 0 0"/>'), "unknown-element", 5, ("<origin> in <link>",), "tip", None,
-    ),
-    "quaternion in an old file": (
-        arm(joint='<origin quat_xyzw="0 0 0 1"/>'),
-        "mechanics-unread", 9, ("quat_xyzw",), None, "turn",
-    ),
-    "unknown child of a link": (
-        arm("<remark><a/></remark>"), "unknown-element", 5, ("<remark>", "<link>"), "tip", None,
-    ),
-    "unknown child of a joint": (
-        arm(joint='<limits lower="1"/>'), "misspelt", 9, ("<limits>",), None, "turn",
-    ),
-    "unknown child of the robot": (
-        arm(robot="").replace("</robot>", "<jiont/></robot>"),
-        "misspelt", 11, ("<jiont>",), None, None,
-    ),
-    "commas": (
-        arm(joint='<origin xyz="0, 0, 0.8"/>'), "number-commas", 9, ("commas",), None, "turn",
-    ),
-    "commas without blanks": (
-        arm(joint='<origin xyz="0,0,0.8"/>'), "number-commas", 9, ("commas",), None, "turn",
-    ),
-    "attribute of a joint": (
-        arm().replace("<joint", '<joint speed="1"'),
-        "unknown-attribute", 7, ("'speed' of <joint> is",), None, "turn",
-    ),
-    "attribute of a link": (
-        arm().replace('<link name="tip"', '<link name="tip" height="1"'),
-        "unknown-attribute", 4, ("'height' of <link> is",), "tip", None,
-    ),
-    "attribute of an inertial": (
-        arm(inertial().replace("<inertial", '<inertial height="1"')),
-        "unknown-attribute", 5, ("'height' of <inertial> is",), "tip", None,
-    ),
-    "attribute of a geometry": (
-        arm('<visual><geometry height="1"><sphere radius="1"/></geometry></visual>'),
-        "unknown-attribute", 5, ("'height' of <geometry> is",), "tip", None,
-    ),
-    "two shapes": (
-        arm('<visual><geometry><sphere radius="1"/>\n<box size="1 1 1"/></geometry></visual>'),
-        "doubled-element", 6, ("<box> in <geometry>",), "tip", None,
-    ),
-    "a macro of another prefix that was left": (
-        arm().replace("</robot>", f'<x:hand {XMLNS.replace(":xacro", ":x")}/></robot>'),
-        "xacro-left", 11, ("<xacro:hand>",), None, None,
-    ),
-    "two joints of one name": (
-        arm(robot="").replace(
-            "</robot>",
-            '<joint name="turn" type="fixed"><parent link="tip"/><child link="end"/></joint>'
-            '<link name="end"/></robot>',
-        ),
-        "joint-renamed", 11, ("'turn'",), None, "turn_2",
-    ),
-    "a macro that was left": (
-        arm(robot="").replace("</robot>", '<xacro:hand xmlns:xacro="http://www.ros.org/wiki/xacro"/></robot>'),
-        "xacro-left", 11, ("<xacro:hand>",), None, None,
-    ),
-    "undefined material": (
-        arm('<visual><geometry><box size="1 1 1"/></geometry><material name="re"/></visual>'),
-        "material-undefined", 5, ("'re'",), "tip", None,
-    ),
-    **{
-        f"colour {rgba}": (
-            arm('<visual><geometry><box size="1 1 1"/></geometry>'
-                f'<material name="a"><color rgba="{rgba}"/></material></visual>'),
-            "color-range", 5, (), "tip", None,
-        )
+def shaped(geometry: str, more: str = "") -> str:
+    return f"<visual><geometry>{geometry}</geometry>{more}</visual>"
+
+
+#: What is only warned of in the link 'tip': what stands in it, code, and what its message has.
+IN_LINK = [
+    ("<inertial/>", "inertial-incomplete", "mass"),
+    ('<inertial><mass value="1"/></inertial>', "inertial-incomplete", "without <inertia>"),
+    ("<visual/>", "geometry-unknown", "visual"),
+    ("<collision><geometry/></collision>", "geometry-unknown", "collision"),
+    (shaped('<capsule radius="1" length="1"/>'), "geometry-unknown", "capsule"),
+    (shaped("<mesh/>"), "geometry-unknown", "mesh"),
+    (shaped('<box size="1 1 -1"/>'), "geometry-size", "box"),
+    (shaped('<sphere radius="0"/>'), "geometry-size", "sphere"),
+    ('<origin xyz="0 0 1"/>', "mechanics-unread", "<origin> in <link>"),
+    ("<origin/>", "mechanics-unread", "<origin> in <link>"),
+    ('<spring k="0"><rest/></spring>', "mechanics-unread", "<spring>"),
+    ('<origin xyz="0 0 0"/>', "unknown-element", "<origin> in <link>"),
+    ("<remark><a/></remark>", "unknown-element", "<remark>.*<link>"),
+    (inertial().replace("<inertial", '<inertial height="1"'), "unknown-attribute",
+     "'height' of <inertial> is"),
+    (shaped('<sphere radius="1"/>').replace("<geometry", '<geometry height="1"'),
+     "unknown-attribute", "'height' of <geometry> is"),
+    (shaped(BOX, '<material name="re"/>'), "material-undefined", "'re'"),
+    *(
+        (shaped(BOX, f'<material name="a"><color rgba="{rgba}"/></material>'), "color-range", "")
         for rgba in ("255 0 0 1", "0 0 0 1.5", "-0.25 0 0 1")
-    },
-    "triangle": (
-        arm(inertial(inertia=moments(ixx="1", iyy="1", izz="2.001"))),
-        "inertia-triangle", 7, ("2.001",), "tip", None,
     ),
-    "turned triangle": (
-        arm(inertial(inertia=moments(ixx="2", iyy="2", izz="1", ixy="1.5"))),
-        "inertia-triangle", 7, ("0.5, 1, 3.5",), "tip", None,
-    ),
-    "triangle by all three products": (
-        arm(inertial(inertia=moments(ixx="1", iyy="1", izz="1", ixy=".3", ixz=".3", iyz=".3"))),
-        "inertia-triangle", 7, ("0.7, 0.7, 1.6",), "tip", None,
-    ),
-    "inertia without mass": (arm(inertial("0")), "inertia-without-mass", 5, (), "tip", None),
-    "mass without inertia": (
-        arm(inertial(inertia=moments())), "mass-without-inertia", 5, (), "tip", None,
-    ),
-    "robot without a name": (
-        arm().replace(' name="arm"', ""), "robot-unnamed", 2, (), None, None,
-    ),
+    (inertial("0"), "inertia-without-mass", ""),
+    (inertial(inertia=moments()), "mass-without-inertia", ""),
     # what the .mbs does not need
-    "limit": (arm(joint='<limit lower="x"/>'), "number-left-out", 9, ("lower",), None, "turn"),
-    "infinite limit": (
-        arm(joint='<limit lower="-inf" upper="1"/>'), "number-left-out", 9, ("-inf",), None, "turn",
-    ),
-    "scale": (
-        arm('<visual><geometry><mesh filename="m" scale="1 1 x"/></geometry></visual>'),
-        "number-left-out", 5, ("a <visual>", "scale"), "tip", None,
-    ),
-    "scale of four": (
-        arm('<visual><geometry><mesh filename="m" scale="1 1 1 1"/></geometry></visual>'),
-        "number-left-out", 5, ("a <visual>", "4 given"), "tip", None,
-    ),
-    "scale of one": (
-        arm('<visual><geometry><mesh filename="m" scale=".001"/></geometry></visual>'),
-        "mesh-scale", 5, (".001",), "tip", None,
-    ),
-    "visual nowhere": (
-        arm('<visual><origin rpy="0 0 pi"/><geometry><box size="1 1 1"/></geometry></visual>'),
-        "number-left-out", 5, ("rpy",), "tip", None,
-    ),
-    "box without size": (
-        arm("<visual><geometry><box/></geometry></visual>"),
-        "number-left-out", 5, ("size",), "tip", None,
-    ),
-    "three dampings": (
-        arm(joint='<dynamics damping="1 1 1"/>'), "number-left-out", 9, ("damping",), None, "turn",
-    ),
-    "calibration": (
-        arm(joint='<calibration rising="x"/>'), "number-left-out", 9, ("rising",), None, "turn",
-    ),
-    "safety without a gain": (
-        arm(joint="<safety_controller/>"), "number-left-out", 9, ("k_velocity",), None, "turn",
-    ),
-    "multiplier": (
-        arm(joint='<mimic joint="turn" multiplier="x"/>'),
-        "number-left-out", 9, ("multiplier",), None, "turn",
-    ),
-    "colour": (
-        '<robot name="r"><link name="a"/>\n'
-        '<material name="red"><color rgba="1 0 0"/></material></robot>',
-        "number-left-out", 2, ("'red'", "3 given"), None, None,
-    ),
-    "colour of a material that is used": (
-        arm('<visual><geometry><box size="1 1 1"/></geometry><material name="red"/></visual>')
-        .replace("</robot>", '<material name="red"><color rgba="x"/></material></robot>'),
-        "number-left-out", 11, ("'red'",), None, None,
-    ),
-    # what is odd, and kept
-    "tensor with five": (
-        arm(inertial(inertia=UNIT.replace('iyz="0"', ""))),
-        "inertia-incomplete", 7, ("iyz",), "tip", None,
-    ),
-    "negative mass": (arm(inertial("-1e-3")), "mass-negative", 6, ("-0.001 kg",), "tip", None),
-    "capital type": (arm(kind="Continuous"), "joint-type-spelling", 7, (), None, "turn"),
-    "link said twice": (
-        '<robot name="r">\n<link name="a"/>\n<link name="a">\n</link></robot>',
-        "doubled-element", 3, (), "a", None,
-    ),
-    "link that nothing holds": (
-        tree("a>b", links="abc"), "link-unattached", 4, (), "c", None,
-    ),
-    "world that is not declared": (
-        tree("world>a", links="a"), "world-implied", 3, (), None, "world_a",
-    ),
-    "mimic of nothing": (mimics("b>x"), "mimic-left-out", 3, ("'x'",), None, "b"),
-    "mimic of itself": (mimics("b>b"), "mimic-left-out", 3, (), None, "b"),
-    "property without the prefix": (
-        '<robot name="r"><link name="a"/>\n<property name="p" value="1"/></robot>',
-        "property-unused", 2, ("'p'",), None, None,
-    ),
-    **{
-        f"inertia {values}": (
-            arm(inertial(inertia=moments(**values))),
-            "inertia-indefinite", 7, ("principal moments", "kg m^2"), "tip", None,
-        )
+    (shaped('<mesh filename="m" scale="1 1 x"/>'), "number-left-out", "a <visual>.*scale"),
+    (shaped('<mesh filename="m" scale="1 1 1 1"/>'), "number-left-out", "a <visual>.*4 given"),
+    (shaped('<mesh filename="m" scale=".001"/>'), "mesh-scale", r"\.001"),
+    (shaped(BOX, '<origin rpy="0 0 pi"/>'), "number-left-out", "rpy"),
+    (shaped("<box/>"), "number-left-out", "size"),
+]  # fmt: skip
+#: The same in the joint 'turn'.
+IN_JOINT = [
+    ('<axis xyz="1 0 0" rpy="0 0 0"/>', "unknown-attribute", "'rpy'.*<axis>"),
+    ('<axis xyz="1 0 0" rpy="0 1 0"/>', "mechanics-unread", "'rpy'.*<axis>"),
+    ('<dynamics mu_viscous="3" D="1" K="7000"/>', "mechanics-unread",
+     "'mu_viscous', 'D', 'K' of <dynamics> are"),
+    ('<origin quat_xyzw="0 0 0 1"/>', "mechanics-unread", "quat_xyzw"),
+    ('<limits lower="1"/>', "misspelt", "<limits>"),
+    ('<origin xyz="0, 0, 0.8"/>', "number-commas", "commas"),
+    ('<origin xyz="0,0,0.8"/>', "number-commas", "commas"),
+    ('<limit lower="x"/>', "number-left-out", "lower"),
+    ('<limit lower="-inf" upper="1"/>', "number-left-out", "-inf"),
+    ('<dynamics damping="1 1 1"/>', "number-left-out", "damping"),
+    ('<calibration rising="x"/>', "number-left-out", "rising"),
+    ("<safety_controller/>", "number-left-out", "k_velocity"),
+    ('<mimic joint="turn" multiplier="x"/>', "number-left-out", "multiplier"),
+]  # fmt: skip
+#: The same after the joint, in the robot; of an inertia (kg m^2); and in other robots, with the
+#: line, the link and the joint.
+IN_ROBOT = [
+    ('<inertial><mass value="1"/></inertial>', "mechanics-unread", "<inertial> in <robot>"),
+    ("<jiont/>", "misspelt", "<jiont>"),
+    (f"<x:hand {XMLNS.replace(':xacro', ':x')}/>", "xacro-left", "<xacro:hand>"),
+    (f"<xacro:hand {XMLNS}/>", "xacro-left", "<xacro:hand>"),
+    ('<material name="red"><color rgba="1 0 0"/></material>', "number-left-out", "'red'.*3 given"),
+    ('<property name="p" value="1"/>', "property-unused", "'p'"),
+]
+INERTIAS = [
+    ({"ixx": "1", "iyy": "1", "izz": "2.001"}, "inertia-triangle", r"2\.001"),
+    ({"ixx": "2", "iyy": "2", "izz": "1", "ixy": "1.5"}, "inertia-triangle", r"0\.5, 1, 3\.5"),
+    ({"ixx": "1", "iyy": "1", "izz": "1", "ixy": ".3", "ixz": ".3", "iyz": ".3"},
+     "inertia-triangle", r"0\.7, 0\.7, 1\.6"),
+    *(
+        (values, "inertia-indefinite", "principal moments.*kg m")
         for values in (
             {"ixx": "-1", "iyy": "1", "izz": "1"},
             {"ixx": "1", "iyy": "1", "izz": "1", "ixy": "1.00001"},
@@ -741,21 +532,61 @@ WARNED: dict[str, tuple[str, str, int, tuple[str, ...], str | None, str | None]]
             {"ixx": "-1", "iyy": "-1", "izz": "-1"},
             {"ixx": "2", "iyy": "2", "izz": "-2"},
         )
-    },
-}  # fmt: skip
+    ),
+]  # fmt: skip
+LIMIT = '<limit lower="1" upper="-1" effort="1" velocity="1"/>'
+TURN_2 = '<joint name="turn" type="fixed"><parent link="tip"/><child link="end"/></joint>'
+WARNED: list[tuple[str, str, str, int, str | None, str | None]] = [
+    *((arm(inside), code, words, 5, "tip", None) for inside, code, words in IN_LINK),
+    *((arm(joint=inside), code, words, 9, None, "turn") for inside, code, words in IN_JOINT),
+    *(
+        (arm().replace("</robot>", f"{inside}</robot>"), code, words, 11, None, None)
+        for inside, code, words in IN_ROBOT
+    ),
+    *(
+        (arm(inertial(inertia=moments(**values))), code, words, 7, "tip", None)
+        for values, code, words in INERTIAS
+    ),
+    (arm(inertial(inertia=UNIT.replace('iyz="0"', ""))), "inertia-incomplete", "iyz", 7, "tip",
+     None),
+    (arm(inertial("-1e-3")), "mass-negative", "-0.001 kg", 6, "tip", None),
+    (arm(f"{inertial('1')}\n{inertial('2')}"), "doubled-element", "inertial", 8, "tip", None),
+    (arm(shaped(f'<sphere radius="1"/>\n{BOX}')), "doubled-element", "<box> in <geometry>", 6,
+     "tip", None),
+    (arm(joint='<origin/>\n<origin xyz="1 1 1"/>'), "doubled-element", "origin", 10, None, "turn"),
+    (arm(joint=LIMIT, kind="revolute"), "limit-order", r"1\.0.*-1\.0", 9, None, "turn"),
+    (arm(kind="revolute"), "joint-limit-missing", "revolute", 7, None, "turn"),
+    (arm(kind="prismatic"), "joint-limit-missing", "", 7, None, "turn"),
+    (arm(kind="Continuous"), "joint-type-spelling", "", 7, None, "turn"),
+    (arm().replace("<joint", '<joint speed="1"'), "unknown-attribute", "'speed' of <joint> is", 7,
+     None, "turn"),
+    (arm().replace('<link name="tip"', '<link name="tip" height="1"'), "unknown-attribute",
+     "'height' of <link> is", 4, "tip", None),
+    (arm().replace("</robot>", f'{TURN_2}<link name="end"/></robot>'), "joint-renamed", "'turn'",
+     11, None, "turn_2"),
+    (arm().replace(' name="arm"', ""), "robot-unnamed", "", 2, None, None),
+    (arm(shaped(BOX, '<material name="red"/>')).replace(
+        "</robot>", '<material name="red"><color rgba="x"/></material></robot>'
+     ), "number-left-out", "'red'", 11, None, None),
+    (tree("a >b", links="ab").replace('name="a"', 'name="a "'), "name-blank", "", 2, "a ", None),
+    ('<robot name="r">\n<link name="a"/>\n<link name="a">\n</link></robot>', "doubled-element", "",
+     3, "a", None),
+    (tree("a>b", links="abc"), "link-unattached", "", 4, "c", None),
+    (tree("world>a", links="a"), "world-implied", "", 3, None, "world_a"),
+    (mimics("b>x"), "mimic-left-out", "'x'", 3, None, "b"),
+    (mimics("b>b"), "mimic-left-out", "", 3, None, "b"),
+]  # fmt: skip
 
 
-@pytest.mark.parametrize("name", WARNED)
-def test_what_is_only_warned_of(tmp_path: Path, name: str) -> None:
-    text, code, line, words, link, joint = WARNED[name]
-    _, diagnostics = read(tmp_path, text)
-    assert [one.code for one in diagnostics] == [code]
-    (one,) = diagnostics
-    assert (one.line, one.link, one.joint) == (line, link, joint)
-    assert one.file == str(tmp_path / "robot.urdf")
-    assert one.level == DEFAULTS[code]
-    for word in (*words, link or "", joint or ""):
-        assert word in one.message
+@pytest.mark.parametrize(("text", "code", "words", "line", "link", "joint"), WARNED)
+def test_what_is_only_warned_of(
+    tmp_path: Path, text: str, code: str, words: str, line: int, link: str | None, joint: str | None
+) -> None:
+    (one,) = read(tmp_path, text)[1]
+    assert (one.code, one.line, one.link, one.joint) == (code, line, link, joint)
+    assert (one.file, one.level) == (str(tmp_path / "robot.urdf"), DEFAULTS[code])
+    assert re.search(words, one.message, re.DOTALL)
+    assert (link or joint or "") in one.message
 
 
 @pytest.mark.parametrize(
