@@ -128,179 +128,81 @@ def shape(geometry: str, before: str = "", tag: str = "visual", after: str = "")
 
 
 LIMITS = '<limit lower="{}" upper="{}" effort="{}" velocity="{}"/>'
-#: text, exit code, code, a word of the message
-OWN: dict[str, tuple[str, int, str | None, str]] = {
-    # limits and the like
-    "infinite limits": (
-        arm(joint=LIMITS.format("-inf", "1", "1", "1"), kind="revolute"),
-        0, "number-left-out", "lower of <limit>",
-    ),
-    "infinite effort": (
-        arm(joint=LIMITS.format(-1, 1, "inf", 1), kind="revolute"),
-        0, "number-left-out", "effort of <limit>",
-    ),
-    "nan velocity": (
-        arm(joint=LIMITS.format(-1, 1, 1, "nan"), kind="prismatic"),
-        0, "number-left-out", "velocity of <limit>",
-    ),
-    "empty effort": (
-        arm(joint=LIMITS.format(-1, 1, "", 1), kind="revolute"), 0, "number-left-out", "is missing",
-    ),
-    "friction in words": (
-        arm(joint='<dynamics friction="low"/>'), 0, "number-left-out", "'low'",
-    ),
-    "calibration in words": (
-        arm(joint='<calibration rising="x"/>'), 0, "number-left-out", "<calibration>",
-    ),
-    "safety controller without a gain": (
-        arm(joint='<safety_controller soft_lower_limit="0"/>'), 0, "number-left-out", "k_velocity",
-    ),
-    "multiplier in words": (
-        arm(joint='<mimic joint="j" multiplier="-"/>'), 0, "number-left-out", "multiplier",
-    ),
-    "mimics itself": (arm(joint='<mimic joint="j"/>'), 0, "mimic-left-out", "are free"),
-    "mimics nothing": (arm(joint="<mimic/>"), 0, "mimic-left-out", "does not say which"),
-    "fixed with an axis of words": (arm(joint='<axis xyz="z"/>', kind="fixed"), 0, None, ""),
-    "floating with two numbers": (arm(joint='<axis xyz="0 0"/>', kind="floating"), 0, None, ""),
-    "capital type": (arm(kind="Continuous"), 0, "joint-type-spelling", "'continuous'"),
-    "type with a blank": (arm(kind="continuous "), 0, "joint-type-spelling", "'continuous'"),
+BALL = '<sphere radius="1"/>'
+MASSLESS = (
+    f'<robot name="r"><link name="a"><visual><geometry>{BALL}</geometry></visual></link></robot>'
+)
+
+
+def more(text: str, head: str = "") -> str:
+    """The arm, and what stands behind its joint."""
+    return arm(head=head).replace("</robot>", f"{text}</robot>")
+
+
+#: Text, exit code, code, a word of the message; beside what the tests of the reader have.
+OWN: list[tuple[str, int, str | None, str]] = [
+    (arm(joint=LIMITS.format(-1, 1, 1, "nan"), kind="prismatic"), 0, "number-left-out", "velocity"),
+    (arm(joint=LIMITS.format(-1, 1, "", 1), kind="revolute"), 0, "number-left-out", "is missing"),
+    (arm(joint='<dynamics friction="low"/>'), 0, "number-left-out", "'low'"),
+    (arm(joint='<safety_controller k_position="0"/>'), 0, "number-left-out", "k_velocity"),
+    (arm(joint='<mimic joint="j"/>'), 0, "mimic-left-out", "are free"),
+    (arm(joint="<mimic/>"), 0, "mimic-left-out", "does not say which"),
+    (arm(kind="continuous "), 0, "joint-type-spelling", "'continuous'"),
     # shapes
-    "scale of four": (
-        shape('<mesh filename="m.stl" scale="1 1 1 1"/>'), 0, "number-left-out", "a <visual>",
-    ),
-    "scale with commas": (
-        shape('<mesh filename="m.stl" scale="1,1,1"/>'), 0, "number-left-out", "a <visual>",
-    ),
-    "collision's scale of one": (
-        shape('<mesh filename="m.stl" scale="1e-3"/>', tag="collision"), 0, "mesh-scale", "(1e-3)",
-    ),
-    "rpy with pi": (
-        shape('<sphere radius="1"/>', '<origin rpy="pi/2 0 0"/>'), 0, "number-left-out", "rpy",
-    ),
-    "rpy of four of a collision": (
-        shape('<sphere radius="1"/>', '<origin rpy="0 0 0 1"/>', "collision"),
-        0, "number-left-out", "a <collision>",
-    ),
-    "sphere without a radius": (shape("<sphere/>"), 0, "number-left-out", "radius"),
-    "colour of three": (
-        shape('<sphere radius="1"/>', after='<material name="a"><color rgba="1 0 0"/></material>'),
-        0, "number-left-out", "a colour",
-    ),
+    (shape('<mesh filename="m.stl" scale="1,1,1"/>'), 0, "number-left-out", "a <visual>"),
+    (shape('<mesh filename="m.stl" scale="1e-3"/>', tag="collision"), 0, "mesh-scale", "(1e-3)"),
+    (shape(BALL, '<origin rpy="0 0 0 1"/>', "collision"), 0, "number-left-out", "a <collision>"),
+    (shape("<sphere/>"), 0, "number-left-out", "radius"),
+    (shape(BALL, after='<material name="a"><color rgba="1 0 0"/></material>'), 0,
+     "number-left-out", "a colour"),
     # inertia
-    "negative mass": (inertial("-1"), 0, "mass-negative", "-1.0 kg"),
-    "negative moment": (
-        inertial(moments='ixx="-1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"'),
-        0, "inertia-indefinite", "principal moments -1, 1, 1",
-    ),
-    "triangle": (
-        inertial(moments='ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="3"'),
-        0, "inertia-triangle", "principal moments 1, 1, 3",
-    ),
-    "products of two": (
-        inertial(moments='ixx="1" ixy="0" iyy="1" iyz="0" izz="1"'), 0, "inertia-incomplete", "ixz",
-    ),
-    "two moments": (inertial(moments='ixx="1" iyy="1"'), 1, "number-missing", "izz"),
-    "no tensor": (inertial(moments=""), 0, "inertial-incomplete", "as in ROS"),
-    "mass in words": (inertial("heavy"), 1, "number-invalid", "'heavy'"),
+    (inertial("-1"), 0, "mass-negative", "-1.0 kg"),
+    (inertial(moments='ixx="-1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"'), 0, "inertia-indefinite",
+     "principal moments -1, 1, 1"),
+    (inertial(moments='ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="3"'), 0, "inertia-triangle",
+     "principal moments 1, 1, 3"),
+    (inertial(moments='ixx="1" ixy="0" iyy="1" iyz="0" izz="1"'), 0, "inertia-incomplete", "ixz"),
+    (inertial(moments='ixx="1" iyy="1"'), 1, "number-missing", "izz"),
+    (inertial(moments=""), 0, "inertial-incomplete", "as in ROS"),
     # the tree
-    "said twice": (
-        arm().replace("</robot>", f'<link name="tip">\n {BODY}</link></robot>'),
-        0, "doubled-element", "link 'tip'",
-    ),
-    "two of one name": (
-        arm().replace("</robot>", '<link name="tip"/></robot>'), 1, "name-doubled", "'tip'",
-    ),
-    "link aside": (
-        arm().replace("</robot>", '<link name="world"/></robot>'), 0, "link-unattached", "'world'",
-    ),
-    "mass aside": (
-        arm().replace("</robot>", f'<link name="b">{BODY}</link></robot>'),
-        1, "several-roots", "'b'",
-    ),
-    "implied world that moves": (
-        arm().replace("</robot>", '<joint name="w" type="prismatic"><parent link="world"/>'
-                      f'<child link="base"/>{LIMITS.format(0, 1, 1, 1)}</joint></robot>'),
-        0, "world-implied", "joint 'w'",
-    ),
-    "unknown child": (arm().replace('"tip"/>', '"world"/>'), 1, "link-unknown", "'world'"),
-    "zero axis": (arm(joint='<axis xyz="0 0 0"/>'), 1, "axis-zero", "give a direction"),
-    # XML
-    "licence first": (
-        '<!-- (c) -->\n<?xml version="1.0"?>\n' + arm(), 0, "xml-mended", "before it",
-    ),
-    "two declarations": (
-        '<?xml version="1.0"?>\n<?xml version="1.0"?>\n' + arm(), 0, "xml-mended", "before it",
-    ),
-    "version 2": ('<?xml version="2.0"?>' + arm(), 0, "xml-mended", "version '2.0'"),
-    "dashes": (arm(tip="<!-- ---- a ---- -->"), 0, "xml-mended", "'--' within a comment"),
-    "crossed tags": (
-        "<robot>\n<link></robot>", 1, "xml-syntax", "</robot> stands where <link> of line 2",
-    ),
-    "bare ampersand": (arm().replace('"r"', '"a & b"'), 1, "xml-syntax", "&amp;"),
-    "no quotes": (arm().replace('"r"', "r"), 1, "xml-syntax", "no quotes around it"),
-    "attribute twice": (arm(head=' name="q"'), 1, "xml-syntax", "'name' is there twice"),
-    "marker in the middle": (
-        arm(tip="\n<<<<<<< HEAD\n=======\n>>>>>>> b\n"), 1, "merge-conflict", "choose one",
-    ),
-    "cut off": (arm()[:-9], 1, "xml-truncated", "cut off"),
-    # numbers
-    "decimal comma": (arm(joint='<origin xyz="0,5 0 0"/>'), 1, "number-invalid", "with a point"),
-    "commas without blanks": (
-        arm(joint='<origin xyz="0,0,1"/>'), 0, "number-commas", "parted by commas",
-    ),
-    # xacro
-    "xacro in a .urdf": (
-        arm(head=XACRO).replace("</robot>", '<xacro:property name="x" value="1"/></robot>'),
-        0, None, "",
-    ),
-    "expression in a .urdf": (arm(joint='<origin xyz="${1/2} 0 0"/>'), 0, None, ""),
-    "expression of nothing": (arm(joint='<origin xyz="${h} 0 0"/>'), 1, "xacro", "'h'"),
-    "expression of gazebo's": (
-        arm().replace("</robot>", "<gazebo><a>${robot_name}</a></gazebo></robot>"), 0, None, "",
-    ),
-    "property without the prefix": (
-        arm(joint='<origin xyz="${h} 0 0"/>').replace(
-            "</robot>", '<property name="h" value="1"/></robot>'
-        ),
-        1, "xacro-legacy", "<property>",
-    ),
-    "include without the prefix": (
-        arm().replace("</robot>", '<include filename="a"/></robot>'), 1, "xacro-legacy", "include",
-    ),
-    "arguments": (
-        arm(head=XACRO, joint='<origin xyz="$(arg x) $(arg y) 0"/>'),
-        1, "xacro-arg", "'x' is not defined",
-    ),
-    "package of an include": (
-        arm(head=XACRO).replace(
-            "</robot>", '<xacro:include filename="$(find gone)/a.xacro"/></robot>'
-        ),
-        1, "package-not-found", "'gone'",
-    ),
+    (more(f'<link name="tip">\n {BODY}</link>'), 0, "doubled-element", "link 'tip'"),
+    (more('<link name="world"/>'), 0, "link-unattached", "'world'"),
+    (more(f'<link name="b">{BODY}</link>'), 1, "several-roots", "'b'"),
+    (more('<joint name="w" type="prismatic"><parent link="world"/><child link="base"/>'
+          f"{LIMITS.format(0, 1, 1, 1)}</joint>"), 0, "world-implied", "joint 'w'"),
+    (arm().replace('"tip"/>', '"world"/>'), 1, "link-unknown", "'world'"),
+    # XML and xacro
+    (arm(tip="<!-- ---- a ---- -->"), 0, "xml-mended", "'--' within a comment"),
+    (arm(tip="\n<<<<<<< HEAD\n=======\n>>>>>>> b\n"), 1, "merge-conflict", "choose one"),
+    (arm()[:-9], 1, "xml-truncated", "cut off"),
+    (more('<xacro:property name="x" value="1"/>', XACRO), 0, None, ""),
+    (arm(joint='<origin xyz="${1/2} 0 0"/>'), 0, None, ""),
+    (more("<gazebo><a>${robot_name}</a></gazebo>"), 0, None, ""),
+    (more('<include filename="a"/>'), 1, "xacro-legacy", "include"),
+    (arm(head=XACRO, joint='<origin xyz="$(arg x) $(arg y) 0"/>'), 1, "xacro-arg",
+     "'x' is not defined"),
+    (more('<xacro:include filename="$(find gone)/a.xacro"/>', XACRO), 1, "package-not-found",
+     "'gone'"),
     # no mass
-    "nothing but a link": ('<robot name="r"><link name="a"/></robot>', 0, "no-mass", "<inertial>"),
-    "geometry but no mass": (
-        '<robot name="r"><link name="a"><visual><geometry><sphere radius="1"/></geometry></visual>'
-        "</link></robot>",
-        0, "no-mass", "estimate-inertia",
-    ),
-    "no link": ('<robot name="r"/>', 1, "no-links", ""),
-}  # fmt: skip
+    ('<robot name="r"><link name="a"/></robot>', 0, "no-mass", "<inertial>"),
+    (MASSLESS, 0, "no-mass", "estimate-inertia"),
+    ('<robot name="r"/>', 1, "no-links", ""),
+]  # fmt: skip
 
 
-@pytest.mark.parametrize("name", OWN)
-def test_own_odd_robot(name: str, run: Callable[..., Any], tmp_path: Path) -> None:
-    text, *wanted = OWN[name]
+@pytest.mark.parametrize(("text", "exit_code", "code", "word"), OWN)
+def test_own_odd_robot(
+    text: str, exit_code: int, code: str | None, word: str, run: Callable[..., Any], tmp_path: Path
+) -> None:
     source = tmp_path / "odd.urdf"
     source.write_text(text)
-    check(run, source, (wanted[0], wanted[1], wanted[2]))
+    check(run, source, (exit_code, code, word))
 
 
 def test_no_mass_with_either_base(run: Callable[..., Any], tmp_path: Path) -> None:
     source = tmp_path / "odd.urdf"
-    text = OWN["geometry but no mass"][0]
     for base, preset in product(("fixed", "floating"), ("faithful", "compact")):
-        source.write_text(text)
+        source.write_text(MASSLESS)
         code, said, _ = run(source, "--base", base, "--pipeline", preset)
         assert code == 0
         assert "NO DYNAMICS: no link has a mass\n" in said
@@ -309,7 +211,7 @@ def test_no_mass_with_either_base(run: Callable[..., Any], tmp_path: Path) -> No
             source, "--base", base, "--pipeline", preset, "--set", "estimate-inertia.density=1000"
         )
         assert "no-mass" not in said
-    flat = text.replace('<sphere radius="1"/>', '<box size="1 1 0"/>')
+    flat = MASSLESS.replace('<sphere radius="1"/>', '<box size="1 1 0"/>')
     source.write_text(flat)
     _, said, _ = run(source, "--set", "estimate-inertia.density=1000")
     assert "warning[no-mass]" in said

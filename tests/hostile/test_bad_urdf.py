@@ -143,30 +143,6 @@ def test_a_bad_file(code: str, data: bytes) -> None:
     assert found[0].line or code == "file-empty", "which line?"
 
 
-@pytest.mark.parametrize(
-    "data",
-    [
-        b"\xef\xbb\xbf" + GOOD.encode(),
-        GOOD.encode("utf-16"),
-        GOOD.replace('"1.0"', '"1.0" encoding="UTF-16"').encode("utf-16"),
-        GOOD.replace('"1.0"', '"1.0" encoding="UTF-8"').encode("utf-16-le"),
-        GOOD.replace('"1.0"', '"1.0" encoding="ISO-8859-1"').encode("latin-1"),
-        GOOD.replace('"1.0"', '"1.1"').encode(),
-        GOOD.replace("\n", "\r\n").encode(),
-        GOOD.replace("\n", "\r").encode(),
-        GOOD.replace('name="r"', 'name="r" xmlns="http://www.ros.org/urdf"').encode(),
-        GOOD.replace("<?xml", "<!DOCTYPE robot>\n<?xml").encode(),
-    ],
-    ids=["BOM", "UTF-16", "named UTF-16", "UTF-16 as UTF-8", "Latin-1", "XML 1.1", "CRLF", "CR",
-         "default namespace", "DOCTYPE"],
-)  # fmt: skip
-def test_an_odd_file_is_the_same_robot(data: bytes) -> None:
-    plain, odd = parse(GOOD.encode(), "r.urdf")[0], parse(data, "r.urdf")[0]
-    assert list(odd.links) == list(plain.links)
-    assert odd.joints["j"].axis == plain.joints["j"].axis
-    assert odd.links["a"].inertial == plain.links["a"].inertial
-
-
 def test_errors_are_told_together_in_their_order() -> None:
     """The tree is judged when the others are mended; not too many are told."""
     three = (

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from itertools import pairwise
-from math import pi
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +13,7 @@ from making import read_robot
 from scipy.spatial.transform import Rotation
 
 from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic
-from urdf2mbs.testing import TINY, convert_text
+from urdf2mbs.testing import convert_text
 from urdf2mbs.urdf.model import (
     JOINT_TYPES,
     Box,
@@ -109,7 +108,8 @@ BAD: list[tuple[str | bytes, str, int | None, str]] = [
     ('<?xml version="1.0"?>\n', "xml-truncated", 2, ""),
     ("<robot>\n<link>\n</joint></robot>", "xml-syntax", 3, "</joint> .* <link>"),
     ('<robot name="r"/>\n<robot/>', "xml-syntax", 2, ""),
-    ("<robot name=r>\n</robot>", "xml-syntax", 1, ""),
+    ("<robot name=r>\n</robot>", "xml-syntax", 1, "no quotes around it"),
+    ('<robot name="a" name="b"/>', "xml-syntax", 1, "'name' is there twice"),
     ('<!DOCTYPE r [<!ENTITY e SYSTEM "file:///x">]>\n<robot>&e;</robot>', "xml-entity", 1, ""),
     ('<?xml version="1.0"?>\n<sdf version="1.6"/>', "wrong-root", 2, "sdf.*SDF"),
     ("<mujoco/>", "wrong-root", 1, "MuJoCo"),
@@ -399,6 +399,13 @@ def test_forms_of_numbers(tmp_path: Path, text: str, number: float, around: str)
         '<robot xmlns:xacro="http://ros.org/wiki/xacro" name="r"><link name="ä"/></robot>'.encode(),
         '<robot xmlns:g="urn:g" g:a="1" name="r"><link name="ä"/></robot>'.encode(),
         '<robot name="r">\r\n<link name="ä"/>\r\n</robot>\r\n'.encode(),
+        '<robot name="r">\r<link name="ä"/>\r</robot>\r'.encode(),
+        '<?xml version="1.0" encoding="UTF-16"?><robot name="r"><link name="ä"/></robot>'.encode(
+            "utf-16"
+        ),
+        '<?xml version="1.0" encoding="UTF-8"?><robot name="r"><link name="ä"/></robot>'.encode(
+            "utf-16-le"
+        ),
     ],
 )  # fmt: skip
 def test_forms_of_files(tmp_path: Path, text: bytes) -> None:
@@ -778,21 +785,20 @@ def test_inertias_that_are_all_right(tmp_path: Path, values: dict[str, str]) -> 
 
 
 def test_quaternions_of_newer_files(tmp_path: Path) -> None:
+    """With turns about all axes: the sign of each angle counts."""
     half = 0.5**0.5
-    for text, rpy in (
-        (f"0 0 {half!r} {half!r}", (0.0, 0.0, pi / 2)),
-        ("2 0 0 0", (pi, 0.0, 0.0)),
-        (f"0 {half!r} 0 {half!r}", (0.0, pi / 2, 0.0)),
-    ):
-        robot, diagnostics = read(
-            tmp_path,
-            arm(joint=f'<origin xyz="1 2 3" quat_xyzw="{text}"/>', robot=' version="1.1"'),
-        )
-        assert diagnostics == []
-        assert robot.joints["turn"].origin.xyz == (1.0, 2.0, 3.0)
-        assert robot.joints["turn"].origin.pose.rot == pytest.approx(
-            Origin(rpy=rpy).pose.rot, abs=1e-15
-        )
+    turns = [Rotation.from_euler("xyz", turn) for turn in ((0.3, -0.4, 0.5), (-1.2, 0.7, 2.0))]
+    for turn in (
+        (0.0, 0.0, half, half), (2.0, 0.0, 0.0, 0.0), (0.0, half, 0.0, half),
+        *(turn.as_quat().tolist() for turn in turns),
+    ):  # fmt: skip
+        text = " ".join(map(repr, turn))
+        origin = f'<origin xyz="1 2 3" quat_xyzw="{text}"/>'
+        robot, diagnostics = read(tmp_path, arm(joint=origin, robot=' version="1.1"'))
+        found = robot.joints["turn"].origin
+        assert (diagnostics, found.xyz) == ([], (1.0, 2.0, 3.0))
+        wanted = Rotation.from_quat(turn).as_matrix().ravel()
+        np.testing.assert_allclose(found.pose.rot, wanted, rtol=0, atol=1e-15)
     for wrong in ('quat_xyzw="0 0 0 0"', 'quat_xyzw="0 0 0 1" rpy="0 0 0"', 'quat_xyzw="0 0 1"'):
         with pytest.raises(ConversionError, match="quat_xyzw"):
             read(tmp_path, arm(joint=f"<origin {wrong}/>", robot=' version="1.2"'))
@@ -870,17 +876,6 @@ def test_a_loop_and_roots_among_a_thousand_links() -> None:
 )
 def test_whether_there_is_xacro(text: str, there: bool) -> None:
     assert has_xacro(text.encode(), "r.urdf") is there
-
-
-def test_a_quaternion_of_an_origin_is_its_rotation() -> None:
-    """With turns about all axes: the sign of each angle counts."""
-    for wanted in ((0.3, -0.4, 0.5), (-1.2, 0.7, 2.0)):
-        q = Rotation.from_euler("xyz", wanted).as_quat()
-        turn = f'<origin quat_xyzw="{q[0]} {q[1]} {q[2]} {q[3]}"/>'
-        text = re.sub(r'<origin xyz="0 0 0.1" rpy="0 1.5708 0"/>', turn, TINY)
-        text = text.replace("<robot ", '<robot version="1.1" ', 1)
-        found = convert_text(text).robot.joints["tool_mount"].origin.rpy
-        np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-12)
 
 
 def test_numbers_that_an_element_does_not_state(tmp_path: Path) -> None:
