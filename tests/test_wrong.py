@@ -74,7 +74,6 @@ COMMANDS = [
     ("run sweep.yaml --workers 0", 2, "usage"),
     ("run sweep.yaml --stop-after expand", 2, "usage.*one robot"),
     ("run sweep.yaml --dump e", 2, "usage.*one robot"),
-    ("run sweep.yaml --only a=7", 2, "usage.*no robot"),
     ("report sweep.yaml", 2, "sweep-many"),
     ("run tiny.yaml --stop-after lay", 2, "unknown-pass"),
     ("run tiny.yaml --set check.tolerances=1", 2, "unknown-key.*'tolerance'"),

@@ -9,13 +9,14 @@ import pytest
 
 from urdf2mbs.engine.config import Lines, parse
 from urdf2mbs.engine.settings import settings_of
-from urdf2mbs.many.sweep import Member, members
+from urdf2mbs.many.convert import jobs_of
+from urdf2mbs.many.job import Job
 from urdf2mbs.messages.diagnostics import ConfigError
 
 
-def swept(text: str, output: str = "'{height}.mbs'") -> list[Member]:
-    text = f"source: biped.urdf.xacro\noutput: {output}\nsweep:\n  {text}\n"
-    return members(*parse(text, Path("sweep.yaml")))
+def swept(text: str, output: str = "'{height}.mbs'", more: str = "") -> list[Job]:
+    text = f"source: biped.urdf.xacro\noutput: {output}\n{more}\nsweep:\n  {text}\n"
+    return jobs_of([parse(text, Path("sweep.yaml"))])
 
 
 def test_every_combination_in_its_order() -> None:
@@ -50,41 +51,51 @@ def test_ranges(given: str, values: list[str]) -> None:
 
 
 @pytest.mark.parametrize(
-    ("given", "output", "code"),
+    ("heights", "code"),
     [
-        ("{}", "x.mbs", "sweep-empty"),
-        ("{xacro_args: {height: []}}", "x.mbs", "sweep-empty"),
-        ("{xacro_args: {height: [1, 2]}}", "x.mbs", "sweep-output"),
-        ("{xacro_args: {height: [1, 1]}}", "'{height}.mbs'", "sweep-output"),
-        ("{xacro_args: {height: [1, 2]}}", "'{hight}.mbs'", "sweep-output"),
-        ("{xacro_args: {height: [1, 2]}}", "null", "sweep-output"),
-        ("{xacro_args: {height: {from: 1, to: 2}}}", "'{height}.mbs'", "sweep-range"),
-        ("{xacro_args: {height: {from: 1, to: 2, step: 0}}}", "'{height}.mbs'", "sweep-range"),
-        ("{xacro_args: {height: {from: 1, to: 2, step: -1}}}", "'{height}.mbs'", "sweep-range"),
-        ("{xacro_args: {height: {from: 1, to: .nan, step: 1}}}", "'{height}.mbs'", "config-type"),
-        ("{xacro_args: {height: {from: 1, to: .inf, step: 1}}}", "'{height}.mbs'", "value-range"),
-        ("{xacro_args: {height: {from: 1, to: 2, step: .nan}}}", "'{height}.mbs'", "config-type"),
-        ("{xacro_args: {height: {from: 1, to: 2, count: 1}}}", "'{height}.mbs'", "sweep-range"),
-        ("{xacro_args: {height: {from: 0, to: 1, step: 1.0e-9}}}", "'{height}.mbs'", "sweep-long"),
-        ("{xacro_args: {hight: 3}}", "x.mbs", "config-type"),
-        ("{args: {}}", "x.mbs", "unknown-key"),
+        ("[]", "sweep-empty"),
+        ("{from: 1, to: 2}", "sweep-range"),
+        ("{from: 1, to: 2, step: 0}", "sweep-range"),
+        ("{from: 1, to: 2, step: -1}", "sweep-range"),
+        ("{from: 1, to: 2, count: 1}", "sweep-range"),
+        ("{from: 1, to: 2, count: 3, step: 0.5}", "sweep-range"),
+        ("{from: 1, to: .nan, step: 1}", "config-type"),
+        ("{from: 1, to: .inf, step: 1}", "value-range"),
+        ("{from: 0, to: 1, step: 1.0e-9}", "sweep-long"),
+        ("3", "config-type"),
+        # two robots of one name, on some system
+        ("[a/b, a_b]", "output-doubled"),
+        ("[left, LEFT]", "output-doubled"),
+        ('["\\u00e9", "e\\u0301"]', "output-doubled"),
+        ("[1, 1]", "output-doubled"),
     ],
-)  # fmt: skip
-def test_what_is_no_sweep(given: str, output: str, code: str) -> None:
+)
+def test_values_that_are_no_sweep(heights: str, code: str) -> None:
+    assert refused(f"{{xacro_args: {{height: {heights}}}}}") == code
+
+
+@pytest.mark.parametrize(
+    ("given", "output", "more", "code"),
+    [
+        ("{}", "x.mbs", "", "sweep-empty"),
+        ("{args: {}}", "x.mbs", "", "unknown-key"),
+        ("{xacro_args: {height: [1, 2]}}", "'{hight}.mbs'", "", "sweep-output"),
+        ("{xacro_args: {height: [1, 2]}}", "null", "", "sweep-output"),
+        ("{xacro_args: {height: [1, 2]}}", "x.mbs", "", "output-doubled"),
+        ("{xacro_args: {height: [1]}}", "'{height}.mbs'", "xacro_args: {height: 1}", "sweep-twice"),
+        ("{passes: {a: {b: [1]}}}", "'{a.b}.mbs'", "passes: {a: {b: 1}}", "sweep-twice"),
+        ("{xacro_args: {height: [1]}}", "'${height}.mbs'", "", "variable-unset"),
+    ],
+)
+def test_what_is_no_sweep(given: str, output: str, more: str, code: str) -> None:
+    assert refused(given, output, more) == code
+
+
+def refused(given: str, output: str = "'{height}.mbs'", more: str = "") -> str:
     with pytest.raises(ConfigError) as caught:
-        swept(given, output)
-    assert caught.value.code == code
+        swept(given, output, more)
     assert caught.value.line is not None
-
-
-def test_a_value_that_is_given_and_swept() -> None:
-    text = (
-        "source: a.xacro\noutput: '{height}.mbs'\nxacro_args: {height: 1}\n"
-        "sweep: {xacro_args: {height: [1, 2]}}"
-    )
-    with pytest.raises(ConfigError) as caught:
-        members(*parse(text, None))
-    assert caught.value.code == "sweep-twice"
+    return caught.value.code
 
 
 @pytest.mark.parametrize(
@@ -118,29 +129,15 @@ def test_a_value_is_one_name_on_every_system(value: str, name: str) -> None:
 
 
 def test_a_project_and_its_model_have_one_name() -> None:
-    (robot,) = swept("{xacro_args: {height: [0.7]}}", "{project: 'out/biped_{height}'}")
-    settings = settings_of(robot.config, Lines(file=Path("c.yaml")), Path("/there"))
-    assert settings.output == Path("/there/out/biped_0_7/dataR/biped_0_7.mbs")
+    for job in swept("{xacro_args: {height: [0.7, 0.8]}}", "{project: 'out/biped_{height}'}"):
+        settings = settings_of(job.config, Lines(file=Path("c.yaml")), Path("/there"))
+        name = f"biped_{job.values['height']}".replace(".", "_")
+        assert settings.output == Path(f"/there/out/{name}/dataR/{name}.mbs")
 
 
-def test_a_value_makes_no_variable_of_what_stands_before_it(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_value_is_no_variable(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PLACE", "models")
-    (robot,) = swept("{xacro_args: {height: [PLACE]}}", "'$PLACE/~{height}.mbs'")
-    assert robot.config.output == "models/_PLACE.mbs"
-    with pytest.raises(ConfigError, match="wants the variable height"):
-        swept("{xacro_args: {height: [PLACE]}}", "'${height}.mbs'")
-
-
-@pytest.mark.parametrize("values", ["a/b, a_b", "left, LEFT", '"\\u00e9", "e\\u0301"', "a, a"])
-def test_two_values_of_one_name(values: str) -> None:
-    with pytest.raises(ConfigError, match="two robots of the sweep would be written") as caught:
-        swept(f"{{xacro_args: {{height: [{values}]}}}}", "'{height}.mbs'")
-    assert caught.value.code == "sweep-output"
-
-
-def test_a_project_each() -> None:
-    found = swept("{xacro_args: {height: [1, 2]}}", "{project: 'biped_{height}'}")
-    outputs: list[Any] = [one.config.output for one in found]
-    assert [one.project for one in outputs] == ["biped_1", "biped_2"]
+    (robot,) = swept("{xacro_args: {height: [PLACE]}}", "'$PLACE/{height}.mbs'")
+    assert robot.config.output == "models/PLACE.mbs"
+    (robot,) = swept("{xacro_args: {height: [root]}}", "'~{height}/a.mbs'")
+    assert robot.config.output == "./~root/a.mbs"

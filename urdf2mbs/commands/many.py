@@ -23,8 +23,16 @@ from urdf2mbs.many.job import Job, Outcome
 from urdf2mbs.many.sweep import in_words
 from urdf2mbs.messages.diagnostics import ConfigError, counted
 
-#: The most converted robots in the table.  All failed robots are in it.
+#: The most converted robots in the table.
 SHOWN = 40
+
+#: What became of the robots with an exit code.
+_ENDS = {
+    0: "done",
+    1: "cannot be converted",
+    2: "with a wrong config or command line",
+    3: "NOT the same as the URDF",
+}
 
 
 def carry_out_many(configs: Iterable[tuple[Config, Lines]], arguments: argparse.Namespace) -> int:
@@ -33,56 +41,22 @@ def carry_out_many(configs: Iterable[tuple[Config, Lines]], arguments: argparse.
     if arguments.workers is not None and arguments.workers < 1:
         raise ConfigError("usage", f"--workers {arguments.workers}: give 1 or more")
     jobs = jobs_of(configs, installed_plugins=not arguments.no_plugins, force=arguments.force)
-    jobs = _chosen(jobs, arguments.only)
     report = arguments.report or _folder(jobs) / REPORT
     if not arguments.force:
         check_ours({report: b""})
     outcomes = _convert_all(jobs, arguments)
     code = max((outcome.code for outcome in outcomes), default=0)
-    robots = [_to_report(outcome) for outcome in outcomes]
-    whole = {"urdf2mbs": version_of("urdf2mbs"), "code": code, "robots": robots}
+    whole = {"urdf2mbs": version_of("urdf2mbs"), "code": code, "robots": outcomes}
     text = msgspec.json.format(msgspec.json.encode(whole), indent=1) + b"\n"
     write_files({report: text}, force=arguments.force)
     if arguments.json:
-        print_json({"code": code, "robots": robots})
+        print_json({"code": code, "robots": outcomes})
     else:
-        for outcome in outcomes:
-            if outcome.error is not None:
-                print(f"{_name(outcome)}:\n{outcome.error}", file=sys.stderr)
-        print(_table(outcomes, report))
+        _print_table(outcomes)
+        print(f"report: {near(report)}")
+        print("Next: open a model in MBSysPad, or look at one: urdf2mbs diagram MODEL.mbs")
+        print("      what is wrong with a robot: run or convert it by itself, with -v")
     return code
-
-
-def _chosen(jobs: list[Job], only: list[str]) -> list[Job]:
-    """The robots of a sweep that have all these values."""
-    for text in only:
-        name, _, value = text.partition("=")
-        kept = [job for job in jobs if _is(job.values.get(name), value)]
-        if not kept:
-            known = dict.fromkeys(in_words(job.values) for job in jobs if job.values)
-            raise ConfigError(
-                "usage", f"--only {text}: no robot has this value",
-                hint=f"there are: {'; '.join([*known][:5])}" if known else "this is no sweep",
-            )  # fmt: skip
-        jobs = kept
-    return jobs
-
-
-def _is(value: object, text: str) -> bool:
-    """True if a value is this text, or the same number."""
-    try:
-        return str(value) == text or float(str(value)) == float(text)
-    except ValueError:
-        return False
-
-
-def _to_report(outcome: Outcome) -> dict[str, object]:
-    """The part of the report on a robot.  It is the same each time."""
-    return {
-        "source": outcome.source, "output": outcome.output, "values": outcome.values,
-        "code": outcome.code, "error": outcome.error, "diagnostics": outcome.diagnostics,
-        "report": outcome.report,
-    }  # fmt: skip
 
 
 def _folder(jobs: list[Job]) -> Path:
@@ -91,11 +65,6 @@ def _folder(jobs: list[Job]) -> Path:
         return Path(os.path.commonpath([Path(job.place or job.source).parent for job in jobs]))
     except ValueError:  # they are on several drives of Windows
         return Path.cwd()
-
-
-def _name(outcome: Outcome) -> str:
-    own = f" ({in_words(outcome.values)})" if outcome.values else ""
-    return near(Path(outcome.source)) + own
 
 
 def _convert_all(jobs: list[Job], arguments: argparse.Namespace) -> list[Outcome]:
@@ -109,10 +78,10 @@ def _convert_all(jobs: list[Job], arguments: argparse.Namespace) -> list[Outcome
             for outcome in outcomes:
                 done.append(outcome)
                 failed += outcome.code != 0
-                rate = len(done) / (monotonic() - start)
+                left = (count - len(done)) * (monotonic() - start) / len(done)
                 progress.at = (
                     f"{len(done)} of {counted(count, 'robot')} done, {failed} failed, "
-                    f"{rate:.3g} a second, {(count - len(done)) / rate:.0f} s left"
+                    f"{left:.0f} s left"
                 )
         except KeyboardInterrupt:
             print(progress.at, file=sys.stderr)
@@ -120,40 +89,34 @@ def _convert_all(jobs: list[Job], arguments: argparse.Namespace) -> list[Outcome
     return sorted(done, key=lambda outcome: outcome.number)
 
 
-def _table(outcomes: list[Outcome], report: Path) -> str:
-    """A line for each robot, and the counts."""
-    done = [outcome for outcome in outcomes if outcome.code == 0]
-    listed = [outcome for outcome in outcomes if outcome.code] + done[:SHOWN]
-    lines = [_row(outcome) for outcome in sorted(listed, key=lambda outcome: outcome.number)]
+def _print_table(outcomes: list[Outcome]) -> None:
+    """A line for each robot that is done, all errors on stderr, and the counts."""
+    done = [_row(outcome) for outcome in outcomes if outcome.error is None]
+    for outcome in outcomes:
+        if outcome.error is not None:
+            print(f"{_name(outcome)}:\n{outcome.error}", file=sys.stderr)
+    for row in done[:SHOWN]:
+        print(row)
     if len(done) > SHOWN:
-        lines.append(f"and {len(done) - SHOWN} more that are done")
-    failures = "; ".join(
-        f"{counted(number, 'robot')} {what}"
-        for code, what in _FAILURES.items()
-        if (number := sum(outcome.code == code for outcome in outcomes))
-    )
-    lines.append(f"{counted(len(done), 'robot')} done" + (failures and f"; {failures}"))
-    lines.append(f"report: {near(report)}")
-    lines.append("Next: open a model in MBSysPad, or look at one: urdf2mbs diagram MODEL.mbs")
-    lines.append("      what is wrong with a robot: run or convert it by itself, with -v")
-    return "\n".join(lines)
+        print(f"and {len(done) - SHOWN} more")
+    codes = [outcome.code for outcome in outcomes]
+    counts = [(codes.count(code), what) for code, what in _ENDS.items()]
+    print(*(f"{counted(count, 'robot')} {what}" for count, what in counts if count), sep="; ")
 
 
-_FAILURES = {
-    1: "cannot be converted",
-    2: "with a wrong config or command line",
-    3: "NOT the same as the URDF",
-}
+def _name(outcome: Outcome) -> str:
+    own = f" ({in_words(outcome.values)})" if outcome.values else ""
+    return near(Path(outcome.source)) + own
 
 
 def _row(outcome: Outcome) -> str:
-    name, found, error = _name(outcome), outcome.report, outcome.error
-    if found is None or error is not None:
-        return f"{name}: error[{error.code}]: {error.message.splitlines()[0]}" if error else name
+    found = outcome.report
+    if found is None:
+        return _name(outcome)
     warnings = sum(said.level == "warning" for said in found.diagnostics)
     verdict = "" if found.proof is not None and found.proof.same else f"{found.verdict}: "
     output = near(Path(outcome.output)) if outcome.output else "nothing is written"
     return (
-        f"{name}: {found.links} links -> {found.bodies} bodies, {found.joints.mbs} joints, "
-        f"{found.mass:.6g} kg, {counted(warnings, 'warning')}: {verdict}{output}"
+        f"{_name(outcome)}: {found.links} links -> {found.bodies} bodies, {found.joints.mbs} "
+        f"joints, {found.mass:.6g} kg, {counted(warnings, 'warning')}: {verdict}{output}"
     )

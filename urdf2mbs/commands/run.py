@@ -53,7 +53,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
 
 def only_one(arguments: argparse.Namespace) -> None:
     """Refuse the options that are for many robots."""
-    refuse(arguments, ("workers", "cluster", "only", "report"), "many robots, and this is one")
+    refuse(arguments, ("workers", "cluster", "report"), "many robots, and this is one")
 
 
 def convert_one(config: Config, lines: Lines, arguments: argparse.Namespace) -> Conversion:

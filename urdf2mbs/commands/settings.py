@@ -234,10 +234,6 @@ def add_many(command: argparse.ArgumentParser) -> None:
     many.add_argument("--workers", type=int, metavar="N", help="processes (default: every core)")
     many.add_argument("--cluster", metavar="ADDRESS", help="of a Dask scheduler to use instead")
     many.add_argument(
-        "--only", action="append", default=[], metavar="NAME=VALUE",
-        help="of a sweep, the robots with this value: height=0.7",
-    )  # fmt: skip
-    many.add_argument(
         "--report", type=path, metavar="FILE.json",
         help=f"default: {REPORT} in the folder of all outputs",
     )  # fmt: skip

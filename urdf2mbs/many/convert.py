@@ -52,10 +52,10 @@ def jobs_of(
             if other is not job:
                 raise lines.error(
                     "output-doubled",
-                    f"'{job.place}' would be written twice: of '{other.source}', and of "
-                    f"'{job.source}'",
-                    ("output",), "give each an output of its own",
-                )  # fmt: skip
+                    f"'{job.place}' would be written twice: of {other.name}, and of {job.name}",
+                    ("output",),
+                    "give each an output of its own; a sweep by its values: 'models/{NAME}.mbs'",
+                )
     return jobs
 
 

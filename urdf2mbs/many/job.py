@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from time import perf_counter
 from typing import Any
 
 import msgspec
@@ -11,6 +10,7 @@ import msgspec
 from urdf2mbs.disk.output import write
 from urdf2mbs.engine.config import Config, Lines, Project
 from urdf2mbs.engine.pipeline import Pipeline
+from urdf2mbs.many.sweep import in_words
 from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic
 from urdf2mbs.report.summary import Report, report
 
@@ -31,6 +31,11 @@ class Job(msgspec.Struct, frozen=True):
     @property
     def source(self) -> str:
         return str(self.lines.folder / self.config.source)
+
+    @property
+    def name(self) -> str:
+        """The source, and what the sweep makes of it, as messages call the job."""
+        return f"'{self.source}'" + (f" ({in_words(self.values)})" if self.values else "")
 
     @property
     def place(self) -> str | None:
@@ -56,7 +61,6 @@ class Outcome(msgspec.Struct):
     error: Diagnostic | None = None
     diagnostics: list[Diagnostic] = []
     """What was said before the error."""
-    seconds: float = 0.0
 
     def __str__(self) -> str:
         return f"{self.source}: {self.error.message if self.error else self.output}"
@@ -64,22 +68,20 @@ class Outcome(msgspec.Struct):
 
 def convert_one(job: Job) -> Outcome:
     """Carry one job out and write its files; what goes wrong is in the outcome."""
-    start = perf_counter()
     try:
         conversion = Pipeline(
             job.config, job.lines, installed_plugins=job.installed_plugins, fresh=job.force
         ).run()
         write(conversion, force=job.force)
-        output = conversion.rejected or conversion.settings.output
-        outcome = Outcome(
-            job.number, job.source, str(output) if output in conversion.files else None,
-            job.values, 0 if conversion.rejected is None else 3, report(conversion),
-        )  # fmt: skip
     except ConversionError as error:
         outcome = failed(job, error.diagnostic(), error.exit_code)
         outcome.diagnostics = error.said
-    outcome.seconds = perf_counter() - start
-    return outcome
+        return outcome
+    output = conversion.rejected or conversion.settings.output
+    return Outcome(
+        job.number, job.source, str(output) if output in conversion.files else None,
+        job.values, 0 if conversion.rejected is None else 3, report(conversion),
+    )  # fmt: skip
 
 
 def failed(job: Job, error: Diagnostic, exit_code: int = 1) -> Outcome:

@@ -41,7 +41,7 @@ def _in_pool(left: deque[Job], count: int) -> Generator[Outcome, None, list[Job]
         while left or running:
             while left and len(running) < 2 * count:  # few are lost with the pool
                 with _without_script():
-                    future = pool.submit(_work, left[0])
+                    future = pool.submit(convert_one, left[0])
                 running[future] = left.popleft()
             done, _ = wait(running, return_when=FIRST_COMPLETED)
             for future in done:
@@ -72,17 +72,6 @@ def _without_script() -> Iterator[None]:
         yield
     finally:
         sys.modules["__main__"] = script
-
-
-def _work(job: Job) -> Outcome:
-    """Carry a job out; where the first process ends this one, undo what is half written."""
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
-    try:
-        return convert_one(job)
-    except KeyboardInterrupt:
-        os._exit(1)
-    finally:
-        signal.signal(signal.SIGTERM, signal.SIG_DFL)
 
 
 def _begin() -> None:

@@ -12,17 +12,8 @@ from typing import Any, NamedTuple
 
 import msgspec
 
-from urdf2mbs.disk.files import one_name, portable
-from urdf2mbs.engine.config import (
-    Config,
-    Key,
-    Lines,
-    Project,
-    Range,
-    Sweep,
-    config_of,
-    dotted,
-)
+from urdf2mbs.disk.files import portable
+from urdf2mbs.engine.config import Config, Key, Lines, Project, Range, Sweep, config_of, dotted
 from urdf2mbs.engine.settings import expand
 from urdf2mbs.mbs.names import identifiers
 from urdf2mbs.messages.diagnostics import nearest
@@ -53,61 +44,51 @@ def members(config: Config, lines: Lines) -> list[Member]:
     lines.check()
     if config.sweep is None:
         return [Member(config, {})]
-    values = _swept(config, config.sweep, lines)
+    swept = _swept(config, config.sweep, lines)
     found: list[Member] = []
-    taken: dict[str, dict[str, Any]] = {}
-    for combination in product(*values.values()):
+    for combination in product(*swept.values()):
         own: dict[str, Any] = {}
-        changed: dict[str, Any] = {"xacro_args": {}, "passes": {}}
-        for (block, *key), value in zip(values, combination, strict=True):
+        xacro_args: dict[str, Any] = {}
+        passes: dict[str, dict[str, Any]] = {}
+        for (block, *key), value in zip(swept, combination, strict=True):
             own[".".join(key)] = value
-            inner = changed[block].setdefault(key[0], {}) if block == "passes" else changed[block]
-            inner[key[-1]] = value
-        output, place = _output(config, own, lines)
-        before = taken.setdefault(one_name(place), own)
-        if before is not own:
-            raise lines.error(
-                "sweep-output",
-                f"two robots of the sweep would be written to '{place}': {in_words(before)}, "
-                f"and {in_words(own)}",
-                ("output",), f"name each by its values, such as 'models/{_names(own)}.mbs'",
-            )  # fmt: skip
-        robot, _ = config_of(config, **changed, output=output, sweep=None)
+            options = xacro_args if block == "xacro_args" else passes.setdefault(key[0], {})
+            options[key[-1]] = value
+        output = _output(config, own, lines)
+        robot, _ = config_of(
+            config, xacro_args=xacro_args, passes=passes, output=output, sweep=None
+        )
         found.append(Member(robot, own))
     return found
 
 
 def _swept(config: Config, sweep: Sweep, lines: Lines) -> dict[tuple[str, ...], list[Any]]:
     """The values of each key of a config that a sweep changes."""
-    given: dict[tuple[str, ...], Any] = {
-        ("xacro_args", name): one for name, one in sweep.xacro_args.items()
+    given: dict[tuple[str, ...], list[Any] | Range] = {
+        ("xacro_args", name): values for name, values in sweep.xacro_args.items()
     }
     for pass_, options in sweep.passes.items():
-        given |= {("passes", pass_, option): one for option, one in options.items()}
+        given |= {("passes", pass_, option): values for option, values in options.items()}
     if not given:
         raise lines.error(
             "sweep-empty", "the sweep has no values", ("sweep",),
             "such as 'sweep: {xacro_args: {height: [0.7, 0.8]}}'",
         )  # fmt: skip
-    values: dict[tuple[str, ...], list[Any]] = {}
-    for key, one in given.items():
-        block, at = key[0], ("sweep", *key)
+    swept: dict[tuple[str, ...], list[Any]] = {}
+    for key, values in given.items():
+        at = ("sweep", *key)
         if key[-1] in (config.xacro_args if len(key) == 2 else config.passes.get(key[1], {})):
             raise lines.error(
                 "sweep-twice", f"'{dotted(key)}' has a value, and the sweep gives it others",
                 at, "leave one of the two out",
             )  # fmt: skip
-        values[key] = one if isinstance(one, list) else _in_range(one, lines, at)
-        if not values[key]:
+        swept[key] = values if isinstance(values, list) else _numbers(values, lines, at)
+        if not swept[key]:
             raise lines.error("sweep-empty", f"'{dotted(at)}' has no values", at)
-        if block == "xacro_args":
-            values[key] = [str(value) for value in values[key]]
-    count = prod(map(len, values.values()))
-    if count > MOST:
-        raise lines.error(
-            "sweep-long", f"the sweep makes {count} robots, and {MOST} are the most", ("sweep",)
-        )
-    return values
+        if key[0] == "xacro_args":
+            swept[key] = [str(value) for value in swept[key]]
+    _check_count(prod(map(len, swept.values())), lines, ("sweep",))
+    return swept
 
 
 def in_words(values: dict[str, Any]) -> str:
@@ -123,30 +104,32 @@ def _names(keys: Iterable[str]) -> str:
     return "-".join(f"{{{key}}}" for key in keys)
 
 
-def _in_range(given: Range, lines: Lines, at: Key) -> list[int | float]:
+def _numbers(given: Range, lines: Lines, at: Key) -> list[int] | list[float]:
     """The numbers of a range, in decimals: 0.7, 0.8, 0.9, and no 0.7999999999999999."""
     first, last = Decimal(str(given.first)), Decimal(str(given.last))
-    step = count = None
-    if given.count is not None and given.count >= 2 and given.step is None:
-        step, count = (last - first) / (given.count - 1), given.count
-    elif given.step and given.count is None and (last - first) / Decimal(str(given.step)) >= 0:
-        step = Decimal(str(given.step))
+    step, count = Decimal(str(given.step or 0)), given.count or 0
+    if count > 1 and given.step is None:
+        step = (last - first) / (count - 1)
+    elif step and not count and (last - first) / step >= 0:
         count = int((last - first) / step) + 1
-    if step is None or count is None:
+    else:
         raise lines.error(
             "sweep-range", "these numbers are no range", at,
             "a range has 'from', 'to', and a 'step' that leads there, or a 'count' of 2 or more: "
             "{from: 0.7, to: 0.9, step: 0.1}",
         )  # fmt: skip
+    _check_count(count, lines, at)
+    whole = isinstance(given.first, int) and isinstance(given.step, int)
+    return [(int if whole else float)(first + step * n) for n in range(count)]
+
+
+def _check_count(count: int, lines: Lines, at: Key) -> None:
     if count > MOST:
-        raise lines.error("sweep-long", f"the range has {count} values, and {MOST} are most", at)
-    whole = given.count is None and all(isinstance(n, int) for n in (given.first, given.step))
-    numbers = [first + step * n for n in range(count)]
-    return [int(number) for number in numbers] if whole else [float(number) for number in numbers]
+        raise lines.error("sweep-long", f"this makes {count} robots, and {MOST} are the most", at)
 
 
-def _output(config: Config, values: dict[str, Any], lines: Lines) -> tuple[Any, str]:
-    """The output of one robot, its values put in, and the path that it is."""
+def _output(config: Config, values: dict[str, Any], lines: Lines) -> str | Project:
+    """The output of one robot, with its values put in."""
 
     def value(found: re.Match[str]) -> str:
         if found[1] not in values:
@@ -155,27 +138,22 @@ def _output(config: Config, values: dict[str, Any], lines: Lines) -> tuple[Any, 
                 f"'{{{found[1]}}}' in the output is no value of the sweep",
                 ("output",), nearest(found[1], values) or f"there are: {_names(values)}",
             )  # fmt: skip
-        # a value is a word: it leads to no other folder, and names no variable
-        return _UNSAFE.sub("_", _word(values[found[1]]))
+        # a value is a part of one name: it leads to no other folder, and names no variable
+        return portable(_UNSAFE.sub("_", _word(values[found[1]])))
 
-    def name_path(output: str) -> str:
-        """Each name in the path that has values, as every system has it."""
-        names = re.split(r"([/\\])", expand(output, lines, ("output",)))
-        return "".join(
-            portable(_PLACE.sub(value, name).replace("~", "_")) if _PLACE.search(name) else name
-            for name in names
-        )
+    def fill(output: str) -> str:
+        path = _PLACE.sub(value, expand(output, lines, ("output",)))
+        return f"./{path}" if path.startswith("~") else path
 
     output = config.output
-    if isinstance(output, Project):
-        path = Path(name_path(output.project))
-        if _PLACE.search(Path(output.project).name):  # a project is called as its model is
-            path = path.with_name(identifiers([path.name])[0])
-        return msgspec.structs.replace(output, project=str(path)), str(path)
     if output is None:
         raise lines.error(
             "sweep-output", "a sweep needs an output", ("sweep",),
             f"such as 'output: models/{_names(values)}.mbs'",
         )  # fmt: skip
-    place = name_path(output)
-    return place, place
+    if not isinstance(output, Project):
+        return fill(output)
+    path = Path(fill(output.project))
+    if _PLACE.search(Path(output.project).name):  # a project is called as its model is
+        path = path.with_name(identifiers([path.name])[0])
+    return msgspec.structs.replace(output, project=str(path))
