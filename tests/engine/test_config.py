@@ -10,7 +10,6 @@ import pytest
 import yaml
 from jsonschema import Draft202012Validator
 
-import urdf2mbs
 from urdf2mbs import convert
 from urdf2mbs.commands import parse as read_words
 from urdf2mbs.commands import parser
@@ -278,14 +277,6 @@ def test_python_takes_a_config_file_and_changes_it(tmp_path: Path) -> None:
         "layout": {"style": "tree", "keep": False}, "check": {"tolerance": 1e-8},
     }  # fmt: skip
     assert convert(file).mbs.base.gravity == (0.0, 0.0, -9.81)
-
-
-@pytest.mark.parametrize("call", [urdf2mbs.convert, urdf2mbs.simulate, urdf2mbs.load_equations])
-def test_a_keyword_of_an_earlier_version(call: Any) -> None:
-    for words, new in (({"options": {}}, "passes="), ({"project": "a"}, "output={'project'")):
-        with pytest.raises(ConfigError, match="no longer a keyword") as caught:
-            call("tiny.urdf", **words)
-        assert new in str(caught.value.hint)
 
 
 def test_a_flag_says_what_its_field_says() -> None:

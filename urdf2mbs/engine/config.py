@@ -202,14 +202,6 @@ def parse(text: str, file: Path | None) -> tuple[Config, Lines]:
     return _read_fields(Config, data, lines, ()), lines
 
 
-#: Keywords of an earlier version, and what says the same now.
-_FORMER = {
-    "options": "passes={...}",
-    "project": "output={'project': ..., 'language': ...}",
-    "language": "output={'project': ..., 'language': ...}",
-}
-
-
 def config_of(
     source: Config | Mapping[str, Any] | str | PathLike[str], **fields: Any
 ) -> tuple[Config, Lines]:
@@ -220,10 +212,6 @@ def config_of(
     block of each pass.  A path is a word, any sequence a list.  Paths are relative to the working
     folder, those of a config file to its folder.  Raises ConfigError.
     """
-    for name in _FORMER.keys() & fields.keys():
-        raise ConfigError(
-            "usage", f"'{name}' is no longer a keyword", hint=f"write {_FORMER[name]}"
-        )
     lines = Lines()
     values: Any = {"source": source}
     if isinstance(source, (Config, Mapping)):

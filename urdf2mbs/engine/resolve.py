@@ -99,33 +99,21 @@ def _place(
         if name not in names:
             raise _unknown(lines, ("without",), name, known, names)
     names = [name for name in names if name not in config.without]
-    if not config.before and not config.after:
-        return names, [("pipeline", n) for n in range(len(names))]
-    out: list[tuple[str, Key]] = []
-    seen: set[str] = set()
-    # a pass waits on the stack until those before it have been put
-    todo: list[tuple[str, Key, bool]] = []
-    for n, name in reversed(list(enumerate(names))):
-        todo.append((name, ("pipeline", n), False))
-    while todo:
-        name, key, ready = todo.pop()
-        if ready or name in seen:
-            out.append((name, key))
-            continue
-        seen.add(name)
-        todo += [(new, ("after", name), False) for new in reversed(_beside(config.after, name))]
-        todo.append((name, key, True))
-        todo += [(new, ("before", name), False) for new in reversed(_beside(config.before, name))]
-    for where, mentioned in (("before", config.before), ("after", config.after)):
-        for name in mentioned:
-            if name not in seen:
-                raise _unknown(lines, (where, name), name, known, seen)
-    return [name for name, _ in out], [key for _, key in out]
-
-
-def _beside(beside: Mapping[str, str | list[str]], name: str) -> list[str]:
-    new = beside.get(name, [])
-    return [new] if isinstance(new, str) else new
+    keys: list[Key] = [("pipeline", n) for n in range(len(names))]
+    waiting = [("before", name, new) for name, new in config.before.items()]
+    waiting += [("after", name, new) for name, new in config.after.items()]
+    while waiting:  # a pass may stand beside one that is put in itself
+        ready = next((one for one in waiting if one[1] in names), None)
+        if ready is None:
+            where, name, _ = waiting[0]
+            raise _unknown(lines, (where, name), name, known, names)
+        waiting.remove(ready)
+        where, name, new = ready
+        new = [new] if isinstance(new, str) else new
+        at = names.index(name) + (where == "after")
+        names[at:at] = new
+        keys[at:at] = [(where, name)] * len(new)
+    return names, keys
 
 
 def _choose(name: str, offered: list[Registered], plugin: str | None, lines: Lines) -> Registered:

@@ -19,10 +19,12 @@ Loader.add_implicit_resolver(
     "tag:yaml.org,2002:float", re.compile(r"[-+]?[0-9]+[eE][-+]?[0-9]+\Z"), list("-+0123456789")
 )
 
+_TEXT = "tag:yaml.org,2002:str"
+
 #: The keys, and positions in lists, that lead to a value.
 Key = tuple[str | int, ...]
 
-#: Lists and blocks in one another, and values where every alias is written out: so many at most.
+#: The most lists and blocks in one another, and the most values with every alias written out.
 DEEPEST, LONGEST = 100, 100_000
 
 #: What PyYAML says, what we say of it, and what to do.
@@ -44,52 +46,16 @@ _YAML: list[tuple[str, str, str | None]] = [
 def word(text: str) -> Any:
     """A value given on the command line: YAML where it is YAML, else the text itself."""
     try:
-        _check_size(text)
-        return yaml.load(text, Loader)
-    except (yaml.YAMLError, ValueError, RecursionError):
+        return tree(text, None)[0]
+    except ConfigError:
         return text
-
-
-def _check_size(text: str) -> None:
-    """Raise YAMLError for lists too deep in one another, which would crash PyYAML's C code, and
-    for aliases that stand for themselves or for too many values."""
-    if len(text) < 20 * DEEPEST and "*" not in text:
-        return
-    sizes: dict[str | None, int | None] = {}
-    """Values below each anchor; None: it is still open."""
-    above: list[tuple[str | None, int]] = []
-    size = 0
-    for event in yaml.parse(text, Loader):
-        problem = None
-        if isinstance(event, yaml.CollectionStartEvent):
-            above.append((event.anchor, size))
-            sizes[event.anchor] = None
-            size += 1
-            if len(above) > DEEPEST:
-                problem = f"more than {DEEPEST} lists or blocks are in one another"
-        elif isinstance(event, yaml.CollectionEndEvent):
-            anchor, before = above.pop()
-            sizes[anchor] = size - before
-        elif isinstance(event, yaml.ScalarEvent):
-            sizes[event.anchor] = 1
-            size += 1
-        elif isinstance(event, yaml.AliasEvent):
-            more = sizes.get(event.anchor, 0)
-            size += more or 0
-            if more is None:
-                problem = f"'*{event.anchor}' stands for what it is in"
-        if size > LONGEST:
-            problem = f"it has more than {LONGEST} values"
-        if problem is not None:
-            mark: Any = event.start_mark
-            raise yaml.MarkedYAMLError(problem=problem, problem_mark=mark)
 
 
 def tree(text: str, file: Path | None) -> tuple[Any, dict[Key, int]]:
     """The data, and the line of each value; raises ConfigError."""
-    loader = None
     try:
-        _check_size(text)
+        if len(text) > 20 * DEEPEST:
+            _check_depth(text)
         loader = Loader(text)
         node = loader.get_single_node()
         if node is None:
@@ -110,43 +76,52 @@ def tree(text: str, file: Path | None) -> tuple[Any, dict[Key, int]]:
         raise ConfigError(
             "config-yaml", f"this is not YAML: {error}", file=str(file) if file else None
         ) from None
-    finally:
-        if loader is not None:
-            loader.dispose()
+
+
+def _check_depth(text: str) -> None:
+    """Raise YAMLError for lists too deep in one another, which would crash PyYAML's C code."""
+    depth = 0
+    for event in yaml.parse(text, Loader):
+        depth += isinstance(event, yaml.CollectionStartEvent)
+        depth -= isinstance(event, yaml.CollectionEndEvent)
+        if depth > DEEPEST:
+            raise _too_many(event)
+
+
+def _too_many(where: yaml.Node | yaml.Event) -> yaml.MarkedYAMLError:
+    mark: Any = where.start_mark
+    said = f"it has more than {LONGEST} values, or more than {DEEPEST} lists in one another"
+    return yaml.MarkedYAMLError(problem=said, problem_mark=mark)
 
 
 def _find_lines(root: yaml.Node, file: Path | None) -> dict[Key, int]:
-    """Every value's line; give arguments as they are written; refuse doubled keys."""
+    """Every value's line; give arguments as they are written; refuse doubled keys.
+
+    What an alias stands for is walked through each time, so an alias of itself is too deep.
+    """
     lines: dict[Key, int] = {}
     todo: list[tuple[yaml.Node, Key]] = [(root, ())]
-    seen: set[int] = set()
     while todo:
         node, at = todo.pop()
         lines.setdefault(at, node.start_mark.line + 1)
-        if id(node) in seen:
-            continue
-        if isinstance(node, yaml.MappingNode):
-            seen.add(id(node))
-            for key, value in node.value:
-                path = (*at, str(key.value))
-                if path in lines:
-                    lines[path] = key.start_mark.line + 1
-                    raise ConfigError(
-                        "config-key-doubled", f"'{'.'.join(map(str, path))}' is there twice",
-                        file=str(file) if file else None, line=lines[path],
-                    )  # fmt: skip
-                lines[path] = key.start_mark.line + 1
-                if len(at) < 3 and isinstance(key, yaml.ScalarNode) and key.value != "<<":
-                    key.tag = "tag:yaml.org,2002:str"  # 'on' and '1' are names, too
-                # 'hand: false' and 'mass: 1.50' mean just these words
-                if at == ("xacro_args",) and isinstance(value, yaml.ScalarNode):
-                    value.tag = "tag:yaml.org,2002:str"
-                elif at == ("sweep", "xacro_args") and isinstance(value, yaml.SequenceNode):
-                    for item in value.value:
-                        if isinstance(item, yaml.ScalarNode):
-                            item.tag = "tag:yaml.org,2002:str"
-                todo.append((value, path))
-        elif isinstance(node, yaml.SequenceNode):
-            seen.add(id(node))
+        if len(lines) > LONGEST or len(at) > DEEPEST:
+            raise _too_many(node)
+        if isinstance(node, yaml.SequenceNode):
             todo += [(value, (*at, index)) for index, value in enumerate(node.value)]
+        for key, value in node.value if isinstance(node, yaml.MappingNode) else ():
+            path = (*at, str(key.value))
+            if path in lines:
+                raise ConfigError(
+                    "config-key-doubled", f"'{'.'.join(map(str, path))}' is there twice",
+                    file=str(file) if file else None, line=key.start_mark.line + 1,
+                )  # fmt: skip
+            lines[path] = key.start_mark.line + 1
+            if len(at) < 3 and isinstance(key, yaml.ScalarNode) and key.value != "<<":
+                key.tag = _TEXT  # 'on' and '1' are names, too
+            # 'hand: false' and 'mass: 1.50' mean just these words
+            if at in (("xacro_args",), ("sweep", "xacro_args")):
+                for each in value.value if isinstance(value, yaml.SequenceNode) else [value]:
+                    if isinstance(each, yaml.ScalarNode):
+                        each.tag = _TEXT
+            todo.append((value, path))
     return lines
