@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any, Literal
 import msgspec
 
 from urdf2mbs.engine.config import Config
-from urdf2mbs.mbs import model as mbs
+from urdf2mbs.mbs import model
 from urdf2mbs.messages.diagnostics import ConfigError, Diagnostic, nearest
 from urdf2mbs.proof.verdict import Proof
 from urdf2mbs.simulation import Simulation
 from urdf2mbs.spatial import Pose, Turn, Vec, compose, rpy_turns
 from urdf2mbs.urdf.changes import RobotChange
-from urdf2mbs.urdf.model import Joint, Link, Robot
+from urdf2mbs.urdf.model import Joint, Robot
 from urdf2mbs.urdf.packages import Packages
 
 if TYPE_CHECKING:
@@ -56,9 +56,9 @@ class Step(msgspec.Struct):
     frames: dict[str, Pose] = {}
     """Links without a body of their own that move with the frame after this joint, and
     their constant pose in it; only on steps before the last."""
-    joints: list[mbs.Joint] = []
+    joints: list[model.Joint] = []
     """The body's joints that this URDF joint became; the last one's frame is the step's."""
-    coordinates: list[mbs.Joint] = []
+    coordinates: list[model.Joint] = []
     """The joints among ``joints`` that move with the URDF joint's coordinates, in their order."""
 
     @classmethod
@@ -80,13 +80,13 @@ class Segment(msgspec.Struct):
     steps: list[Step]
     parts: dict[str, Pose]
     """Every link that is rigid with the body, and its constant pose in the body frame."""
-    holder: mbs.Body | mbs.Base
+    holder: model.Body | model.Base
     """What has its points and shapes: its body in the making, or the base."""
 
     @property
-    def body(self) -> mbs.Body:
+    def body(self) -> model.Body:
         """The body in the making; the ground has none."""
-        if isinstance(self.holder, mbs.Base):
+        if isinstance(self.holder, model.Base):
             raise ValueError("the ground has no body: it is the base")
         return self.holder
 
@@ -137,73 +137,72 @@ def follow(robot: Robot, name: str, free: Collection[str] = ()) -> tuple[str, fl
     return name, multiplier, offset
 
 
-class Conversion:
+class Conversion(msgspec.Struct, eq=False):
     """One robot on its way from URDF to .mbs; every pass reads and writes this.
 
     docs/passes.md lists the sections that passes read and write.
     """
 
-    def __init__(self, settings: Settings) -> None:
-        self.settings = settings
-        self.packages = Packages(settings.packages, settings.source)
-        """The folders of ROS packages."""
-        self.robot: Robot = Robot(name="")
-        self.source = b""
-        """The file of the robot, as it was read."""
-        self.expansion: Expansion | None = None
-        """What xacro made of the source; None where there is no xacro in it."""
-        self.estimated: list[str] | None = None
-        """The links whose inertia is an estimate; None: no estimate was asked for."""
-        self.floating = False
-        self.base_reason = ""
-        """Why the base floats or not, in a word or two."""
-        self.inserted: str | None = None
-        """The joint, and with it the link above it, that insert-base added to the robot."""
-        self.segments: dict[str, Segment] = {}
-        self.aligned = False
-        """True if the frames of bodies are turned along their joints, not the URDF's."""
-        self.mbs = mbs.Mbs(name="")
-        self.names = Names()
-        self.frozen: dict[str, str] = {}
-        """Moving URDF joints that are not in the .mbs, and why; held at zero."""
-        self.weightless: set[str] = set()
-        """The joints of ``frozen`` that are left out because nothing that they move has mass."""
-        self.frames: dict[str, mbs.LinkFrame] = {}
-        """Where each URDF link's frame is, by link name (filled by assign-names)."""
-        self.meshes: dict[str, str] = {}
-        """Mesh files as the URDF names them, and the stem that each one's .wrl gets."""
-        self.files: dict[Path, bytes] = {}
-        """What will be written, once all passes are done."""
-        self.starters: dict[Path, bytes] = {}
-        """What is written only where there is nothing yet: it belongs to the user from then on."""
-        self.obsolete: set[Path] = set()
-        """What an earlier conversion wrote, and fits no more: removed if nobody has changed it."""
-        self.ahead: dict[Path, bytes] = {}
-        """What is written with the output, and before it: orphans of a merge."""
-        self.behind: dict[Path, bytes] = {}
-        """What is written with the output, and after it: the base of the next merge."""
-        self.replaces: dict[Path, bytes] = {}
-        """Edited files that a merge replaces, with the bytes that it read.  The new files hold the
-        work of people, too, and are not recorded as ours."""
-        self.edited: dict[str, None] = {}
-        """The files whose edits make the .mbs another robot than the URDF's."""
-        self.added: dict[str, str] = {}
-        """What people added to the .mbs: each thing, and where."""
-        self.simulation = Simulation()
-        """What a project's code is made from."""
-        self.diagnostics: list[Diagnostic] = []
-        self.rejected: Path | None = None
-        """Where the .mbs goes instead, when ``check`` found that it is not the same robot."""
-        self.changed: list[RobotChange] = []
-        """What passes and hooks have changed of the robot since ``expand`` read it."""
-        self.proof: Proof | None = None
-        """What ``check`` found."""
-        self.proven: bytes | None = None
-        """The very bytes that ``check`` read."""
-        self.report: dict[str, Any] = {}
-        """What passes add to the report, each under its own name; no pass reads it."""
-        self.progress: Callable[[str], None] = lambda text: None
-        """Called by passes that take long, with what they are at."""
+    settings: Settings
+    packages: Packages
+    """The folders of ROS packages."""
+    robot: Robot = msgspec.field(default_factory=lambda: Robot(name=""))
+    source: bytes = b""
+    """The file of the robot, as it was read."""
+    expansion: Expansion | None = None
+    """What xacro made of the source; None where there is no xacro in it."""
+    estimated: list[str] | None = None
+    """The links whose inertia is an estimate; None: no estimate was asked for."""
+    floating: bool = False
+    base_reason: str = ""
+    """Why the base floats or not, in a word or two."""
+    inserted: str | None = None
+    """The joint, and with it the link above it, that insert-base added to the robot."""
+    segments: dict[str, Segment] = {}
+    aligned: bool = False
+    """True if the frames of bodies are turned along their joints, not the URDF's."""
+    mbs: model.Mbs = msgspec.field(default_factory=lambda: model.Mbs(name=""))
+    names: Names = msgspec.field(default_factory=Names)
+    frozen: dict[str, str] = {}
+    """Moving URDF joints that are not in the .mbs, and why; held at zero."""
+    weightless: set[str] = set()
+    """The joints of ``frozen`` that are left out because nothing that they move has mass."""
+    frames: dict[str, model.LinkFrame] = {}
+    """Where each URDF link's frame is, by link name (filled by assign-names)."""
+    meshes: dict[str, str] = {}
+    """Mesh files as the URDF names them, and the stem that each one's .wrl gets."""
+    files: dict[Path, bytes] = {}
+    """What will be written, once all passes are done."""
+    starters: dict[Path, bytes] = {}
+    """What is written only where there is nothing yet: it belongs to the user from then on."""
+    obsolete: set[Path] = set()
+    """What an earlier conversion wrote, and fits no more: removed if nobody has changed it."""
+    ahead: dict[Path, bytes] = {}
+    """What is written with the output, and before it: orphans of a merge."""
+    behind: dict[Path, bytes] = {}
+    """What is written with the output, and after it: the base of the next merge."""
+    replaces: dict[Path, bytes] = {}
+    """Edited files that a merge replaces, with the bytes that it read.  The new files hold the
+    work of people, too, and are not recorded as ours."""
+    edited: dict[str, None] = {}
+    """The files whose edits make the .mbs another robot than the URDF's."""
+    added: dict[str, str] = {}
+    """What people added to the .mbs: each thing, and where."""
+    simulation: Simulation = msgspec.field(default_factory=Simulation)
+    """What a project's code is made from."""
+    diagnostics: list[Diagnostic] = []
+    rejected: Path | None = None
+    """Where the .mbs goes instead, when ``check`` found that it is not the same robot."""
+    changed: list[RobotChange] = []
+    """What passes and hooks have changed of the robot since ``expand`` read it."""
+    proof: Proof | None = None
+    """What ``check`` found."""
+    proven: bytes | None = None
+    """The very bytes that ``check`` read."""
+    report: dict[str, Any] = {}
+    """What passes add to the report, each under its own name; no pass reads it."""
+    progress: Callable[[str], None] = lambda text: None
+    """Called by passes that take long, with what they are at."""
 
     @property
     def expanded(self) -> bytes | None:
@@ -222,7 +221,7 @@ class Conversion:
         for segment in self.segments.values():
             yield from segment.steps
 
-    def single_coordinates(self) -> list[tuple[Step, mbs.Joint]]:
+    def single_coordinates(self) -> list[tuple[Step, model.Joint]]:
         """The URDF's joints that move by one coordinate, each with its joint of the .mbs."""
         return [(step, step.coordinates[0]) for step in self.steps() if len(step.coordinates) == 1]
 
@@ -236,7 +235,7 @@ class Conversion:
 
     def add_point(
         self, name: str, link: str, at: Vec, code: str, what: str
-    ) -> tuple[str | None, mbs.Point]:
+    ) -> tuple[str | None, model.Point]:
         """Make an anchor point at a place of a link (m, in its frame).
 
         Returns the name of the body (None: the base) and the point.  Raises ConfigError of that
@@ -244,7 +243,7 @@ class Conversion:
         """
         for segment in self.segments.values():
             if link in segment.parts:
-                point = mbs.Point(name, compose(segment.parts[link], Pose(at)).xyz)
+                point = model.Point(name, compose(segment.parts[link], Pose(at)).xyz)
                 segment.holder.points.append(point)
                 return None if segment.parent is None else segment.body.name, point
         if link in self.robot.links:
@@ -273,11 +272,8 @@ class Conversion:
 
         ``line``: in the URDF; none: that of the link or joint.
         """
-        element: Link | Joint | None = None
-        if joint is not None:
-            element = self.robot.joints.get(joint)
-        elif link is not None:
-            element = self.robot.links.get(link)
+        robot = self.robot
+        element = robot.joints.get(joint or "") or robot.links.get(link or "")
         if element is not None:
             line = element.line
         self.diagnostics.append(

@@ -11,6 +11,7 @@ from urdf2mbs.mbs.model import Body
 from urdf2mbs.passes import convert_meshes, convert_visuals
 from urdf2mbs.spatial import HERE
 from urdf2mbs.urdf.model import Link, Material, Mesh, Robot, Visual
+from urdf2mbs.urdf.packages import Packages
 
 
 def visual(
@@ -30,15 +31,14 @@ def convert(
 ) -> Conversion:
     """Link n is called ``link{n}`` and has the visuals ``links[n]``; nothing is written."""
     root = folder / "project"
-    conversion = Conversion(
-        Settings(
-            source=folder / "robot.urdf",
-            output=root / "dataR" / "robot.mbs",
-            config=Config(source="robot.urdf"),
-            packages=packages or {},
-            project=root if project else None,
-        )
+    settings = Settings(
+        source=folder / "robot.urdf",
+        output=root / "dataR" / "robot.mbs",
+        config=Config(source="robot.urdf"),
+        packages=packages or {},
+        project=root if project else None,
     )
+    conversion = Conversion(settings, Packages(settings.packages, settings.source))
     robot = {f"link{n}": Link(f"link{n}", visuals=visuals) for n, visuals in enumerate(links)}
     conversion.robot = Robot("robot", robot)
     body = Body("ground")

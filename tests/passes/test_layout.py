@@ -11,6 +11,7 @@ from urdf2mbs.conversion import Conversion, Settings
 from urdf2mbs.engine.config import Config
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.passes.layout import Layout
+from urdf2mbs.urdf.packages import Packages
 
 
 @pytest.mark.parametrize(
@@ -18,8 +19,8 @@ from urdf2mbs.passes.layout import Layout
     [(humanoid(), "robot", "robot"), (humanoid(), "tree", "tree"), (Mbs("m"), "robot", "tree")],
 )
 def test_the_report_names_the_style_that_was_used(mbs: Mbs, style: str, used: str) -> None:
-    conversion = Conversion(Settings(Path("robot.urdf"), Path("robot.mbs"), Config(source="")))
-    conversion.mbs = mbs
+    settings = Settings(Path("robot.urdf"), Path("robot.mbs"), Config(source=""))
+    conversion = Conversion(settings, Packages({}, settings.source), mbs=mbs)
     Layout(style=style).run(conversion)  # type: ignore[arg-type]
     assert conversion.report["layout"] == {"style": used}
     assert set(centres(mbs)) == {"", *(body.name for body in mbs.bodies)}

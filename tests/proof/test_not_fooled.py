@@ -238,7 +238,8 @@ def test_counts_and_warnings_are_of_the_finished_mbs(tmp_path: Path, capsys: Any
 
 
 def test_an_earlier_warning_can_be_settled() -> None:
-    conversion = Conversion(convert_text().conversion.settings)
+    made = convert_text().conversion
+    conversion = Conversion(made.settings, made.packages)
     conversion.warn("a", "one", joint="j")
     conversion.warn("a", "two", joint="k")
     conversion.note("b", "three", link="l")

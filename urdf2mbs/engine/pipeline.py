@@ -29,6 +29,7 @@ from urdf2mbs.messages.levels import CHANGEABLE, judge, weigh
 from urdf2mbs.proof.verdict import NOT_CHECKED
 from urdf2mbs.urdf import descriptions
 from urdf2mbs.urdf.changes import RobotChange, between, encode
+from urdf2mbs.urdf.packages import Packages
 
 #: Ends an .mbs file that nobody compared with its URDF.
 _UNPROVEN = f"<!-- {NOT_CHECKED}: the pass 'check' was not in the pipeline -->\n".encode()
@@ -107,7 +108,8 @@ class Pipeline:
                 "unknown-pass", f"there is no pass '{stop_after}' in this pipeline to stop after",
                 hint=nearest(stop_after, names) or f"there are: {', '.join(names)}",
             )  # fmt: skip
-        conversion = Conversion(self.settings)
+        settings = self.settings
+        conversion = Conversion(settings, Packages(settings.packages, settings.source))
         if before is not None:
             conversion.source, conversion.expansion = before.source, before.expansion
         conversion.progress = self._progress
@@ -119,16 +121,15 @@ class Pipeline:
                 f"({', '.join(brought)})",
                 hint=f"put one in, by 'pipeline', 'before' or 'after: {{PASS: {brought[0]}}}'",
             )
-        config = self.settings.config
         try:
             with collect_seldom():
-                self._call("urdf2mbs_before_run", conversion, settings=self.settings)
+                self._call("urdf2mbs_before_run", conversion, settings=settings)
                 self._run(conversion, stop_after)
         except ConversionError as error:
-            error.said = weigh([*conversion.diagnostics, *error.said], config)
+            error.said = weigh([*conversion.diagnostics, *error.said], settings.config)
             raise
         judge(conversion.diagnostics)
-        output = self.settings.output
+        output = settings.output
         data = conversion.files.get(output)
         if conversion.proof is None and data is not None and output.suffix == ".mbs":
             # behind the root: what stands before it is no place for a comment in every reader
