@@ -4,60 +4,44 @@
 # and an editor read them here.
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from urdf2mbs.api import Result, Verdict, convert, verify
-    from urdf2mbs.engine.config import Config
-    from urdf2mbs.many import Outcome, convert_many
-    from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, Diagnostic
-    from urdf2mbs.runtime.project import simulate
-    from urdf2mbs.runtime.push import Push
-    from urdf2mbs.runtime.results import Results
-    from urdf2mbs.runtime.robot import Robot, load_equations
+    from urdf2mbs.api import Result as Result
+    from urdf2mbs.api import Verdict as Verdict
+    from urdf2mbs.api import convert as convert
+    from urdf2mbs.api import verify as verify
+    from urdf2mbs.engine.config import Config as Config
+    from urdf2mbs.many import Outcome as Outcome
+    from urdf2mbs.many import convert_many as convert_many
+    from urdf2mbs.messages.diagnostics import ConfigError as ConfigError
+    from urdf2mbs.messages.diagnostics import ConversionError as ConversionError
+    from urdf2mbs.messages.diagnostics import Diagnostic as Diagnostic
+    from urdf2mbs.runtime.project import simulate as simulate
+    from urdf2mbs.runtime.push import Push as Push
+    from urdf2mbs.runtime.results import Results as Results
+    from urdf2mbs.runtime.robot import Robot as Robot
+    from urdf2mbs.runtime.robot import load_equations as load_equations
 
-#: The module of each name.
-_HOMES = {
-    "Config": "engine.config",
-    "ConfigError": "messages.diagnostics",
-    "ConversionError": "messages.diagnostics",
-    "Diagnostic": "messages.diagnostics",
-    "Outcome": "many",
-    "Push": "runtime.push",
-    "Result": "api",
-    "Results": "runtime.results",
-    "Robot": "runtime.robot",
-    "Verdict": "api",
-    "convert": "api",
-    "convert_many": "many",
-    "load_equations": "runtime.robot",
-    "simulate": "runtime.project",
-    "verify": "api",
+#: The names of each module.
+_NAMES = {
+    "api": ["Result", "Verdict", "convert", "verify"],
+    "engine.config": ["Config"],
+    "many": ["Outcome", "convert_many"],
+    "messages.diagnostics": ["ConfigError", "ConversionError", "Diagnostic"],
+    "runtime.project": ["simulate"],
+    "runtime.push": ["Push"],
+    "runtime.results": ["Results"],
+    "runtime.robot": ["Robot", "load_equations"],
 }
-__all__ = [
-    "Config",
-    "ConfigError",
-    "ConversionError",
-    "Diagnostic",
-    "Outcome",
-    "Push",
-    "Result",
-    "Results",
-    "Robot",
-    "Verdict",
-    "convert",
-    "convert_many",
-    "load_equations",
-    "simulate",
-    "verify",
-]
+__all__ = sorted(name for names in _NAMES.values() for name in names)
 
 
 def __getattr__(name: str) -> object:
-    if name not in __all__:
-        raise AttributeError(f"module 'urdf2mbs' has no attribute '{name}'")
     from importlib import import_module
 
-    value = getattr(import_module(f"urdf2mbs.{_HOMES[name]}"), name)
-    globals()[name] = value
-    return value
+    for module, names in _NAMES.items():
+        if name in names:
+            value = globals()[name] = getattr(import_module(f"urdf2mbs.{module}"), name)
+            return value
+    raise AttributeError(f"module 'urdf2mbs' has no attribute '{name}'")
 
 
 def __dir__() -> list[str]:
