@@ -26,6 +26,9 @@ from urdf2mbs.urdf.changes import describe
 from urdf2mbs.urdf.descriptions import PREFIX
 from urdf2mbs.urdf.model import Robot
 
+#: The passes that make the robot which the others convert; those that change it do so when asked.
+_ROBOT = ("expand", "snap", "estimate-inertia", "insert-base", "rotors")
+
 
 class Result:
     """The result of a conversion: the model, the file's bytes, and the report."""
@@ -152,17 +155,15 @@ def verify(
                 hint=f"urdf2mbs diff {robot} {other}",
             )  # fmt: skip
         robot, other = other, robot
-    made = None
-    if _is_robot(other):
-        made = convert(other, **{**fields, "without": ["merge", "check"]})
+    made = convert(other, **{**fields, "without": ["merge", "check"]}) if _is_robot(other) else None
     # the project of the .mbs: rotors are for projects alone
     fields["output"] = {"project": files.project_of(Path(other))}
-    if made is not None:
+    if made is None:
+        mbs = read(files.read_model(other), other)
+        verdict = _verify(robot, mbs, _certified(other), None, frames, tolerance, fields)
+    else:
         verdict = _verify(robot, made.mbs, _Certified(), made.robot, frames, tolerance, fields)
         verdict.made_of = other
-    else:
-        mbs, certified = read(files.read_model(other), other), _certified(other)
-        verdict = _verify(robot, mbs, certified, None, frames, tolerance, fields)
     if frames:
         verdict.count_frames()
     else:  # of matched names: where a model has its frames is its own choice
@@ -177,8 +178,10 @@ def _verify(
     """Compare a URDF with an .mbs; ``other`` is the robot that the .mbs was just made of."""
     base = fields.get("base", "auto")
     floats = "floating" if floating_joints(mbs) else "fixed"
+    asked = {name: options for name, options in certified.passes.items() if name in _ROBOT}
+    given = {"source": source, "pipeline": _ROBOT, "passes": asked}
     fields = {**fields, "base": floats if base == "auto" else base}
-    conversion = _read_robot(source, fields, certified.passes)
+    conversion = Pipeline(*config_of(given, **fields), installed_plugins=False).run()
     robot, gravity = conversion.robot, conversion.settings.config.gravity
     found = match(robot, mbs)
     proof = compare(
@@ -246,17 +249,6 @@ def _certified(model: str) -> _Certified:
 def _is_robot(file: str) -> bool:
     """True for the name of a URDF or xacro file; an .mbs may have any ending."""
     return file.startswith(PREFIX) or Path(file).suffix.lower() in (".urdf", ".xacro", ".xml")
-
-
-#: The passes that make the robot which the others convert; those that change it do so when asked.
-_ROBOT = ("expand", "snap", "estimate-inertia", "insert-base", "rotors")
-
-
-def _read_robot(source: str, fields: dict[str, Any], passes: dict[str, Any]) -> Conversion:
-    """A robot with its base, and nothing written; ``passes``: what is asked of passes."""
-    asked = {name: options for name, options in passes.items() if name in _ROBOT}
-    given = {"source": source, "pipeline": _ROBOT, "passes": asked}
-    return Pipeline(*config_of(given, **fields), installed_plugins=False).run()
 
 
 def _unseen(robot: Robot, mbs: Mbs, found: Match) -> dict[str, str]:

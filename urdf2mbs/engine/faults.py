@@ -19,18 +19,16 @@ def pass_failed(
     found: Registered, conversion: Conversion, error: BaseException, before: Sequence[Registered]
 ) -> ConversionError:
     """The error for an exception that came out of a pass; ``before`` are the passes that ran."""
-    ours = found.plugin == GROUP
-    if isinstance(error, MemoryError):
-        return memory_full(f"pass '{found.kind.name}' on robot '{_robot(conversion)}'")
     who = f"pass '{found.kind.name}'"
-    if not ours:
+    if isinstance(error, MemoryError):
+        return memory_full(f"{who} on robot '{_robot(conversion)}'")
+    if found.plugin != GROUP:
         who += f" of plugin '{found.plugin}'"
         return _failed("plugin-failed", who, found.file, conversion, error, _DEBUG)
     strangers = [f"'{ran.kind.name}' ({ran.plugin})" for ran in before if ran.plugin != GROUP]
+    hint = "this is a mistake in urdf2mbs: please report it with the robot; --debug shows more"
     if strangers:
         hint = f"it may come of what a plugin's pass did before: {', '.join(strangers)}"
-    else:
-        hint = "this is a mistake in urdf2mbs: please report it with the robot; --debug shows more"
     return _failed("internal", who, found.file, conversion, error, hint)
 
 

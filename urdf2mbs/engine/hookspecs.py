@@ -1,21 +1,7 @@
 """What a plugin may offer: its passes, and a look at every pass before and after it runs.
 
 docs/passes.md shows each hook at work.  A plugin is any module with functions of these names,
-marked with ``hookimpl``::
-
-    from urdf2mbs.plugin import Pass, hookimpl
-
-    class Shout(Pass):
-        \"\"\"Write the robot's name in capitals.\"\"\"
-
-        writes = ("robot",)
-
-        def run(self, conversion):
-            conversion.robot.name = conversion.robot.name.upper()
-
-    @hookimpl
-    def urdf2mbs_passes():
-        return [Shout]
+marked with ``hookimpl`` of ``urdf2mbs.plugin``.
 """
 
 from __future__ import annotations

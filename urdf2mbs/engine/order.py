@@ -6,6 +6,7 @@ The sections that passes read and write are listed in ``engine.sections``.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
+from itertools import pairwise
 
 from urdf2mbs.engine.config import Key, Lines
 from urdf2mbs.engine.hookspecs import Pass
@@ -22,7 +23,14 @@ def check_order(
     themselves: each of them may use what all earlier ones have done.  ``keys`` say where in the
     config each pass is named.
     """
-    _check_method(passes, method, lines, keys)
+    ours = [(kind.name, at) for kind, at in zip(passes, keys, strict=True) if kind.name in method]
+    for (last, _), (name, at) in pairwise(ours):
+        if method.index(name) < method.index(last):
+            raise lines.error(
+                "wrong-order",
+                f"pass '{name}' stands behind '{last}', which uses what '{name}' makes",
+                at, f"put '{name}' before '{last}': built-in passes keep the order of the method",
+            )  # fmt: skip
     known: set[str] = set()
     strangers: list[type[Pass]] = []
     for number, (kind, at) in enumerate(zip(passes, keys, strict=True)):
@@ -56,23 +64,6 @@ def find_stale(
                     f"put '{pass_.name}' before '{reader.name}'",
                 )
     return None
-
-
-def _check_method(
-    passes: Sequence[type[Pass]], method: Sequence[str], lines: Lines, keys: Sequence[Key]
-) -> None:
-    place = {name: number for number, name in enumerate(method)}
-    last = ""
-    for name, at in zip((kind.name for kind in passes), keys, strict=True):
-        if name not in place:
-            continue
-        if last and place[name] < place[last]:
-            raise lines.error(
-                "wrong-order",
-                f"pass '{name}' stands behind '{last}', which uses what '{name}' makes",
-                at, f"put '{name}' before '{last}': built-in passes keep the order of the method",
-            )  # fmt: skip
-        last = name
 
 
 def _not_written(

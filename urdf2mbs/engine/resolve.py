@@ -117,22 +117,19 @@ def _place(
 
 
 def _choose(name: str, offered: list[Registered], plugin: str | None, lines: Lines) -> Registered:
-    if plugin is None and len(offered) == 1:
-        return offered[0]
     by_plugin = {registered.plugin: registered for registered in offered}
-    if plugin is not None:
-        if plugin not in by_plugin:
-            raise lines.error(
-                "unknown-plugin", f"no plugin '{plugin}' brings a pass '{name}'", ("swap", name),
-                nearest(plugin, by_plugin) or f"those that do: {', '.join(by_plugin)}",
-            )  # fmt: skip
-        return by_plugin[plugin]
-    if GROUP in by_plugin:
-        return by_plugin[GROUP]
-    raise ConfigError(
-        "pass-ambiguous", f"plugins {' and '.join(by_plugin)} each bring a pass '{name}'",
-        hint=f"say which: 'swap: {{{name}: {offered[0].plugin}}}'",
-    )  # fmt: skip
+    if plugin is None and GROUP not in by_plugin and len(offered) > 1:
+        raise ConfigError(
+            "pass-ambiguous", f"plugins {' and '.join(by_plugin)} each bring a pass '{name}'",
+            hint=f"say which: 'swap: {{{name}: {offered[0].plugin}}}'",
+        )  # fmt: skip
+    if plugin is not None and plugin not in by_plugin:
+        raise lines.error(
+            "unknown-plugin", f"no plugin '{plugin}' brings a pass '{name}'", ("swap", name),
+            nearest(plugin, by_plugin) or f"those that do: {', '.join(by_plugin)}",
+        )  # fmt: skip
+    # a built-in pass stands before those of plugins
+    return offered[0] if plugin is None else by_plugin[plugin]
 
 
 def _unknown(
