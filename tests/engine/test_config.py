@@ -65,6 +65,9 @@ passes: {check: {tolerance: 1e-6}}
         ("source: 3", 1, "config-type", "'source': a word is wanted, and this is 3"),
         ("source: x\ngravity: [1, 2]", 2, "config-type", "'gravity': a list of 3"),
         ("source: x\ngravity: [0, 0, down]", 2, "config-type", "'gravity.2': a number"),
+        ("source: x\ngravity: [0, 0, 1.0e+300]", 2, "value-range",
+         "'gravity.2' is 1e+300: a number from -1000 to 1000 is wanted"),
+        ("source: x\ngravity: [0, 0, .nan]", 2, "config-type", "and this is nan"),
         ("source: x\npackages:\n  a: 1\n", 3, "config-type", "'packages.a'"),
         ("source: x\npasses:\n  a: b\n", 3, "config-type", "'passes.a'"),
         ("source: x\noutput: {projekt: y}", 2, "unknown-key", "'project'?"),
@@ -80,8 +83,10 @@ passes: {check: {tolerance: 1e-6}}
         ("source: !!python/object:a.b {}", 1, "config-yaml", "begins with '!'"),
         ("source: 'a\x07'", None, "config-yaml", ""),
         ("a: 1\n---\nb: 2", 2, "config-yaml", "'---'"),
+        ("a: &x\n  - *x", 1, "config-yaml", "lists in one another"),
+        ("[" * 5000, 1, "config-yaml", "lists in one another"),
     ],
-)
+)  # fmt: skip
 def test_what_is_wrong_and_where(text: str, line: int | None, code: str, said: str) -> None:
     with pytest.raises(ConfigError) as caught:
         parse(text, FILE)[1].check()
@@ -144,19 +149,14 @@ def test_options_of_a_pass(options: str, line: int, code: str, said: str) -> Non
     assert typed(Options, {"must": 1, "words": "a"}, Lines()).words == ["a"]
 
 
-@pytest.mark.parametrize("number", ["1e1", "1E+1", "-2e-3", "+5e0", "1.0e+1"])
-def test_a_number_with_an_exponent_is_one(number: str) -> None:
-    config, _ = parse(f"source: a.urdf\ngravity: [0, 0, {number}]\nxacro_args: {{a: 1e1}}\n", None)
-    assert config.gravity[2] == float(number)
-    assert config.xacro_args == {"a": "1e1"}, "arguments are as they are written"
-    assert word(number) == float(number)
-    assert [word(text) for text in ("e1", "1e", "1e1x", "a1e1")] == ["e1", "1e", "1e1x", "a1e1"]
-
-
-def test_words_of_the_command_line() -> None:
-    assert [word(text) for text in ("1.5", "[a, b]", "a b", "{", "true", "*")] == [
-        1.5, ["a", "b"], "a b", "{", True, "*",
+def test_words_of_the_command_line_and_numbers_with_an_exponent() -> None:
+    texts = ("1.5", "[a, b]", "a b", "{", "true", "*", "1e", "1e1x", "1e1", "1E+1", "-2e-3")
+    assert [word(text) for text in texts] == [
+        1.5, ["a", "b"], "a b", "{", True, "*", "1e", "1e1x", 10.0, 10.0, -0.002,
     ]  # fmt: skip
+    config, _ = parse("source: a.urdf\ngravity: [0, 0, 1e1]\nxacro_args: {a: 1e1}\n", None)
+    assert config.gravity[2] == 10.0
+    assert config.xacro_args == {"a": "1e1"}, "arguments are as they are written"
 
 
 # --- the schema ------------------------------------------------------------------------------
@@ -185,36 +185,24 @@ def test_our_configs_agree_with_it(file: Path, ours: dict[str, Any]) -> None:
     [
         ("output: {project: x}", True),
         ("output: {project: ''}", False),
-        ("output: ''", False),
-        ("plugins: ''", False),
         ("output: {project: x, more: 1}", False),
         ("outptu: x", False),
-        ("base: floating", True),
         ("base: flying", False),
-        ("gravity: [0, 0, 1]", True),
-        ("gravity: [0, 0]", False),
         ("gravity: [0, 0, 1.0e+300]", False),
         ("passes: {check: {tolerance: 1.0e-6}}", True),
         ("passes: {check: {tolerance: 0.8}}", False),
-        ("passes: {check: {tolerance: 0}}", False),
         ("xacro_args: {a: 1, b: true, c: x}", True),
-        ("plugins: a.py", True),
         ("plugins: [a.py, 1]", False),
-        ("pipeline: faithful", True),
         ("pipeline: faithless", False),
         ("pipeline: [expand, emit]", True),
         ("pipeline: [expand, emitt]", False),
         ("after: {expand: [check]}", True),
         ("after: {xpand: check}", False),
-        ("swap: {emit: mine}", True),
         ("swap: {emitt: mine}", False),
         ("passes: {prune-massless: {keep: '*'}}", True),
         ("passes: {prune-massless: {keep: ['a', 'b']}}", True),
         ("passes: {prune-massless: {kep: '*'}}", False),
-        ("passes: {prune-massless: {keep: 3}}", False),
         ("passes: {prune: {}}", False),
-        ("passes: {layout: {}}", True),
-        ("passes: {layout: {x: 1}}", False),
     ],
 )
 def test_the_schema_and_the_reader_know_good_from_bad(

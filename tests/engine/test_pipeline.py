@@ -97,14 +97,7 @@ def pipeline_of(folder: Path, text: str = "") -> Pipeline:
 
 
 def test_hooks_are_called_around_every_pass(tmp_path: Path) -> None:
-    pipeline, watcher = pipeline_of(tmp_path), Watcher()
-    pipeline.watch(watcher)
-    pipeline.run()
-    assert watcher.seen == [(when, name) for name in NINE for when in ("before", "after")]
-
-
-def test_a_pass_that_takes_long_says_where_it_is(tmp_path: Path) -> None:
-    """It is told as a hook, too."""
+    """And where a pass says what it is at."""
     (tmp_path / "slow.py").write_text(
         "from making import hookimpl, make\n"
         "def run(conversion, options): conversion.progress('half')\n"
@@ -114,7 +107,9 @@ def test_a_pass_that_takes_long_says_where_it_is(tmp_path: Path) -> None:
     watcher = Watcher()
     pipeline.watch(watcher)
     pipeline.run()
-    assert watcher.seen[2:5] == [("before", "slow"), ("at", "half"), ("after", "slow")]
+    around = [(when, name) for name in NINE for when in ("before", "after")]
+    slow = [("before", "slow"), ("at", "half"), ("after", "slow")]
+    assert watcher.seen == [*around[:2], *slow, *around[2:]]
 
 
 def test_who_watches_one_pipeline_sees_no_other(tmp_path: Path) -> None:
@@ -137,31 +132,26 @@ def test_stop_after(tmp_path: Path) -> None:
 
 
 def test_a_preset_that_was_used_before_is_no_other_config_s(tmp_path: Path) -> None:
-    before = pipeline_of(tmp_path)
-    assert [one.pass_.name for one in before.passes] == NINE
     (tmp_path / "own.py").write_text(
-        "from urdf2mbs.engine.hookspecs import hookimpl\n"
-        "@hookimpl\n"
+        "from urdf2mbs.engine.hookspecs import hookimpl\n@hookimpl\n"
         "def urdf2mbs_presets(): return {'faithful': {'pipeline': ['expand', 'insert-base']}}\n"
     )
-    for text, wanted in (
-        ("plugins: [own.py]", ["expand", "insert-base"]),
-        ("without: [find-singular]", [name for name in NINE if name != "find-singular"]),
+    for text, wanted, joints in (
+        ("passes: {actuators: {joints: ['*']}}", NINE, ["*"]),
+        ("plugins: [own.py]", ["expand", "insert-base"], None),
+        ("without: [find-singular]", [name for name in NINE if name != "find-singular"], []),
+        ("", NINE, []),
     ):
-        names = [one.pass_.name for one in pipeline_of(tmp_path, text).passes]
-        assert names == wanted
-    with pytest.raises(ConfigError, match="wrong-order"):
-        pipeline_of(tmp_path, "without: [layout]\nbefore: {expand: layout}")
-    for text, joints in (("passes: {actuators: {joints: ['*']}}", ["*"]), ("", [])):
-        passes = pipeline_of(tmp_path, text).passes
-        options = {one.pass_.name: one.pass_ for one in passes}
-        assert options["actuators"].joints == joints
+        found: dict[str, Any] = {
+            one.pass_.name: one.pass_ for one in pipeline_of(tmp_path, text).passes
+        }
+        assert list(found) == wanted
+        assert joints is None or found["actuators"].joints == joints
 
 
-def test_convert_writes_nothing(tmp_path: Path) -> None:
-    (tmp_path / "tiny.urdf").write_text(TINY)
-    result = convert(tmp_path / "tiny.urdf")
-    assert [file.name for file in tmp_path.iterdir()] == ["tiny.urdf"]
+def test_convert_writes_nothing(here: Path) -> None:
+    result = convert("tiny.urdf")
+    assert [file.name for file in here.iterdir()] == ["tiny.urdf"]
     assert isinstance(result.mbs, Mbs)
     assert isinstance(result.robot, Robot)
     assert result.data.startswith(b"<?xml")
@@ -169,8 +159,7 @@ def test_convert_writes_nothing(tmp_path: Path) -> None:
     assert result.frames["tool"].body == "hand"
     assert result.frozen == {}
     report = json.loads(json.dumps(msgspec.to_builtins(result.report)))
-    assert report["bodies"] == 3
-    assert report["proof"]["same"] is True
+    assert (report["bodies"], report["proof"]["same"]) == (3, True)
     assert {d.code for d in result.diagnostics} >= {"joint-dynamics", "collision", "extension"}
 
 
@@ -209,16 +198,9 @@ def test_dumps_tell_what_each_pass_did(tmp_path: Path) -> None:
     assert "segments" not in states["insert-base"]
     assert "segments" in states["prune-massless"]
     last = states[NINE[-1]]
-    assert last["robot"]["links"]["hand"]["inertial"]["origin"]["xyz"] == [0.0, 0.0, 0.05]
-    assert last["robot"]["links"]["body"]["visuals"][0]["geometry"] == {
-        "kind": "box", "size": [0.2, 0.1, 0.3],
-    }  # fmt: skip
-    assert last["segments"]["hand"]["steps"][1]["joints"] == [
-        "wrist_pitch_axis_R1", "wrist_pitch", "wrist_pitch_back_R1",
-    ]  # fmt: skip
-    assert last["mbs"]["bodies"][1]["point"] == "arm"
+    hand = last["segments"]["hand"]["steps"][1]["joints"]
+    assert hand == ["wrist_pitch_axis_R1", "wrist_pitch", "wrist_pitch_back_R1"]
     assert last["proof"]["same"] is True
-    assert {one["code"] for one in last["diagnostics"]} >= {"collision", "joint-dynamics"}
 
 
 def test_dumps_of_an_earlier_run_go_and_other_files_stay(tmp_path: Path) -> None:

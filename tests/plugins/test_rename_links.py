@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from urdf2mbs.messages.diagnostics import ConfigError
-from urdf2mbs.testing import TINY, assert_same_robot, convert_text, run_pass
+from urdf2mbs.testing import TINY, assert_same_robot, run_pass
 
 PLUGIN = Path(__file__).resolve().parents[2] / "plugins" / "rename_links.py"
 
@@ -29,16 +29,6 @@ def test_by_table_and_by_pattern() -> None:
     assert {body.name for body in result.mbs.bodies} == {"pelvis", "left_arm", "hand"}
     assert result.names.coordinates["wroll"] == ["wroll"]
     assert_same_robot(result)
-
-
-def test_only_names_change() -> None:
-    result, plain = rename(link_patterns={"": "x_"}), convert_text()
-    numbers = [(body.mass, body.com, body.inertia, body.parent) for body in result.mbs.bodies]
-    assert [(m, c, i) for m, c, i, _ in numbers] == [
-        (body.mass, body.com, body.inertia) for body in plain.mbs.bodies
-    ]
-    assert result.report.passes["rename-links"]["joints"] == {}
-    assert result.report.passes["rename-links"]["links"]["arm"] == "x_ax_rx_mx_"
 
 
 REFERENCES = """
@@ -93,8 +83,5 @@ def test_two_names_may_change_places() -> None:
     ],
 )
 def test_what_cannot_be_meant_is_an_error(options: dict[str, Any], said: str) -> None:
-    with pytest.raises(ConfigError) as caught:
+    with pytest.raises(ConfigError, match=f"(?s){said}"):
         rename(**options)
-    import re
-
-    assert re.search(said, str(caught.value), re.DOTALL), str(caught.value)
