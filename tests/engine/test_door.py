@@ -14,7 +14,7 @@ from urdf2mbs import convert, plugin
 from urdf2mbs.commands.new_pass import new_pass
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
-from urdf2mbs.testing import TINY, convert_text
+from urdf2mbs.testing import convert_text
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -128,19 +128,15 @@ def test_new_pass_is_typed(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stdout
 
 
-def test_a_result_can_be_written(tmp_path: Path) -> None:
-    source = tmp_path / "tiny.urdf"
-    source.write_text(TINY)
-    written = convert(source, output=tmp_path / "out.mbs", gravity=(0.0, 0.0, -1.6)).write()
-    assert read(written.read_bytes(), "").base.gravity == (0.0, 0.0, -1.6)
-    assert convert(
-        source, output={"project": tmp_path / "arm", "language": ["python", "c"]}
-    ).write() == (tmp_path / "arm" / "dataR" / "arm.mbs")
-    assert (tmp_path / "arm" / "userfctR" / "arm_robot.c").is_file()
-    assert (tmp_path / "arm" / "workR" / "main.py").is_file()
+def test_a_result_can_be_written(here: Path) -> None:
+    moon = (0.0, 0.0, -1.6)
+    written = convert("tiny.urdf", output=here / "out.mbs", gravity=moon).write()
+    assert read(written.read_bytes(), "").base.gravity == moon
+    arm = {"project": here / "arm", "language": ["python", "c"]}
+    assert convert("tiny.urdf", output=arm).write() == here / "arm" / "dataR" / "arm.mbs"
+    assert Path("arm/userfctR/arm_robot.c").is_file()
+    assert Path("arm/workR/main.py").is_file()
     for kind in (str, Path):
-        verdict = urdf2mbs.verify(
-            kind(source), kind(tmp_path / "out.mbs"), packages={"arm": kind(tmp_path)},
-            gravity=(0.0, 0.0, -1.6),
-        )  # fmt: skip
-        assert verdict.same
+        packages = {"arm": kind(here)}
+        found = urdf2mbs.verify(kind("tiny.urdf"), kind("out.mbs"), packages=packages, gravity=moon)
+        assert found.same

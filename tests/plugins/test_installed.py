@@ -28,15 +28,12 @@ def site(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return folder
 
 
-def test_every_config_knows_its_passes(site: Path, capsys: Any) -> None:
+def test_every_config_knows_its_passes_unless_asked_not_to(site: Path, capsys: Any) -> None:
     result = run_pass("rename-links", options={"links": {"arm": "left"}})
     assert "left" in result.robot.links
+    config = str(site.parent / "c.yaml")
     assert main(["passes"]) == 0
     assert f"rename of renaming 0.1.0 ({site}/renaming.py)" in capsys.readouterr().out
-
-
-def test_no_plugins_leaves_it_out(site: Path, capsys: Any) -> None:
-    config = str(site.parent / "c.yaml")
     assert main(["passes", "--no-plugins"]) == 0
     assert "rename-links" not in capsys.readouterr().out
     assert main(["explain", config]) == 0

@@ -14,7 +14,7 @@ from urdf2mbs import convert
 from urdf2mbs.cli import main
 from urdf2mbs.engine.plugins import Plugins
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
-from urdf2mbs.testing import TINY, convert_text
+from urdf2mbs.testing import convert_text
 
 BIPED = Path(__file__).resolve().parents[2] / "configs" / "biped.urdf.xacro"
 #: All but check: the verdict is nobody else's.
@@ -61,24 +61,18 @@ def test_a_plugin_gives_no_verdict(tmp_path: Path) -> None:
     assert refused.value.code == "plugin-verdict"
 
 
-def explained(folder: Path, capsys: Any, config: str) -> str:
-    (folder / "tiny.urdf").write_text(TINY)
-    for name in ("mine", "other"):
-        (folder / f"{name}.py").write_text(STAND_IN.format(name="layout"))
-    (folder / "c.yaml").write_text(f"source: tiny.urdf\n{config}")
-    assert main(["explain", str(folder / "c.yaml")]) == 0
-    out: str = capsys.readouterr().out
-    return re.split(r"\n\n(?=\d+\. )", out)[1 + BUILT_IN.index("layout")]
-
-
-def test_explain_says_what_stands_in_and_what_does_not(tmp_path: Path, capsys: Any) -> None:
-    out = explained(tmp_path, capsys, "plugins: [mine.py]\nswap: {layout: mine}\n")
-    assert f"from     mine ({tmp_path}/mine.py), by 'swap'" in out
-    idle = convert_text(plugins=[tmp_path / "mine.py"])
+def test_explain_says_what_stands_in_and_what_does_not(here: Path, capsys: Any) -> None:
+    Path("mine.py").write_text(STAND_IN.format(name="layout"))
+    for swap, said in (
+        ("swap: {layout: mine}", r"from     mine \(mine.py\), by 'swap'"),
+        ("", r"from     urdf2mbs .*layout.py\)\nnot      mine \(mine.py\): 'swap: {lay"),
+    ):
+        Path("c.yaml").write_text(f"source: tiny.urdf\nplugins: [mine.py]\n{swap}")
+        assert main(["explain", "c.yaml"]) == 0
+        layout = capsys.readouterr().out.partition(". layout")[2]
+        assert re.search(said, re.sub(r"\n +", "\n", layout)), layout
+    idle = convert_text(plugins=["mine.py"])
     assert "stand-in" not in [found.code for found in idle.diagnostics]
-    out = explained(tmp_path, capsys, "plugins: [mine.py]\n")
-    assert re.search(r"from     urdf2mbs \S* ?\(.*layout.py\)\n", out)
-    assert f"not      mine ({tmp_path}/mine.py): 'swap: {{layout: mine}}'\n" in out
 
 
 def test_a_plugin_that_lends_our_function_is_still_the_source(tmp_path: Path) -> None:
@@ -91,15 +85,11 @@ def test_a_plugin_that_lends_our_function_is_still_the_source(tmp_path: Path) ->
     assert Plugins([file], installed=False).passes["layout"][1].file == str(file)
 
 
-def test_two_plugins_with_one_pass(tmp_path: Path, capsys: Any) -> None:
-    for name in ("mine", "other"):
-        (tmp_path / f"{name}.py").write_text(
-            STAND_IN.format(name="layout").replace('    name = "layout"', '    name = "neat"')
-        )
+def test_two_plugins_with_one_pass(tmp_path: Path) -> None:
     plugins = [tmp_path / "mine.py", tmp_path / "other.py"]
-    with pytest.raises(ConfigError) as caught:
-        convert_text(plugins=plugins, after={"anchors": "neat"})
-    assert caught.value.code == "unknown-pass"
+    for file in plugins:
+        text = STAND_IN.format(name="layout").replace('    name = "layout"', '    name = "neat"')
+        file.write_text(text)
     with pytest.raises(ConfigError) as caught:
         convert_text(plugins=plugins, after={"layout": "neat"})
     assert caught.value.code == "pass-ambiguous"
