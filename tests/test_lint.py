@@ -76,6 +76,9 @@ def test_a_robot_without_a_fault(here: Path, capsys: pytest.CaptureFixture[str])
     assert capsys.readouterr().out.endswith("tiny: 0 errors, 0 warnings, 1 note\n")
     assert [result["level"] for result in results()] == ["note"]
     assert not list(here.glob("*.mbs"))
+    Path("found.sarif").write_text("mine")
+    assert main(["lint", "tiny.urdf", "--sarif", "found.sarif"]) == 2
+    assert Path("found.sarif").read_text() == "mine"
 
 
 def test_errors_say_where_and_what_to_do(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -172,9 +175,3 @@ def test_the_action_runs_as_github_would_run_it(here: Path) -> None:
     assert act(robot="lamp.urdf", model="lamp.mbs", sarif="found.sarif") == [0, 3]
     assert results()
     assert act(robot="nothing.urdf") == [0, 1]
-
-
-def test_a_file_of_somebody_else_is_not_replaced(here: Path) -> None:
-    Path("found.sarif").write_text("mine")
-    assert main(["lint", "tiny.urdf", "--sarif", "found.sarif"]) == 2
-    assert Path("found.sarif").read_text() == "mine"
