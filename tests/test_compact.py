@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import time
 from typing import TYPE_CHECKING
 
 import pytest
@@ -125,44 +124,3 @@ def test_an_axis_that_is_nearly_aligned_is_told_of() -> None:
     result = prove(text, moved=5e-10, base="floating")
     assert driven(result) == 0
     assert "5.0e-10 rad off" in str([d for d in result.diagnostics if d.code == "axis-aligned"])
-
-
-def seconds(text: str, name: str) -> float:
-    start = time.process_time()
-    result = convert_text(text, base="floating", pipeline="compact")
-    assert result.report.proof.same, name
-    return time.process_time() - start
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("shape", "kind", "rpy"),
-    [
-        ("chain", "continuous", "0.1 0.2 0.3"),
-        ("chain", "continuous", "0 0 0.3"),
-        ("chain", "fixed", "0.1 0.2 0.3"),
-        ("hub", "continuous", "0.1 0.2 0.3"),
-        ("hub", "fixed", "0.1 0.2 0.3"),
-    ],
-)
-def test_time_is_linear_in_the_number_of_links(shape: str, kind: str, rpy: str) -> None:
-    def text(count: int) -> str:
-        """Links in a row, or all on the first; every fifth is massless, with a shift along z."""
-        links = [link(f"l{i}", *([] if i % 5 == 2 else [SOLID])) for i in range(count)]
-        joints = [
-            joint(
-                f"l{i - 1 if shape == 'chain' else 0}",
-                f"l{i}",
-                kind,
-                rpy=f"{rpy}{i}",
-                xyz="0 0 0.1",
-                axis="0 0 1" if i % 2 else "0 0.6 0.8",
-            )
-            for i in range(1, count)
-        ]
-        return robot(*links, *joints)
-
-    few, many = text(250), text(1000)
-    seconds(few, "warm")
-    # four times as many take four times as long, not sixteen
-    assert min(seconds(many, "many") for _ in "12") < 9 * min(seconds(few, "few") for _ in "123")

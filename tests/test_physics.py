@@ -24,8 +24,6 @@ if TYPE_CHECKING:
 
 #: 1e-10 is promised; what is found is 100 times less than this.
 TOLERANCE = 1e-12
-#: Of the compact one, which takes axes up to 1e-9 off for aligned in frames of its own choice.
-COMPACT_TOLERANCE = 1e-9
 POSITIONS = 5
 KEEP_ALL = {"prune-massless": {"keep": ["*"]}}
 
@@ -43,26 +41,22 @@ def has_bodies(robot: RealRobot, base: str, keep: bool) -> bool:
     return not all(urdf.massless(link) for link in urdf.inertias)
 
 
-@pytest.mark.parametrize(("pipeline", "base", "keep"), [
-    *(("faithful", base, keep) for base in ("fixed", "floating") for keep in (False, True)),
-    ("compact", "auto", False),
-])  # fmt: skip
+@pytest.mark.parametrize("base", ["fixed", "floating"])
+@pytest.mark.parametrize("keep", [False, True])
 @pytest.mark.parametrize("robot", CONVERTIBLE)
 def test_is_the_same_robot(
-    robot: RealRobot, pipeline: str, base: str, keep: bool, shared: Path,
-    record_property: Callable[..., None],
-) -> None:  # fmt: skip
-    faithful, urdf = pipeline == "faithful", urdf_of(robot.text)
-    result = robot.convert(pipeline=pipeline, base=base, passes=KEEP_ALL if keep else {})
-    # in compact, what is fixed to the ground becomes ground, and that has no inertia
+    robot: RealRobot, base: str, keep: bool, shared: Path, record_property: Callable[..., None]
+) -> None:
+    """By the preset faithful; tests/test_compact.py has the other."""
+    urdf = urdf_of(robot.text)
+    result = robot.convert(base=base, passes=KEEP_ALL if keep else {})
     comparison, errors = beside_its_urdf(
-        result, urdf, robot.text.read_bytes(), base, positions=POSITIONS, ground_has_mass=faithful
+        result, urdf, robot.text.read_bytes(), base, positions=POSITIONS
     )
     for kind, error in errors.items():
         record_property(kind, float(error))
-    tolerance = TOLERANCE if faithful else COMPACT_TOLERANCE
-    assert not {kind: error for kind, error in errors.items() if not error <= tolerance}
-    assert structure_faults(comparison, faithful=faithful) == []
+    assert not {kind: error for kind, error in errors.items() if not error <= TOLERANCE}
+    assert structure_faults(comparison) == []
     assert lost_shapes(comparison) == []
     # whatever moves matter, moves; what does not, is said to stand still
     said = [found.code for found in result.diagnostics]

@@ -9,6 +9,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from oracle.compare import beside_its_urdf, lost_shapes, structure_faults
 from oracle.urdf import Urdf
+from proving import SOLID, joint, link, robot
 from strategies import robots, snapped
 
 from urdf2mbs import convert
@@ -27,72 +28,36 @@ reproducible = settings(
 TOLERANCE = 1e-11
 KEEP_ALL = {"prune-massless": {"keep": ["*"]}}
 
-IDENTITY = '<origin xyz="0 0 0" rpy="0 0 0"/>'
-SOLID = (
-    '<inertial><origin xyz="0.1 -0.2 0.3" rpy="0.3 -0.2 0.1"/><mass value="2"/>'
-    '<inertia ixx="0.03" ixy="0.001" ixz="-0.002" iyy="0.04" iyz="0.003" izz="0.05"/></inertial>'
-)
-
 
 @pytest.fixture(scope="module")
 def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("robots") / "robot.urdf"
 
 
-def check(
-    file: Path,
-    text: bytes,
-    base: str,
-    keep: bool,
-    snapped: float = 0.0,
-    pipeline: str = "faithful",
-) -> None:
+def check(file: Path, text: str | bytes, base: str, keep: bool, snapped: float = 0.0) -> None:
     """Converts the robot; everything that can be compared must be the same, but for what comes
     of axes having been moved by up to ``snapped`` (rad) in all."""
-    file.write_bytes(text)
-    urdf = Urdf.parse(text)
-    result = convert(file, base=base, passes=KEEP_ALL if keep else {}, pipeline=pipeline)
-    comparison, errors = beside_its_urdf(
-        result, urdf, text, base, positions=2, ground_has_mass=pipeline == "faithful"
-    )
+    data = text.encode() if isinstance(text, str) else text
+    file.write_bytes(data)
+    urdf = Urdf.parse(data)
+    result = convert(file, base=base, passes=KEEP_ALL if keep else {})
+    comparison, errors = beside_its_urdf(result, urdf, data, base, positions=2)
     # forces are relative to levers that may be 3e-3 of the robot's size
     limit = {kind: TOLERANCE + (10 if kind == "pose" else 1000) * snapped for kind in errors}
     assert not {kind: error for kind, error in errors.items() if not error <= limit[kind]}
-    assert structure_faults(comparison, faithful=pipeline == "faithful") == []
+    assert structure_faults(comparison) == []
     assert lost_shapes(comparison) == []
     assert set(result.frozen) == (set() if keep else urdf.moving_nothing())
 
 
 @pytest.mark.slow
 @reproducible
-@given(
-    robots(),
-    st.sampled_from(("auto", "floating", "fixed")),
-    st.booleans(),
-    st.sampled_from(("faithful", "compact")),
-)
-def test_any_robot_is_the_same_robot(
-    file: Path, text: bytes, base: str, keep: bool, pipeline: str
-) -> None:
-    # an axis within 1e-9 rad of a coordinate axis or plane is taken to lie on it (by the compact
-    # one in frames of its own choice); beyond that, and everywhere else, nothing is rounded
-    check(file, text, base, keep, snapped(text) if pipeline == "faithful" else 3e-9, pipeline)
-
-
-def robot(*elements: str) -> bytes:
-    return f'<robot name="r">{"".join(elements)}</robot>'.encode()
-
-
-def joint(name: str, kind: str, parent: str, child: str, *rest: str) -> str:
-    limit = '<limit lower="-1" upper="1" effort="1" velocity="1"/>'
-    return (
-        f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
-        f"{limit}{''.join(rest)}</joint>"
-    )
-
-
-def link(name: str, *content: str) -> str:
-    return f'<link name="{name}">{"".join(content)}</link>'
+@given(robots(), st.sampled_from(("auto", "floating", "fixed")), st.booleans())
+def test_any_robot_is_the_same_robot(file: Path, text: bytes, base: str, keep: bool) -> None:
+    """By the preset faithful; tests/test_compact.py has the other."""
+    # an axis within 1e-9 rad of a coordinate axis or plane is taken to lie on it; beyond that, and
+    # everywhere else, nothing is rounded
+    check(file, text, base, keep, snapped(text))
 
 
 @pytest.mark.parametrize("kind", ["revolute", "prismatic", "planar"])
@@ -110,8 +75,8 @@ def test_every_axis(file: Path, axis: str, kind: str, keep: bool) -> None:
         link("a", SOLID),
         link("b", SOLID),
         link("c", SOLID),
-        joint("j", kind, "a", "b", f'<axis xyz="{axis}"/>', '<origin xyz="1 2 3" rpy="1 2 3"/>'),
-        joint("k", kind, "b", "c", f'<axis xyz="{axis}"/>'),
+        joint("a", "b", kind, axis=axis, xyz="1 2 3", rpy="1 2 3"),
+        joint("b", "c", kind, axis=axis),
     )
     check(file, text, "floating", keep)
 
@@ -121,11 +86,8 @@ def test_every_axis(file: Path, axis: str, kind: str, keep: bool) -> None:
 def test_a_nearly_aligned_axis_is_off_by_no_more_than_it_was(
     file: Path, axis: str, off: float
 ) -> None:
-    text = robot(
-        link("a", SOLID),
-        link("b", SOLID),
-        joint("j", "revolute", "a", "b", f'<axis xyz="{axis.format(off, off)}"/>'),
-    )
+    turning = joint("a", "b", "revolute", axis=axis.format(off, off))
+    text = robot(link("a", SOLID), link("b", SOLID), turning)
     check(file, text, "fixed", False, off)
 
 
@@ -151,8 +113,8 @@ def test_every_turn(file: Path, rpy: str) -> None:
         link("a", SOLID, shapes),
         link("b", SOLID.replace('rpy="0.3 -0.2 0.1"', f'rpy="{rpy}"'), shapes),
         link("frame", shapes),
-        joint("j", "continuous", "a", "b", turned, '<axis xyz="0 0 1"/>'),
-        joint("f", "fixed", "b", "frame", turned),
+        joint("a", "b", xyz="0.1 0.2 0.3", rpy=rpy),
+        joint("b", "frame", "fixed", xyz="0.1 0.2 0.3", rpy=rpy),
     )
     check(file, text, "floating", False)
     check(file, text, "fixed", True)
@@ -167,19 +129,18 @@ def test_massless_links_in_a_row(
     file: Path, inner: str, outer: str, shift: str, base: str, keep: bool
 ) -> None:
     """Root, two frames in a row, a body behind them, and frames that lead nowhere."""
-    turned = f'<origin xyz="{shift}" rpy="0.1 0.2 0.3"/>'
-    axis = '<axis xyz="1 2 3"/>'
+    turned = {"xyz": shift, "rpy": "0.1 0.2 0.3", "axis": "1 2 3"}
     text = robot(
         *(link(name) for name in ("root", "one", "two", "side", "tip")),
         link("body", SOLID),
-        joint("j1", inner, "root", "one", '<origin xyz="1 2 3" rpy="1 2 3"/>', axis),
-        joint("j2", outer, "one", "two", turned, axis),
-        joint("j3", inner, "two", "body", turned, axis),
-        joint("j4", outer, "one", "side", turned, axis),
-        joint("j5", inner, "body", "tip", turned, axis),
+        joint("root", "one", inner, xyz="1 2 3", rpy="1 2 3", axis="1 2 3"),
+        joint("one", "two", outer, **turned),
+        joint("two", "body", inner, **turned),
+        joint("one", "side", outer, **turned),
+        joint("body", "tip", inner, **turned),
     )
     check(file, text, base, keep)
-    alone = text.replace(b'<link name="side">', b'<link name="side">' + SOLID.encode())
+    alone = text.replace('<link name="side">', f'<link name="side">{SOLID}')
     check(file, alone, base, keep)
 
 
@@ -202,13 +163,13 @@ def test_massless_links_in_a_row(
 def test_joint_names_that_clash_with_those_of_driven_joints(
     file: Path, first: str, second: str, kind: str
 ) -> None:
-    rest = ('<origin xyz="0 0 1" rpy="0.1 0.2 0.3"/>', '<axis xyz="1 2 3"/>')
+    turned = {"xyz": "0 0 1", "rpy": "0.1 0.2 0.3", "axis": "1 2 3"}
     text = robot(
         link(second, SOLID),
         link(first, SOLID),
         link("last", SOLID),
-        joint(first, kind, second, first, *rest),
-        joint(second, kind, first, "last", *rest),
+        joint(second, first, kind, name=first, **turned),
+        joint(first, "last", kind, name=second, **turned),
     )
     check(file, text, "floating", False)
 
@@ -218,11 +179,8 @@ def test_mass_without_inertia_and_inertia_without_mass(file: Path) -> None:
     flywheel = (
         '<inertial><mass value="0"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="2"/>'
     )
-    text = robot(
-        link("a", point, "</inertial>"),
-        link("b", flywheel, "</inertial>"),
-        joint("j", "continuous", "a", "b", '<axis xyz="0 0 1"/>'),
-    )
+    links = link("a", point, "</inertial>"), link("b", flywheel, "</inertial>")
+    text = robot(*links, joint("a", "b"))
     check(file, text, "fixed", False)
     check(file, text, "floating", False)
 
@@ -241,8 +199,8 @@ def test_a_robot_of_any_size(file: Path, scale: float) -> None:
             )
             for name in "abc"
         ),
-        joint("j", "revolute", "a", "b", f'<origin xyz="{small}" rpy="1 2 3"/>'),
-        joint("k", "prismatic", "b", "c", f'<origin xyz="{small}"/>', '<axis xyz="1 1 1"/>'),
+        joint("a", "b", "revolute", xyz=small, rpy="1 2 3", axis="1 0 0"),
+        joint("b", "c", "prismatic", xyz=small, axis="1 1 1"),
     )
     check(file, text, "fixed", False)
     check(file, text, "floating", False)
@@ -253,8 +211,8 @@ def test_a_robot_of_any_size(file: Path, scale: float) -> None:
 def test_nothing_but_frames(file: Path, base: str, pipeline: str) -> None:
     """All stay, as bodies without mass, and that is said."""
     for links in ("a", "ab"):
-        text = robot(*map(link, links), *([joint("j", "continuous", "a", "b")] * (links == "ab")))
-        file.write_bytes(text)
+        text = robot(*map(link, links), *([joint("a", "b")] * (links == "ab")))
+        file.write_text(text)
         result = convert(file, base=base, pipeline=pipeline)
         proof = result.report.proof
         assert proof is not None

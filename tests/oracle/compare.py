@@ -47,11 +47,8 @@ class Comparison:
     ``M_ii`` is a small difference of large numbers.
     """
 
-    def __init__(
-        self, result: Result, urdf: Urdf, *, floating: bool, ground_has_mass: bool = True
-    ) -> None:
+    def __init__(self, result: Result, urdf: Urdf, *, floating: bool) -> None:
         self.result = result
-        self.ground_has_mass = ground_has_mass
         self.urdf = urdf
         self.mbs = Evaluator(result.data)
         self.floating = floating
@@ -176,8 +173,6 @@ class Comparison:
         for name in bodies.get(None, []) if None not in groups else []:
             inertia = self.mbs.bodies[name].inertia
             assert not np.any([inertia.mass, *inertia.tensor.flat]), f"{name} cannot move"
-        if not self.ground_has_mass:
-            groups.pop(None, None)
         for key, (link, wanted) in groups.items():
             back = np.linalg.inv(link_at[link])
             ours = lump(
@@ -227,11 +222,11 @@ class Comparison:
 
 
 def beside_its_urdf(
-    result: Result, urdf: Urdf, text: bytes, base: str, *, positions: int = 1, **more: bool
+    result: Result, urdf: Urdf, text: bytes, base: str, *, positions: int = 1
 ) -> tuple[Comparison, dict[str, float]]:
     """A conversion beside Pinocchio, at zero and at random positions: the largest error of each
     kind."""
-    comparison = Comparison(result, urdf, floating=urdf.floats(base), **more)
+    comparison = Comparison(result, urdf, floating=urdf.floats(base))
     rng = np.random.default_rng(zlib.crc32(text))
     at = [{}, *(comparison.random(rng) for _ in range(positions))]
     own = {name: getattr(comparison, name) for name in ("floating", "frozen", "planar")}
