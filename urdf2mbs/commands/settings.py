@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, NamedTuple, get_args, get_origin, ge
 
 import msgspec
 
-from urdf2mbs.disk import standard_input
+from urdf2mbs.disk import files
 from urdf2mbs.disk.files import is_folder
 from urdf2mbs.engine.config import Config, Lines, config_of, load
 from urdf2mbs.messages.diagnostics import ConfigError
@@ -107,7 +107,7 @@ def read_config(file: Path, arguments: argparse.Namespace) -> tuple[Config, Line
 def without_config(robot: str, output: Any, arguments: argparse.Namespace) -> tuple[Config, Lines]:
     """The config that the command line stands for."""
     if robot == "-":
-        robot = standard_input.take()
+        robot = files.take_stdin()
     return config_of({"source": robot, "output": output, **choose_fields(arguments)})
 
 

@@ -18,7 +18,7 @@ from urdf2mbs.commands.settings import (
     path,
 )
 from urdf2mbs.commands.streams import STREAM
-from urdf2mbs.disk import standard_input
+from urdf2mbs.disk import files
 from urdf2mbs.messages.diagnostics import counted, printable
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ def add_options(command: argparse.ArgumentParser) -> None:
 def carry_out(arguments: argparse.Namespace) -> int:
     from urdf2mbs.api import verify
 
-    source = standard_input.take() if arguments.robot == STREAM else arguments.robot
+    source = files.take_stdin() if arguments.robot == STREAM else arguments.robot
     with collecting(arguments.sarif, source) as found:
         verdict = verify(
             source, arguments.model, frames=arguments.frames, gravity=tuple(arguments.gravity),

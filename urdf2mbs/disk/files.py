@@ -5,15 +5,16 @@ from __future__ import annotations
 import os
 import re
 import stat
+import sys
 import unicodedata
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
-from errno import EFBIG, EINVAL
+from errno import EBADF, EFBIG, EINVAL
 from pathlib import Path
 from typing import IO
 
-from urdf2mbs.messages.diagnostics import ConfigError
+from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
 
 #: The most that is read of one file: a robot, a mesh, an .mbs.
 MOST = 256 * 2**20
@@ -22,6 +23,11 @@ MOST = 256 * 2**20
 DEVICES = frozenset(
     ["con", "prn", "aux", "nul", *(f"{port}{n}" for port in ("com", "lpt") for n in range(10))]
 )
+
+#: What messages call standard input, and the name of the file that it stands for.
+STDIN = "<stdin>"
+#: What standard input held, once ``take_stdin`` has read it.
+_taken: list[bytes] = []
 
 #: The files that this thread has read since ``noting`` began; None: nobody asks.
 _noted: ContextVar[dict[str, None] | None] = ContextVar("noted", default=None)
@@ -39,11 +45,13 @@ def noting() -> Iterator[dict[str, None]]:
 
 
 def read(path: Path, most: int | None = None) -> bytes:
-    """The bytes of a file.
+    """The bytes of a file, or of standard input where that was taken.
 
     Raises OSError: for a pipe or device, which may never end, and for more than ``most`` bytes
     (default: ``MOST``).
     """
+    if is_stdin(path):
+        return _taken[0]
     noted = _noted.get()
     if noted is not None:
         noted[os.path.abspath(path)] = None  # noqa: PTH100
@@ -62,6 +70,31 @@ def read_model(model: str | os.PathLike[str]) -> bytes:
         return read(Path(model))
     except OSError as error:
         raise ConfigError("model-unreadable", f"cannot read '{model}': {error.strerror}") from None
+
+
+def is_stdin(path: Path) -> bool:
+    """True if standard input was taken, and this is the name of its file."""
+    return path.name == STDIN and bool(_taken)
+
+
+def take_stdin() -> str:
+    """Read all of standard input; gives the source that stands for it.
+
+    :raises ConversionError: ``file-unreadable``
+    """
+    try:
+        _taken[:] = [read_stdin()]
+    except OSError as error:
+        said = f"cannot be read: {error.strerror}"
+        raise ConversionError("file-unreadable", said, file=STDIN) from None
+    return STDIN
+
+
+def read_stdin() -> bytes:
+    """All of standard input; raises OSError."""
+    if sys.stdin is None:
+        raise OSError(EBADF, "standard input is closed", STDIN)
+    return read_stream(sys.stdin.buffer, STDIN)
 
 
 def read_stream(stream: IO[bytes], name: str, most: int | None = None, size: int = 0) -> bytes:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from lxml import etree
 
-from urdf2mbs.disk import standard_input
+from urdf2mbs.disk import files
 from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic, nearest, some
 from urdf2mbs.urdf import xml
 from urdf2mbs.urdf.elements import FOREIGN, is_instruction
@@ -217,7 +217,7 @@ def read_file(source: Path) -> bytes:
     """The bytes of a robot's file; raises ConversionError, also where there are none."""
     file = str(source)
     try:
-        data = standard_input.read(source)
+        data = files.read(source)
     except FileNotFoundError:
         try:
             names = [entry.name for entry in sorted(source.parent.iterdir())]

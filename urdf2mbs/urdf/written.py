@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from urdf2mbs.disk import standard_input
+from urdf2mbs.disk import files
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -18,7 +18,7 @@ _NAME = re.compile(r"""(?<!\S)name\s*=\s*["']([^"']+)["']""")
 def text(file: str) -> str:
     """The text of a file; empty where it cannot be read."""
     try:
-        return standard_input.read(Path(file)).decode("utf-8", "replace")
+        return files.read(Path(file)).decode("utf-8", "replace")
     except (OSError, ValueError):
         return ""
 

@@ -18,7 +18,7 @@ from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 from xml.parsers.expat import ExpatError
 
-from urdf2mbs.disk import standard_input
+from urdf2mbs.disk import files
 from urdf2mbs.disk.files import read as read_file
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, Diagnostic, nearest
 from urdf2mbs.urdf import written, xml
@@ -232,13 +232,13 @@ class Run:
 
         file = Path(name)
         try:
-            given = standard_input.stands_for(file)
-            return self.plain.parse(io.BytesIO(standard_input.read(file)) if given else None, name)
+            given = files.is_stdin(file)
+            return self.plain.parse(io.BytesIO(files.read(file)) if given else None, name)
         except ConversionError:
             self.xacro.filestack.pop()  # the error names the file that includes this file
             raise
         except (ExpatError, UnicodeError):
-            data, slips = xml.mend(standard_input.read(file))
+            data, slips = xml.mend(files.read(file))
             document = minidom.parseString(data)
             for code, message, line in slips:
                 self.tell(Diagnostic("warning", code, message, file=absolute(name), line=line))

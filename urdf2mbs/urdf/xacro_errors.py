@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from xml.parsers.expat import ExpatError
 
-from urdf2mbs.disk import standard_input
+from urdf2mbs.disk import files
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
 from urdf2mbs.urdf import written, xml
 from urdf2mbs.urdf.elements import LEGACY, LEGACY_HINT
@@ -100,7 +100,7 @@ def _explain_syntax(run: Run, error: ExpatError) -> ConversionError:
         return _fault(run, "xacro", "the prefix xacro: is not declared", [], hint, error.lineno)
     file = absolute((run.xacro.filestack or [run.file])[-1])
     try:
-        xml.parse(standard_input.read(Path(file)), file)
+        xml.parse(files.read(Path(file)), file)
     except ConversionError as explained:
         return _fault(run, explained.code, explained.message, [], explained.hint, explained.line)
     text = "not well-formed XML: it cannot be read here"
