@@ -5,7 +5,7 @@ msgspec, which reads configs, stops at the first fault: this runs where msgspec 
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator
 from difflib import get_close_matches
 from typing import Any
 
@@ -61,69 +61,60 @@ def take_faults(
 
 def _describe_all(error: ValidationError, lines: Lines, at: Key) -> Iterator[ConfigError]:
     """The faults that an error of jsonschema stands for."""
-    if error.validator != "anyOf":
-        yield from _describe(error, lines, at)
-        return
-    choices: dict[Any, list[ValidationError]] = {}
-    for inner in error.context:
-        choices.setdefault(inner.schema_path[0], []).append(inner)
-    # of the types that a value may have, the type of the value is meant
-    meant = [
-        inners
-        for inners in choices.values()
-        if any(inner.validator != "type" or inner.path for inner in inners)
-    ]
-    if meant:
-        for inner in max(meant, key=lambda inners: max(len(inner.path) for inner in inners)):
-            yield from _describe_all(inner, lines, at)
-    else:
-        types = [inner.validator_value for inner in error.context]
-        yield _wrong_type(types, error.instance, lines, (*at, *error.absolute_path))
-
-
-def _describe(error: ValidationError, lines: Lines, at: Key) -> Iterator[ConfigError]:
     key, value, wanted = (*at, *error.absolute_path), error.instance, error.validator_value
-    rule, name = error.validator, dotted(key)
-    if rule == "additionalProperties":
+    if error.validator == "anyOf":
+        choices: dict[Any, list[ValidationError]] = {}
+        for inner in error.context:
+            choices.setdefault(inner.schema_path[0], []).append(inner)
+        # of the types that a value may have, the type of the value is meant
+        meant = [
+            inners
+            for inners in choices.values()
+            if any(inner.validator != "type" or inner.path for inner in inners)
+        ]
+        for inner in max(meant, key=lambda each: max(len(one.path) for one in each), default=()):
+            yield from _describe_all(inner, lines, at)
+        if not meant:
+            yield _wrong_type([inner.validator_value for inner in error.context], value, lines, key)
+    elif error.validator == "additionalProperties":
         known = error.schema["properties"]
         for wrong in [wrong for wrong in value if wrong not in known]:
-            yield _unknown_key(wrong, known, lines, key)
-    elif rule == "required":
-        meant = [nearest(str(other), error.schema["properties"]) for other in value]
+            hint = nearest(str(wrong), known) or f"known: {', '.join(known) or 'no keys at all'}"
+            at = (*key, wrong)
+            yield lines.error("unknown-key", f"unknown key '{dotted(at)}'", at, hint)
+    elif error.validator == "required":
+        meant_keys = [nearest(str(other), error.schema["properties"]) for other in value]
         for missing in [one for one in wanted if one not in value]:
-            if not any(f"'{missing}'" in hint for hint in meant if hint):
-                under = f" under '{name}'" if key else ""
+            if not any(f"'{missing}'" in hint for hint in meant_keys if hint):
+                under = f" under '{dotted(key)}'" if key else ""
                 yield lines.error(
                     "config-key-missing", f"'{dotted((*key, missing))}' must be given", key,
                     f"add '{missing}: ...'{under}",
                 )  # fmt: skip
-    elif rule == "type":
+    elif error.validator == "type":
         yield _wrong_type([wanted], value, lines, key)
-    elif rule == "enum":
-        close = nearest(value, wanted) if isinstance(value, str) else None
-        choices = f"it is one of: {', '.join(map(str, wanted))}"
-        yield lines.error(
-            "config-type", f"'{name}': {_short(value)} is not one of its values", key,
-            f"{choices}; {close}" if close else choices,
-        )  # fmt: skip
-    elif rule in ("minimum", "exclusiveMinimum", "maximum", "exclusiveMaximum"):
-        said = f"'{name}' is {value!r}: {in_words(error.schema)} is wanted"
-        yield lines.error("value-range", said, key)
-    elif rule == "minLength":
-        what = "a key" if "propertyNames" in error.schema_path else "this"
-        said = f"'{name}': {what} is empty: write the name or the path that is meant"
-        yield lines.error("config-type", said, key)
-    elif rule in ("minItems", "maxItems"):
-        said = f"'{name}': a list of {wanted} is wanted, and this is one of {len(value)}"
-        yield lines.error("config-type", said, key)
-    elif rule != "items":  # a list that is too long has two errors
-        yield lines.error("config-type", f"'{name}': {error.message}", key)
+    elif error.validator != "items":  # a list that is too long has two errors
+        yield _describe_value(error, lines, key)
 
 
-def _unknown_key(key: Any, known: Collection[str], lines: Lines, at: Key) -> ConfigError:
-    hint = nearest(str(key), known) or f"known: {', '.join(known) or 'no keys at all'}"
-    said = f"unknown key '{dotted((*at, key))}'"
-    return lines.error("unknown-key", said, (*at, key), hint)
+def _describe_value(error: ValidationError, lines: Lines, key: Key) -> ConfigError:
+    """The fault of a value of the right type."""
+    value, wanted, code, hint = error.instance, error.validator_value, "config-type", None
+    said = f": {error.message}"
+    match error.validator:
+        case "enum":
+            said = f": {_short(value)} is not one of its values"
+            hint = f"it is one of: {', '.join(map(str, wanted))}"
+            close = nearest(value, wanted) if isinstance(value, str) else None
+            hint = f"{hint}; {close}" if close else hint
+        case "minimum" | "exclusiveMinimum" | "maximum" | "exclusiveMaximum":
+            code, said = "value-range", f" is {value!r}: {in_words(error.schema)} is wanted"
+        case "minLength":
+            what = "a key" if "propertyNames" in error.schema_path else "this"
+            said = f": {what} is empty: write the name or the path that is meant"
+        case "minItems" | "maxItems":
+            said = f": a list of {wanted} is wanted, and this is one of {len(value)}"
+    return lines.error(code, f"'{dotted(key)}'{said}", key, hint)
 
 
 def _wrong_type(types: list[str], value: Any, lines: Lines, at: Key) -> ConfigError:
