@@ -12,6 +12,8 @@ import pytest
 import urdf2mbs
 from urdf2mbs import convert, plugin
 from urdf2mbs.commands.new_pass import new_pass
+from urdf2mbs.engine.config import config_of
+from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
 from urdf2mbs.testing import convert_text
@@ -43,11 +45,7 @@ def urdf2mbs_passes():
 
 
 def names(**settings: Any) -> list[str]:
-    from urdf2mbs.engine.config import Config, Lines, typed
-    from urdf2mbs.engine.pipeline import Pipeline
-
-    lines = Lines()
-    pipeline = Pipeline(typed(Config, {"source": "r.urdf", **settings}, lines), lines)
+    pipeline = Pipeline(*config_of("r.urdf", **settings))
     return [step.pass_.name for step in pipeline.passes]
 
 

@@ -30,17 +30,6 @@ def levels(**settings: Any) -> dict[str, str]:
     return {one.code: one.level for one in convert("tiny.urdf", **settings).diagnostics}
 
 
-def test_every_level(folder: Path) -> None:
-    usual = levels()
-    assert (usual["misspelt"], usual["base-guessed"]) == ("warning", "warning")
-    assert usual["collision"] == "note"
-    changed = levels(diagnostics={"misspelt": "ignore", "base-guessed": "note",
-                                  "collision": "warning"})  # fmt: skip
-    assert "misspelt" not in changed
-    assert (changed["base-guessed"], changed["collision"]) == ("note", "warning")
-    assert changed.keys() | {"misspelt"} == usual.keys()
-
-
 def test_all_errors_are_told_at_once(folder: Path, capsys: Any) -> None:
     with pytest.raises(ConversionError) as caught:
         convert("tiny.urdf", strict=True)

@@ -15,7 +15,7 @@ from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.engine.sections import SECTIONS, find_changed, look
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
 from urdf2mbs.passes import urdf2mbs_passes
-from urdf2mbs.testing import TINY, run_pass
+from urdf2mbs.testing import run_pass
 
 CONFIGS = Path(__file__).resolve().parents[2] / "configs"
 BUILT_IN = {kind.name: kind for kind in urdf2mbs_passes()}
@@ -220,24 +220,18 @@ def urdf2mbs_presets():
 
 
 def test_a_preset_extends_another(tmp_path: Path) -> None:
-    file = tmp_path / "presets.py"
-    file.write_text(PRESET)
-    (tmp_path / "tiny.urdf").write_text(TINY)
+    (tmp_path / "presets.py").write_text(PRESET)
 
-    def of(name: str) -> Pipeline:
-        given = {"source": "tiny.urdf", "plugins": [str(file)], "pipeline": name}
-        return Pipeline(typed(Config, given, Lines()), Lines(folder=tmp_path))
+    def of(name: str) -> dict[str, Any]:
+        config = Config(source="tiny.urdf", plugins=["presets.py"], pipeline=name)
+        return {
+            one.pass_.name: one.pass_ for one in Pipeline(config, Lines(folder=tmp_path)).passes
+        }
 
-    compact = passes_of("compact")
     for name, tolerance in (("ours", 1e-8), ("more", 1e-6)):
-        passes = {step.pass_.name: step.pass_ for step in of(name).passes}
-        assert list(passes) == [name for name in compact if name != "fit-view"]
-        align: Any = passes["align-frames"]
-        assert align.tolerance == tolerance
-        snap: Any = passes["snap"]
-        assert snap.angle == 1e-4
-    for name, said in (
-        ("round", "preset-circle"), ("lost", "there is no preset 'compakt', which 'lost' extends"),
-    ):  # fmt: skip
+        passes = of(name)
+        assert list(passes) == [name for name in passes_of("compact") if name != "fit-view"]
+        assert (passes["align-frames"].tolerance, passes["snap"].angle) == (tolerance, 1e-4)
+    for name, said in (("round", "preset-circle"), ("lost", "'compakt', which 'lost' extends")):
         with pytest.raises(ConfigError, match=said):
             of(name)

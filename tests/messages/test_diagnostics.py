@@ -82,18 +82,13 @@ def test_nothing_acts_on_a_terminal(text: str, wanted: str) -> None:
     assert printable(text) == wanted
 
 
-def test_a_name_cannot_begin_a_line_and_a_hint_can() -> None:
-    assert render("note", "c", "a\nerror: b", None, None, "x\n  y") == (
-        "note[c]: a\\nerror: b\n  x\n  y"
-    )
-
-
 @pytest.mark.parametrize("length", [1991, 1992, 5000])
-def test_a_long_line_is_cut_in_the_middle(length: int) -> None:
-    line, hint = render("note", "c", "m" * length, None, None, "hint").split("\n")
-    assert hint == "  hint"
+def test_a_long_line_is_cut_in_the_middle_and_a_name_begins_none(length: int) -> None:
+    line, *hint = render("note", "c", "m" * length, None, None, "x\n  y").split("\n")
+    assert hint == ["  x", "  y"]
     whole = "note[c]: " + "m" * length
     assert line == (whole if len(whole) <= 2000 else f"{whole[:1000]} ... {whole[-1000:]}")
+    assert render("note", "c", "a\nerror: b", None, None, None) == "note[c]: a\\nerror: b"
 
 
 @pytest.mark.parametrize(
@@ -103,20 +98,13 @@ def test_a_name_in_code_stays_a_name(text: str, wanted: str) -> None:
     assert quoted(text) == wanted
 
 
-def test_counts_and_lists() -> None:
+def test_counts_lists_and_the_nearest_name() -> None:
     assert [counted(n, "joint") for n in (0, 1, 2)] == ["0 joints", "1 joint", "2 joints"]
-    assert [counted(2, thing) for thing in ("body", "mesh", "inertia")] == [
-        "2 bodies", "2 meshes", "2 inertias",
-    ]  # fmt: skip
-    assert counted(1, "body") == "1 body"
-    assert some([]) == ""
-    assert some("abcde") == "a, b, c, d, e"
+    counts = [counted(n, thing) for n, thing in ((1, "body"), (2, "body"), (2, "mesh"))]
+    assert counts == ["1 body", "2 bodies", "2 meshes"]
+    assert (some([]), some("abcde")) == ("", "a, b, c, d, e")
     assert some("abcdef") == "a, b, c, d, e and 1 more"
     assert some(iter("abcd"), 2) == "a, b and 2 more"
-
-
-def test_the_nearest_name_is_offered_if_it_is_like_the_wrong_one() -> None:
     assert nearest("shuolder", ["elbow", "shoulder"]) == "did you mean 'shoulder'?"
     assert nearest("ab", ["ac"]) == "did you mean 'ac'?"
-    assert nearest("abc", ["axy"]) is None
-    assert nearest("abc", []) is None
+    assert nearest("abc", ["axy"]) is nearest("abc", []) is None
