@@ -4,13 +4,7 @@ See ``docs/how-equations-are-made.md``.
 """
 
 from urdf2mbs.equations.constraints import constant_gaps, count_equations, drops_row
-from urdf2mbs.equations.files import (
-    FUNCTIONS,
-    NEVER_CLOSES,
-    OWN,
-    Equations,
-    generate,
-)
+from urdf2mbs.equations.files import FUNCTIONS, NEVER_CLOSES, OWN, Equations, generate
 
 __all__ = [
     "FUNCTIONS", "NEVER_CLOSES", "OWN", "Equations", "constant_gaps", "count_equations",

@@ -48,10 +48,7 @@ DERIVATIVES = {
     "xy, xz, yy, yz, zz about its origin (kg m^2).",
 }
 OWN = {**ENERGY, **DERIVATIVES}
-WRITERS: dict[str, type[Writer]] = {
-    "python": PythonWriter,
-    "matlab": MatlabWriter,
-}
+WRITERS: dict[str, type[Writer]] = {"python": PythonWriter, "matlab": MatlabWriter}
 
 
 @dataclass
@@ -69,8 +66,6 @@ class Equations:
 
 #: The first words of every file.
 MARK = "Written by urdf2mbs from"
-
-
 #: What to do about a cut that can never close.
 NEVER_CLOSES = (
     "Robotran leaves this equation out and says nothing: let the ends of the cut be at one place"
@@ -108,45 +103,52 @@ def generate(
             file=file,
             hint="give it a name of letters, digits and '_' in <mbsname>",
         )
-    out = Equations()
-    out.warnings = [
-        Diagnostic("warning", "loop-never-closes", message, file=file, hint=NEVER_CLOSES)
-        for _, message in constant_gaps(mbs)
-    ]
-    out.fixed = [
-        (number, joint.name, joint.q or 0.0)
-        for number, joint in enumerate(mbs.joints().values(), start=1)
-        if is_fixed(joint)
-    ]
+    out = Equations(
+        fixed=[
+            (number, joint.name, joint.q or 0.0)
+            for number, joint in enumerate(mbs.joints().values(), start=1)
+            if is_fixed(joint)
+        ],
+        warnings=[
+            Diagnostic("warning", "loop-never-closes", message, file=file, hint=NEVER_CLOSES)
+            for _, message in constant_gaps(mbs)
+        ],
+    )
     maker = Maker(mbs, fold=fold)
     writer = CWriter(mbs, pairs=pairs) if language == "c" else WRITERS[language](mbs)
+    mark = f"{MARK} {quoted(Path(file).name)}. Do not edit: generate again."
     parts = "tree, numbers" if fold else "tree, fixed"
-    fits = f"Fits ({parts}): sha256 {fingerprint(data, parts)}"
+    head = [mark, f"Fits ({parts}): sha256 {fingerprint(data, parts)}"]
     more = (*(ENERGY if energy else ()), *(DERIVATIVES if derivatives else ()))
     for name in (*functions, *more):
-        if name in writer.lacks:
-            if name == "link3D" and writer.facts()["LINKS3D"]:
-                out.left_out[name] = "how Robotran has it in this language is not known"
-            continue
-        made: Made = _refuse_draft(mbs, name) or getattr(maker, name.lower())()
-        if isinstance(made, Refused):
-            out.left_out[name] = made.why
-        writer.count = Count()
-        text = writer.function(name, made)
-        out.counts[name] = writer.count
-        head = [
-            f"{MARK} {quoted(Path(file).name)}. Do not edit: generate again.",
-            fits,
-            f"{name} of {mbs.name}, {len(mbs.numbers())} joints",
-            *([OWN[name]] if name in OWN else []),
-            *_remarks(made, out.counts[name], out.fixed, fold=fold),
-        ]
-        lines = "".join(f"{writer.comment} {line}".rstrip() + "\n" for line in head)
-        out.files[f"mbs_{name}_{mbs.name}.{writer.suffix}"] = (lines + "\n" + text).encode()
+        if name not in writer.lacks:
+            made = _refuse_draft(mbs, name) or getattr(maker, name.lower())()
+            _write(name, made, writer, head, out, fold=fold)
+        elif name == "link3D" and writer.facts()["LINKS3D"]:
+            out.left_out[name] = "how Robotran has it in this language is not known"
     if standalone:
-        mark = f"// {MARK} {quoted(Path(file).name)}. Do not edit: generate again.\n\n"
-        out.files |= {name: (mark + text).encode() for name, text in headers(mbs).items()}
+        for name, text in headers(mbs).items():
+            out.files[name] = f"// {mark}\n\n{text}".encode()
     return out
+
+
+def _write(
+    name: str, made: Made, writer: Writer, head: list[str], out: Equations, *, fold: bool
+) -> None:
+    """Add the file of one function; ``head`` are the first lines of all files."""
+    if isinstance(made, Refused):
+        out.left_out[name] = made.why
+    writer.count = Count()
+    text = writer.function(name, made)
+    out.counts[name] = writer.count
+    head = [
+        *head,
+        f"{name} of {writer.mbs.name}, {len(writer.mbs.numbers())} joints",
+        *([OWN[name]] if name in OWN else []),
+        *_remarks(made, writer.count, out.fixed, fold=fold),
+    ]
+    lines = "".join(f"{writer.comment} {line}".rstrip() + "\n" for line in head)
+    out.files[f"mbs_{name}_{writer.mbs.name}.{writer.suffix}"] = (lines + "\n" + text).encode()
 
 
 def _refuse_draft(mbs: Mbs, function: str) -> Refused | None:
