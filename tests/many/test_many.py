@@ -143,17 +143,34 @@ def test_a_folder_carries_on_past_failures(tmp_path: Path, capsys: Any) -> None:
     ]  # fmt: skip
 
 
+HEAVIER = """
+from making import hookimpl, make
+
+def run(conversion, options):
+    conversion.mbs.bodies[0].mass = 99.0
+
+@hookimpl
+def urdf2mbs_passes():
+    return [make("heavier", run, reads=("inertias",))]
+"""
+
+
 def test_the_worst_exit_code(here: Path, capsys: Any) -> None:
-    (here / "bad.urdf").write_text("<robot name='b'>")
-    words = []
-    for name, more in {"tiny": "", "bad": "", "wrong": "passes: {emit: {nothing: 1}}"}.items():
-        source = "bad" if name == "bad" else "tiny"
-        words.append(f"{name}.yaml")
-        Path(words[-1]).write_text(f"source: {source}.urdf\noutput: o/{name}.mbs\n{more}")
-    assert main(["run", *words[:2], "--workers", "1"]) == 1
-    capsys.readouterr()
-    assert main(["run", *reversed(words), "--workers", "1", "--json"]) == 2
-    assert [one["code"] for one in json.loads(capsys.readouterr().out)["robots"]] == [2, 1, 0]
+    Path("heavier.py").write_text(HEAVIER)
+    Path("bad.urdf").write_text("<robot name='b'>")
+    configs = {
+        "good": "source: tiny.urdf",
+        "bad": "source: bad.urdf",
+        "wrong": "source: tiny.urdf\npasses: {emit: {nothing: 1}}",
+        "other": "source: tiny.urdf\nplugins: [heavier.py]\nafter: {reframe-inertia: heavier}",
+    }
+    for name, text in configs.items():
+        Path(f"{name}.yaml").write_text(f"{text}\noutput: o/{name}.mbs\n")
+    files = [f"{name}.yaml" for name in configs]
+    for worst in (1, 2, 3):
+        assert main(["run", *files[: worst + 1], "--workers", "1", "--json"]) == worst
+        said = json.loads(capsys.readouterr().out)
+        assert [one["code"] for one in said["robots"]] == [0, 1, 2, 3][: worst + 1]
 
 
 def test_explain_shows_the_first(sweep: Path, capsys: Any) -> None:
