@@ -54,7 +54,7 @@ ROOMS = {
     ],
     "diagram/*.py": ["tests/diagram"],
     "diff/*.py": ["tests/diff", "tests/merge"],
-    "disk/*.py": ["tests/test_output.py", "tests/test_seal.py", "tests/hostile"],
+    "disk/*.py": ["tests/test_output.py", "tests/hostile"],
     "engine/*.py": ["tests/engine", "tests/plugins"],
     "many/*.py": ["tests/many"],
     "meshes/*.py": ["tests/meshes", "tests/passes/test_convert_meshes.py"],

@@ -5,7 +5,6 @@ They are valid, and have at least one link with mass that the base carries.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import pi
 from typing import TYPE_CHECKING, Any
 
@@ -83,19 +82,8 @@ def inertias(draw: Draw) -> tuple[float, Array]:
     return (0.0 if kind == "massless" else mass), (tensor + tensor.T) / 2
 
 
-@dataclass
-class Spelling:
-    """How the numbers of a file are spelt."""
-
-    number: Callable[[float], str]
-    blank: str
-
-
-SPELLINGS = (
-    Spelling(lambda x: repr(float(x)), " "),
-    Spelling(lambda x: f"{float(x):+.17e}", "  "),
-    Spelling(lambda x: f"{float(x):.17g}", "\n\t "),
-)
+#: How the numbers of a file are spelt, and what stands between them.
+SPELLINGS = (("{!r}", " "), ("{:+.17e}", "  "), ("{:.17g}", "\n\t "))
 
 
 @st.composite
@@ -104,10 +92,10 @@ def robots(draw: Draw, most: int = 7) -> bytes:
     count = draw(st.integers(1, most))
     links = draw(st.permutations(LINK_NAMES))[:count]
     joints = draw(st.permutations(JOINT_NAMES))[: count - 1]
-    spelling = draw(st.sampled_from(SPELLINGS))
+    spelling, blank = draw(st.sampled_from(SPELLINGS))
 
     def text(values: Any) -> str:
-        return spelling.blank.join(spelling.number(value) for value in np.atleast_1d(values))
+        return blank.join(spelling.format(float(value)) for value in np.atleast_1d(values))
 
     def origin(parent: etree._Element) -> None:
         if draw(st.booleans()):
@@ -184,17 +172,17 @@ def robots(draw: Draw, most: int = 7) -> bytes:
     return etree.tostring(root, xml_declaration=True, encoding="utf-8")
 
 
+SHAPES: dict[str, dict[str, Any]] = {
+    "box": {"size": (0.1, 0.25, 1.5)}, "cylinder": {"radius": 0.05, "length": 0.7},
+    "sphere": {"radius": 0.3}, "mesh": {},
+}  # fmt: skip
+
+
 def _geometry(draw: Draw, parent: etree._Element, text: Callable[[Any], str]) -> None:
-    kind = draw(st.sampled_from(("box", "cylinder", "sphere", "mesh")))
-    element = etree.SubElement(parent, kind)
-    if kind == "box":
-        element.set("size", text((0.1, 0.25, 1.5)))
-    elif kind == "cylinder":
-        element.set("radius", text(0.05))
-        element.set("length", text(0.7))
-    elif kind == "sphere":
-        element.set("radius", text(0.3))
-    else:
+    kind = draw(st.sampled_from((*SHAPES,)))
+    sizes = {name: text(size) for name, size in SHAPES[kind].items()}
+    element = etree.SubElement(parent, kind, sizes)
+    if kind == "mesh":
         element.set("filename", draw(st.sampled_from(("a.stl", "deep/a.STL", "../b c.dae"))))
         if draw(st.booleans()):
             element.set("scale", text((0.001, -1.0, 2.0)))
