@@ -125,21 +125,16 @@ class Config(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """make a family of robots, one for each combination"""
 
 
-class Lines:
+class Lines(msgspec.Struct):
     """Where each value of a config file stands, for error messages."""
 
-    def __init__(
-        self,
-        file: Path | None = None,
-        lines: dict[Key, int] | None = None,
-        folder: Path | None = None,
-    ) -> None:
-        self.file = file
-        self.folder = folder or (file.parent if file else Path())
-        """The paths in the config are relative to this folder."""
-        self.faults: list[ConfigError] = []
-        """What is wrong with the config, as far as it has been read; ``check`` raises it."""
-        self.places = lines or {}
+    file: Path | None = None
+    places: dict[Key, int] = {}
+    """The line of each value."""
+    folder: Path = Path()
+    """The paths in the config are relative to this folder."""
+    faults: list[ConfigError] = []
+    """What is wrong with the config, as far as it has been read; ``check`` raises it."""
 
     def error(self, code: str, message: str, at: Key = (), hint: str | None = None) -> ConfigError:
         line = next(
@@ -194,7 +189,7 @@ def parse(text: str, file: Path | None) -> tuple[Config, Lines]:
     from urdf2mbs.engine import yaml_text  # PyYAML: not for a robot without a config
 
     data, places = yaml_text.tree(text, file)
-    lines = Lines(file, places)
+    lines = Lines(file, places, file.parent if file else Path())
     if not isinstance(data, dict):
         raise lines.error(
             "config-type", "a config is a list of 'key: value' lines, such as 'source: robot.urdf'"
