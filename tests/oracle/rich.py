@@ -5,8 +5,17 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import msgspec
+
+from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.config import config_of
 from urdf2mbs.engine.pipeline import Pipeline
+
+
+class Asked(Conversion):
+    """A conversion, and the options of its passes, which the oracle compares with."""
+
+    asked: dict[str, Any] = {}
 
 
 def link(name: str, mass: float = 0.8, more: str = "") -> str:
@@ -122,6 +131,5 @@ def convert(
         "diagnostics": {"mimic-driven": "ignore", "posture-limit": "ignore"}, **settings,
     }  # fmt: skip
     pipeline = Pipeline(*config_of(values), installed_plugins=False)
-    conversion: Any = pipeline.run(stop_after=stop_after)
-    conversion.asked = {one.pass_.name: one.pass_ for one in pipeline.passes}  # for the oracle
-    return conversion
+    made = msgspec.structs.asdict(pipeline.run(stop_after=stop_after))
+    return Asked(**made, asked={one.pass_.name: one.pass_ for one in pipeline.passes})
