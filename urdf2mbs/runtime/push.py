@@ -6,12 +6,11 @@ import re
 from typing import Any
 
 import msgspec
+import numpy as np
 
-from urdf2mbs.mbs.kinematics import place
-from urdf2mbs.mbs.model import Body, Mbs
 from urdf2mbs.messages.diagnostics import ConfigError, nearest
-from urdf2mbs.runtime.data import MbsData
-from urdf2mbs.spatial import ZERO, Vec, add, cross, dot, rotate
+from urdf2mbs.runtime.data import MbsData, MbsSensor
+from urdf2mbs.spatial import ZERO, Vec
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _FORM = re.compile(
@@ -49,12 +48,14 @@ def add_pushes(data: MbsData) -> None:
         return
     user = data.user_JointForces
     places = [(push, *_place(data, push.link)) for push in data.pushes]
-    ways = [(push, _way(data.mbs, body), at) for push, body, at in places]
 
     def add(tsim: float) -> None:
-        for push, way, at in ways:
+        for push, body, at in places:
             if push.start <= tsim < push.stop:
-                _add_force(data, way, at, push.force)
+                frame = MbsSensor(data)
+                frame.comp_gen_sensor(data.body_id[body])
+                moment = np.cross(frame.R[1:, 1:].T @ at, push.force)
+                data.Qq[1:] += frame.J[1:, 1:].T @ [*push.force, *moment]
 
     def user_joint_forces(mbs_data: MbsData, tsim: float) -> None:
         user(mbs_data, tsim)
@@ -89,23 +90,3 @@ def _place(data: MbsData, link: str) -> tuple[str, Vec]:
         "usage", f"the model has no body and no point '{link}' to push",
         file=str(data.mbs_file), hint=nearest(link, bodies),
     )  # fmt: skip
-
-
-def _way(mbs: Mbs, name: str) -> list[Body]:
-    """The bodies from the base to a body."""
-    kept: list[Body] = []
-    for body in reversed(mbs.bodies):
-        if body.name == (kept[0].parent if kept else name):
-            kept.insert(0, body)
-    return kept
-
-
-def _add_force(data: MbsData, way: list[Body], at: Vec, force: Vec) -> None:
-    """Add the joint forces to Qq that do the work of a force at a point of the last body."""
-    values = {j.name: data.q[data.joint_id[j.name]] for body in way for j in body.joints}
-    placed = place(msgspec.structs.replace(data.mbs, bodies=way), values)
-    pose = placed.bodies[way[-1].name]
-    moment = cross(add(pose.xyz, rotate(pose.rot, at)), force)
-    for joint in placed.joints:
-        turn, shift = joint.twist
-        data.Qq[data.joint_id[joint.joint.name]] += dot(turn, moment) + dot(shift, force)
