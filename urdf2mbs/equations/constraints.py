@@ -27,6 +27,10 @@ ORDER = ("ball", "rod", "solid")
 CLOSED = 1e-6
 
 
+#: The fields of a Constraint behind ``start``.
+Row = tuple[str, Scalar, dict[int, Scalar], Scalar, bool]
+
+
 @dataclass
 class Constraint:
     """One equation: h, its derivatives by the joints, and what is left of h'' at qdd = 0."""
@@ -92,56 +96,51 @@ def every_constraint(tree: Tree) -> Iterator[Constraint]:
         form = Form(*(one | two for one, two in zip(*forms, strict=True)))
         if cut.kind == "rod":
             rods += 1
-            length = tree.parameter(cut.length, f"lrod[{rods}]")
-            yield _rod(cut, tree.frames[start], a, b, length, form)
-            continue
-        yield from _ball(cut, tree.frames[start], a, b, form)
-        if cut.kind == "solid":
-            yield from _parallel(cut, tree.frames[start], a, b, form)
+            rows = [_rod(a, b, tree.parameter(cut.length, f"lrod[{rods}]"), form)]
+        else:
+            rows = _ball(a, b, form) + (_parallel(a, b, form) if cut.kind == "solid" else [])
+        for row in rows:
+            yield Constraint(cut, tree.frames[start], *row)
 
 
 def _difference(a: dict[int, Vector], b: dict[int, Vector]) -> dict[int, Vector]:
     return {k: a.get(k, NONE) - b.get(k, NONE) for k in sorted({*a, *b})}
 
 
-def _rod(
-    cut: Connection, start: Frame, a: Motion, b: Motion, length: Scalar, form: Form
-) -> Constraint:
+def _rod(a: Motion, b: Motion, length: Scalar, form: Form) -> Row:
     """Half the difference of the squares of distance and length."""
     d = b.position - a.position
     v = b.velocity - a.velocity
     value = 0.5 * (d @ d - length * length)
     jacobian = {k: d @ column for k, column in _difference(b.linear, a.linear).items()}
     jdqd = v @ v + d @ (b.acceleration - a.acceleration)
-    movable = bool(form.place & form.linear)
-    return Constraint(cut, start, "along the rod", value, jacobian, jdqd, movable)
+    return "along the rod", value, jacobian, jdqd, bool(form.place & form.linear)
 
 
-def _ball(cut: Connection, start: Frame, a: Motion, b: Motion, form: Form) -> Iterator[Constraint]:
+def _ball(a: Motion, b: Motion, form: Form) -> list[Row]:
     """The first point less the second."""
-    d = a.position - b.position
-    jdqd = a.acceleration - b.acceleration
-    linear = _difference(a.linear, b.linear)
-    for i in range(3):
-        jacobian = {k: column[i] for k, column in linear.items()}
-        along = f"along {'xyz'[i]}"
-        yield Constraint(cut, start, along, d[i], jacobian, jdqd[i], i in form.linear)
+    gaps, jdqd = a.position - b.position, a.acceleration - b.acceleration
+    return _rows("along", gaps, _difference(a.linear, b.linear), jdqd, form.linear)
 
 
-def _parallel(
-    cut: Connection, start: Frame, a: Motion, b: Motion, form: Form
-) -> Iterator[Constraint]:
+def _parallel(a: Motion, b: Motion, form: Form) -> list[Row]:
     """The elements (3,2), (1,3) and (2,1) of R1 R2^T, where the columns of R1 and R2 are the axes
     of the bodies.  As in Robotran's equations, their Jacobian is that of the difference of the
     angular velocities, which is their derivative only where the constraint holds."""
-    jdqd = a.omega_dot - b.omega_dot
-    angular = _difference(a.angular, b.angular)
     first, second = a.axes.T, b.axes.T
-    for i in range(3):
-        j, k = (i + 2) % 3, (i + 1) % 3
-        jacobian = {number: column[i] for number, column in angular.items()}
-        about, value = f"about {'xyz'[i]}", first[j] @ second[k]
-        yield Constraint(cut, start, about, value, jacobian, jdqd[i], i in form.angular)
+    sines = Vector(first[i - 1] @ second[i - 2] for i in range(3))
+    jdqd = a.omega_dot - b.omega_dot
+    return _rows("about", sines, _difference(a.angular, b.angular), jdqd, form.angular)
+
+
+def _rows(
+    way: str, values: Vector, columns: dict[int, Vector], jdqd: Vector, movable: set[int]
+) -> list[Row]:
+    """The equations along or about x, y and z."""
+    return [
+        (f"{way} {axis}", values[i], {k: v[i] for k, v in columns.items()}, jdqd[i], i in movable)
+        for i, axis in enumerate("xyz")
+    ]
 
 
 class Form(NamedTuple):

@@ -122,10 +122,8 @@ class Graph:
 
     def apply(self, op: Op, x: Signed, y: Signed) -> Signed:
         """An operation of one operand (``y`` does not count) or of two."""
-        two = {Op.ADD: self.add, Op.MUL: self.mul, Op.DIV: self.div, Op.PAIR: self.pair}
-        if op in two:
-            return two[op](x, y)
-        return {Op.SIN: self.sin, Op.COS: self.cos, Op.SQRT: self.sqrt}[op](x)
+        function = getattr(self, op.name.lower())
+        return int(function(x, y) if op in BINARY else function(x))
 
     # Two numbers as one, for processors that do the same with both in one step.  What is done
     # with a pair is done with both; a single number may stand in for two equal ones.
