@@ -65,10 +65,36 @@ def make(conversion: Conversion) -> Page:
         )  # fmt: skip
     model = read(conversion.files[output], str(output))
     store = Store()
-    robot = conversion.robot
+    stand_ins: set[str] = set()
+    data = _both_sides(conversion, model, store, stand_ins)
+    name = conversion.robot.name
+    return _fill(
+        model, store, data, f"{settings.source.name} → {settings.output.name}",
+        {
+            "name": escape(name),
+            "title": f"{escape(name)}: URDF and .mbs",
+            "tree": "Links",
+            **_verdict_and_facts(conversion),
+            "notes": _notes(store, stand_ins),
+            "joints": sections.joints(model, conversion),
+            "bodies": sections.bodies(model, conversion),
+            "around": around.tables(conversion.simulation, model),
+            "names": sections.names(conversion),
+            "left_out": sections.lost(conversion),
+            "proof": sections.proof(conversion),
+            "messages": sections.messages(conversion),
+        },
+    )  # fmt: skip
+
+
+def _both_sides(
+    conversion: Conversion, model: Mbs, store: Store, stand_ins: set[str]
+) -> dict[str, Any]:
+    """What the page draws; fills the store, and the urls of .wrl files for which the URDF's own
+    mesh stands."""
+    settings = conversion.settings
     fetch = lookup(conversion.files, settings.project or settings.output.parent)
     filenames = {stem: filename for filename, stem in conversion.meshes.items()}
-    stand_ins: set[str] = set()
 
     def stand_in(url: str) -> Path | None:
         filename = filenames.get(PurePosixPath(url).stem)
@@ -77,9 +103,8 @@ def make(conversion: Conversion) -> Page:
         stand_ins.add(url)
         return conversion.packages.resolve(filename)
 
-    data = _data(model, store, mbs_side(model, store, fetch, stand_in))
-    data |= {
-        "urdf": urdf_side(robot, store, conversion.packages.resolve),
+    data = _data(model, store, mbs_side(model, store, fetch, stand_in)) | {
+        "urdf": urdf_side(conversion.robot, store, conversion.packages.resolve),
         "frames": [
             (link, {"body": at.body, "joint": at.joint, "pose": (*at.pose.rot, *at.pose.xyz)})
             for link, at in conversion.frames.items()
@@ -94,24 +119,7 @@ def make(conversion: Conversion) -> Page:
             del store.missing[url]
     if model.view:
         data |= {"size": 18 * model.view.frame, "frame": model.view.frame}
-    return _fill(
-        store, data, f"{settings.source.name} → {settings.output.name}",
-        {
-            "name": escape(conversion.robot.name),
-            "title": f"{escape(conversion.robot.name)}: URDF and .mbs",
-            "tree": "Links",
-            "diagram": _diagram(model),
-            **_verdict_and_facts(conversion),
-            "notes": _notes(store, stand_ins),
-            "joints": sections.joints(model, conversion),
-            "bodies": sections.bodies(model, conversion),
-            "around": around.tables(conversion.simulation, model),
-            "names": sections.names(conversion),
-            "left_out": sections.lost(conversion),
-            "proof": sections.proof(conversion),
-            "messages": sections.messages(conversion),
-        },
-    )  # fmt: skip
+    return data
 
 
 def make_of_model(model: Mbs, file: Path) -> Page:
@@ -129,12 +137,11 @@ def make_of_model(model: Mbs, file: Path) -> Page:
         "motion": motion(model, project),
     }
     return _fill(
-        store, data, file.name,
+        model, store, data, file.name,
         {
             "name": escape(model.name),
             "title": escape(model.name),
             "tree": "Bodies",
-            "diagram": _diagram(model),
             "facts": _facts_of_model(model),
             "notes": _notes(store, set()),
             "joints": sections.joints(model),
@@ -161,7 +168,9 @@ def _data(model: Mbs, store: Store, mbs: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def _fill(store: Store, data: dict[str, Any], made_from: str, fields: dict[str, str]) -> Page:
+def _fill(
+    model: Mbs, store: Store, data: dict[str, Any], made_from: str, fields: dict[str, str]
+) -> Page:
     """Fill the template; ``{{#name}}...{{/name}}`` is left out where there is no such field."""
     viewer, licenses = _viewer()
     arrays = store.packed()
@@ -170,6 +179,7 @@ def _fill(store: Store, data: dict[str, Any], made_from: str, fields: dict[str, 
         "css": _own("page.css"),
         "js": _joined_modules(),
         "viewer": _script(viewer),
+        "diagram": _diagram(model),
         "data": _island(data),
         "arrays": arrays,
         "footer": _footer(made_from, licenses, len(viewer), meshes),
@@ -200,9 +210,8 @@ def _joined_modules() -> str:
 def _viewer() -> tuple[str, str]:
     """three.js and its licence."""
     package = distribution(THREE[0])
-    return Path(str(package.locate_file(THREE[1]))).read_text("utf-8"), package.read_text(
-        "LICENSE"
-    ) or ""
+    text = Path(str(package.locate_file(THREE[1]))).read_text("utf-8")
+    return text, package.read_text("LICENSE") or ""
 
 
 def _script(text: str) -> str:
