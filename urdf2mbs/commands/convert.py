@@ -8,17 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from urdf2mbs.commands.printing import tell
-from urdf2mbs.commands.run import carry_out_one, convert_one, only_one
-from urdf2mbs.commands.settings import (
-    ALONE,
-    add_fields,
-    add_many,
-    add_merging,
-    add_printing,
-    add_running,
-    add_steps,
-    without_config,
-)
+from urdf2mbs.commands.run import carry_out_one, convert_one
+from urdf2mbs.commands.settings import ALONE, add_converting, add_fields, without_config
 from urdf2mbs.commands.streams import STREAM, is_stream, saving
 from urdf2mbs.disk.files import is_file, is_folder
 from urdf2mbs.messages.diagnostics import ConfigError
@@ -34,15 +25,11 @@ EXAMPLES = (
 
 
 def add_options(command: argparse.ArgumentParser) -> None:
-    add_printing(command)
-    add_merging(command)
-    add_running(command)
-    add_steps(command)
+    add_converting(command)
     command.add_argument(
-        "robot",
-        metavar="ROBOT",
+        "robot", metavar="ROBOT",
         help="a .urdf or .xacro file, a folder, robot_descriptions:NAME, or - for standard input",
-    )
+    )  # fmt: skip
     command.add_argument(
         "-o", "--output", metavar="OUT.mbs",
         help="the file, - for standard output; an existing folder, or DIR/, gets a project "
@@ -52,7 +39,6 @@ def add_options(command: argparse.ArgumentParser) -> None:
         "--language", choices=("python", "c", "both"), help="of a project's code; default: python"
     )
     add_fields(command, *ALONE)
-    add_many(command)
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
@@ -68,7 +54,6 @@ def carry_out(arguments: argparse.Namespace) -> int:
         return _pass_on(arguments)
     if is_folder(Path(arguments.robot)):
         return _convert_folder(Path(arguments.robot), output, arguments)
-    only_one(arguments)
     if folder:
         output = {"project": output, "language": arguments.language or "python"}
     config, lines = without_config(arguments.robot, output, arguments)

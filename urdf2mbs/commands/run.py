@@ -6,16 +6,7 @@ import argparse
 
 from urdf2mbs.commands.printing import near, next_steps, print_json, tell, tell_diagnostics
 from urdf2mbs.commands.progress import Progress
-from urdf2mbs.commands.settings import (
-    add_many,
-    add_merging,
-    add_printing,
-    add_running,
-    add_steps,
-    path,
-    read_config,
-    refuse,
-)
+from urdf2mbs.commands.settings import add_converting, path, read_config, refuse
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.disk.output import plan, write
 from urdf2mbs.engine.config import Config, Lines
@@ -34,11 +25,7 @@ def add_options(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "config", type=path, metavar="CONFIG.yaml", nargs="+", help="'init' writes one"
     )
-    add_printing(command)
-    add_merging(command)
-    add_running(command)
-    add_steps(command)
-    add_many(command)
+    add_converting(command)
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
@@ -47,13 +34,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
         from urdf2mbs.commands.many import carry_out_many
 
         return carry_out_many(configs, arguments)
-    only_one(arguments)
     return carry_out_one(*configs[0], arguments)
-
-
-def only_one(arguments: argparse.Namespace) -> None:
-    """Refuse the options that are for many robots."""
-    refuse(arguments, ("workers", "cluster", "report"), "many robots, and this is one")
 
 
 def convert_one(config: Config, lines: Lines, arguments: argparse.Namespace) -> Conversion:
@@ -78,6 +59,7 @@ def convert_one(config: Config, lines: Lines, arguments: argparse.Namespace) -> 
 
 def carry_out_one(config: Config, lines: Lines, arguments: argparse.Namespace) -> int:
     """Convert one robot, write its files, and say what became of it."""
+    refuse(arguments, ("workers", "cluster", "report"), "many robots, and this is one")
     conversion = convert_one(config, lines, arguments)
     if arguments.plan:
         return _show_plan(conversion, arguments)

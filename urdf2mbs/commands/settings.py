@@ -11,7 +11,6 @@ from typing import Annotated, Any, Literal, NamedTuple, get_args, get_origin, ge
 import msgspec
 
 from urdf2mbs.disk import files
-from urdf2mbs.disk.files import is_folder
 from urdf2mbs.engine.config import Config, Lines, config_of, load
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.urdf import descriptions
@@ -114,7 +113,7 @@ def without_config(robot: str, output: Any, arguments: argparse.Namespace) -> tu
 def robot_or_config(arguments: argparse.Namespace) -> tuple[Config, Lines]:
     """The config of the file that is named: a config or a robot, by the file's ending."""
     file: Path = arguments.config
-    robot = file.suffix.lower() not in (".yaml", ".yml", "") and not is_folder(file)
+    robot = file.suffix.lower() not in (".yaml", ".yml", "") and not files.is_folder(file)
     if robot or str(file) == "-" or str(file).startswith(descriptions.PREFIX):
         return without_config(str(file), None, arguments)
     for field in choose_fields(arguments, ALONE):
@@ -152,17 +151,6 @@ def add_printing(command: argparse.ArgumentParser, *, writes: bool = True) -> No
     either = command.add_mutually_exclusive_group()
     add_json(either)
     either.add_argument("-q", "--quiet", action="store_true", help="print only warnings and errors")
-
-
-def add_merging(command: argparse.ArgumentParser) -> None:
-    """For what converts again where people changed the .mbs."""
-    either = command.add_mutually_exclusive_group()
-    either.add_argument(
-        "--plan", action="store_true", help="say what would be changed and kept; write nothing"
-    )
-    either.add_argument(
-        "--fresh", action="store_true", help="start over: keep no change that you made in the .mbs"
-    )
 
 
 def add_no_plugins(command: argparse.ArgumentParser) -> None:
@@ -221,15 +209,21 @@ def add_running(command: argparse.ArgumentParser) -> None:
     add_fields(command, *RUNNING)
 
 
-def add_steps(command: argparse.ArgumentParser) -> None:
-    """Where to stop, and what to show on the way."""
+def add_converting(command: argparse.ArgumentParser) -> None:
+    """For ``run`` and ``convert``: where to stop, what to keep, many robots."""
+    add_printing(command)
+    either = command.add_mutually_exclusive_group()
+    either.add_argument(
+        "--plan", action="store_true", help="say what would be changed and kept; write nothing"
+    )
+    either.add_argument(
+        "--fresh", action="store_true", help="start over: keep no change that you made in the .mbs"
+    )
+    add_running(command)
     command.add_argument("--stop-after", metavar="PASS", help="run the passes up to this one")
     command.add_argument(
         "--dump", type=path, metavar="DIR", help="write the state after every pass, as YAML"
     )
-
-
-def add_many(command: argparse.ArgumentParser) -> None:
     many = command.add_argument_group("many robots")
     many.add_argument("--workers", type=int, metavar="N", help="processes (default: every core)")
     many.add_argument("--cluster", metavar="ADDRESS", help="of a Dask scheduler to use instead")
