@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from functools import lru_cache, partial
+from collections.abc import Mapping
+from functools import partial
 from math import cos, hypot, sin
 
 from urdf2mbs.proof.groups import Group, Side, only_ground
@@ -38,9 +38,9 @@ def urdf_side(
             order = orders.get(joint.name, SIX)
             for own, kind, along in own_coordinates(joint, order):
                 turns = kind[0] == "R"
-                axis, move = _move(turns, along)
+                move = partial(spin if turns else shift, along)
                 if own in moving:
-                    one = Group(group, at, turns, axis, move, own, joint.name, joint.child)
+                    one = Group(group, at, turns, along, move, own, joint.name, joint.child)
                     group, at = side.add(one), HERE
                 elif held.get(own):
                     at = compose(at, move(held[own]))
@@ -60,7 +60,7 @@ def urdf_side(
 
 def _at_origin(at: Frame, origin: Origin) -> Frame:
     if origin.rpy != ORIGIN:
-        return compose(at, (*_from_quaternion(origin.rpy), *origin.xyz))
+        return compose(at, _turned(origin.rpy, origin.xyz))
     if origin.xyz != ORIGIN:
         return (*at[:9], *moved(at, origin.xyz))
     return at
@@ -77,16 +77,9 @@ def own_coordinates(joint: Joint, order: tuple[str, ...]) -> list[tuple[str, str
     return [(joint.name, "T" if joint.type == "prismatic" else "R", axis)]
 
 
-@lru_cache(maxsize=256)
-def _move(turns: bool, axis: Vec) -> tuple[Vec, Callable[[float], Frame]]:
-    """An axis and the motion about or along it: the same objects for all who have this axis."""
-    axis = (axis[0] + 0.0, axis[1] + 0.0, axis[2] + 0.0)  # of 0 and -0, one key of the cache
-    return axis, partial(spin if turns else shift, axis)
-
-
 def _direction(axis: Vec) -> Vec:
     if axis in AXES:
-        return axis
+        return AXES[AXES.index(axis)]  # without a zero that is -0
     length = hypot(*axis)
     x, y, z = (0.0 if abs(c / length) <= ALIGNED else c for c in axis)
     length = hypot(x, y, z)
@@ -105,13 +98,10 @@ def in_plane(axis: Vec) -> tuple[Vec, Vec]:
     return u, cross(axis, u)
 
 
-@lru_cache(maxsize=256)
-def _from_quaternion(
-    rpy: Vec,
-) -> tuple[float, float, float, float, float, float, float, float, float]:
-    """Roll, pitch, yaw to a rotation by way of the quaternion, as urdfdom does it."""
+def _turned(rpy: Vec, xyz: Vec) -> Frame:
+    """The frame of roll, pitch and yaw, by way of the quaternion, as urdfdom does it."""
     cr, cp, cy = (cos(angle / 2) for angle in rpy)
-    sr, sp, sy = (sin(angle / 2) + 0.0 for angle in rpy)  # of 0 and -0, one key of the cache
+    sr, sp, sy = (sin(angle / 2) for angle in rpy)
     x = sr * cp * cy - cr * sp * sy
     y = cr * sp * cy + sr * cp * sy
     z = cr * cp * sy - sr * sp * cy
@@ -120,6 +110,7 @@ def _from_quaternion(
         1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y),
         2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x),
         2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y),
+        *xyz,
     )  # fmt: skip
 
 
