@@ -39,25 +39,20 @@ def files(tmp_path: Path) -> tuple[Path, Path]:
     return source, model
 
 
-@pytest.mark.parametrize("kinds", ["R3 R2 R1", "R2 R3 R1"])
-def test_a_floating_base_may_turn_in_another_order(kinds: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("kinds", "wrong"),
+    [("R3 R2 R1", set()), ("R2 R3 R1", set()), ("R3 R1 R3", {"floating_base"})],
+)
+def test_a_floating_base_may_turn_in_another_order(
+    kinds: str, wrong: set[str], tmp_path: Path
+) -> None:
     source, model = files(tmp_path)
     mbs = read(model.read_bytes(), "")
-    first = mbs.bodies[0].joints
-    for one, kind in zip(first[3:6], kinds.split(), strict=True):
+    for one, kind in zip(mbs.bodies[0].joints[3:6], kinds.split(), strict=True):
         one.type = kind
     model.write_bytes(write(mbs))
-    assert verify(str(source), model).same
-
-
-def test_a_base_that_turns_twice_about_one_axis_is_not_the_same(tmp_path: Path) -> None:
-    source, model = files(tmp_path)
-    mbs = read(model.read_bytes(), "")
-    for one, kind in zip(mbs.bodies[0].joints[3:6], ("R3", "R1", "R3"), strict=True):
-        one.type = kind
-    model.write_bytes(write(mbs))
-    found = verify(str(source), model).differences
-    assert {one.joint for one in found} == {"floating_base"}
+    found = verify(source, model).differences
+    assert {one.joint for one in found} == wrong
     assert all(one.kind in ("axis", "type") for one in found)
 
 

@@ -198,18 +198,15 @@ def test_two_models_are_for_diff(pair: Path, capsys: Any) -> None:
 
 
 @pytest.mark.parametrize("base", ["fixed", "floating"])
-def test_verify_reads_off_the_model_whether_it_floats(tmp_path: Path, base: str) -> None:
-    (tmp_path / "tiny.urdf").write_text(TINY)
-    (tmp_path / "tiny.mbs").write_bytes(convert_text(base=base).data)
-    found = verify(str(tmp_path / "tiny.urdf"), tmp_path / "tiny.mbs")
+def test_verify_reads_off_the_model_whether_it_floats(pair: Path, base: str) -> None:
+    (pair / "tiny.mbs").write_bytes(convert_text(base=base).data)
+    found = verify("tiny.urdf", "tiny.mbs")
     assert found.differences == []
     assert found.base == base
 
 
 @pytest.mark.parametrize(("tolerance", "same"), [(1e-3, True), (1e-9, False)])
-def test_verify_takes_its_tolerance(tmp_path: Path, tolerance: float, same: bool) -> None:
-    (tmp_path / "tiny.urdf").write_text(TINY)
-    heavier = convert_text().data.replace(b"<mass>0.5</mass>", b"<mass>0.50001</mass>")
-    (tmp_path / "tiny.mbs").write_bytes(heavier)
-    found = verify(str(tmp_path / "tiny.urdf"), tmp_path / "tiny.mbs", tolerance=tolerance)
-    assert (found.differences == []) is same
+def test_verify_takes_its_tolerance(pair: Path, tolerance: float, same: bool) -> None:
+    text = (pair / "tiny.mbs").read_text()
+    (pair / "tiny.mbs").write_text(text.replace("<mass>0.5<", "<mass>0.50001<"))
+    assert (verify("tiny.urdf", "tiny.mbs", tolerance=tolerance).differences == []) is same
