@@ -34,6 +34,15 @@ def model(path: Path) -> tuple[Mbs, bytes]:
     return read(data, path.name, mechanics_only=True), data
 
 
+def real(name: str) -> tuple[Mbs, bytes]:
+    """A robot beside the project, as compact makes it."""
+    for param in CONVERTIBLE:
+        if param.values[0].name == name:
+            data = param.values[0].convert(pipeline="compact").data
+            return read(data, "robot.mbs", mechanics_only=True), data
+    pytest.skip("the real robots are not here")
+
+
 def compare(eq: PythonEquations, mbs: Mbs, *, sensors: bool = True) -> None:
     truth, rng = Truth(mbs), np.random.default_rng(7)
     for _ in range(2):
@@ -140,11 +149,7 @@ def test_real_robots(robot: tuple[RealRobot, str], tmp_path: Path) -> None:
 
 def test_c_in_pieces(tmp_path: Path) -> None:
     """Cassie's equations take several pieces, which share variables."""
-    found = [p.values[0] for p in CONVERTIBLE if p.values[0].name == "cassie-cassie_v4"]
-    if not found:
-        pytest.skip("the real robots are not here")
-    data = found[0].convert(pipeline="compact").data
-    mbs = read(data, "robot.mbs", mechanics_only=True)
+    mbs, data = real("cassie-cassie_v4")
     made = generate(mbs, data, "robot.mbs", language="c")
     text = made.files[f"mbs_dirdyna_{mbs.name}.c"]
     assert b"mbs_dirdyna_5(M, c, s, w, v);" in text

@@ -10,16 +10,8 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
-from oracle.generated import (
-    CEquations,
-    Data,
-    PythonEquations,
-    error,
-    random_state,
-)
-from oracle.generated import (
-    Sensor as Measured,
-)
+from oracle.generated import CEquations, Data, PythonEquations, error, random_state
+from oracle.generated import Sensor as Measured
 from oracle.pin import TOLERANCE, Truth, pin
 
 from urdf2mbs.equations import generate

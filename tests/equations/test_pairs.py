@@ -7,11 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, Phase, given, settings
+from equations.test_dynamics import real
+from equations.test_loops import slow
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from oracle.generated import CEquations, random_state
 from oracle.pin import Truth
-from robots import CONVERTIBLE
 
 from urdf2mbs.equations import generate
 from urdf2mbs.equations.graph import Expr, Graph, Op
@@ -20,7 +21,6 @@ from urdf2mbs.equations.pairs import in_pairs
 from urdf2mbs.equations.routine import Routine, statements
 from urdf2mbs.equations.tree import Tree
 from urdf2mbs.mbs.model import Base, Body, Joint, Mbs, Point
-from urdf2mbs.mbs.reader import read
 
 numbers = st.sampled_from([0.0, 0.1, -0.2, 0.35])
 vectors = st.tuples(numbers, numbers, numbers)
@@ -62,13 +62,7 @@ def limbs(draw: st.DrawFn) -> Mbs:
     return mbs
 
 
-@settings(
-    max_examples=8,
-    deadline=None,
-    suppress_health_check=[HealthCheck.too_slow],
-    derandomize=True,
-    phases=[Phase.generate],
-)
+@settings(slow, max_examples=8)
 @given(limbs(), st.booleans(), st.integers(0, 9))
 def test_random_limbs(mbs: Mbs, fold: bool, seed: int) -> None:
     made = generate(mbs, b"<mbsDescR7/>", "limbs.mbs", language="c", fold=fold)
@@ -78,14 +72,6 @@ def test_random_limbs(mbs: Mbs, fold: bool, seed: int) -> None:
         eq, truth = CEquations(made, mbs, Path(folder)), Truth(mbs)
     s = random_state(mbs, np.random.default_rng(seed))
     truth.check_forces(eq, s)
-
-
-def real(name: str) -> tuple[Mbs, bytes]:
-    for param in CONVERTIBLE:
-        if param.values[0].name == name:
-            data = param.values[0].convert(pipeline="compact").data
-            return read(data, "robot.mbs", mechanics_only=True), data
-    pytest.skip("the real robots are not here")
 
 
 @pytest.mark.parametrize(

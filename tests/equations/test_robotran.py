@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from oracle.generated import HEADER, CEquations, Data, PythonEquations
+from equations.test_loops import written
+from oracle.generated import HEADER, Data, PythonEquations
 from passes.test_loops import BALL, FOUR_BAR, at, link
 
 from urdf2mbs.cli import main
@@ -52,11 +53,6 @@ def test_the_numbers_of_robotrans_own_equations(reference: Path, tmp_path: Path)
     assert not different
 
 
-def run(mbs: Mbs, folder: Path, *, c: bool) -> PythonEquations:
-    made = generate(mbs, b"<mbsDescR7/>", "m.mbs", language="c" if c else "python")
-    return (CEquations if c else PythonEquations)(made, mbs, folder)
-
-
 def closed(text: str, cuts: dict[str, Any]) -> Mbs:
     result = convert_text(text, base="fixed", passes={"loops": {"cuts": cuts}})
     return read(result.data, "four_bar", mechanics_only=True)
@@ -69,7 +65,7 @@ def residual(eq: PythonEquations, s: Data, count: int) -> float:
 
 
 @pytest.mark.parametrize("c", [False, True], ids=["python", "c"])
-def test_two_planar_four_bars(c: bool, tmp_path: Path) -> None:
+def test_two_planar_four_bars(c: bool) -> None:
     """Their rows follow one another, without rows of zeros between: the partition counts such."""
     second = FOUR_BAR.partition(">")[2].removesuffix("</robot>").replace(link("base"), "")
     for name in ("left", "coupler", "right", "crank", "elbow", "rocker"):
@@ -80,7 +76,7 @@ def test_two_planar_four_bars(c: bool, tmp_path: Path) -> None:
     }
     mbs = closed(FOUR_BAR.replace("</robot>", f"{second}</robot>"), cuts)
     assert sum(j.nature == "dependent" for body in mbs.bodies for j in body.joints) == 4
-    eq, s = run(mbs, tmp_path, c=c), Data(mbs)
+    eq, s = written(mbs, c=c), Data(mbs)
     names = mbs.numbers()
     s.q[names["crank"]], s.qd[names["crank"]], s.qd[names["crank2"]] = 0.3, 1.0, -2.0
     s.q[names["elbow"]], s.q[names["rocker"]] = -0.3, 0.3
@@ -92,7 +88,7 @@ def test_two_planar_four_bars(c: bool, tmp_path: Path) -> None:
     assert residual(eq, s, 4) <= 1e-9
 
 
-def test_a_turn_that_never_moves_brings_no_row_back(tmp_path: Path) -> None:
+def test_a_turn_that_never_moves_brings_no_row_back() -> None:
     """A plane that stands upright by a driven quarter turn: Robotran's form is that of its
     number."""
     mbs = closed(FOUR_BAR, BALL)
@@ -100,7 +96,7 @@ def test_a_turn_that_never_moves_brings_no_row_back(tmp_path: Path) -> None:
         if body.parent is None:
             turn = Joint(f"turn_{body.name}", "R1", "driven", q=np.pi / 2, symbols=("q",))
             body.joints.insert(0, turn)
-    eq, s = run(mbs, tmp_path, c=False), Data(mbs)
+    eq, s = written(mbs), Data(mbs)
     assert eq.accelred(s) == 0
     _, jacobian, _ = eq.constraints(s, 3)
     assert np.abs(jacobian).max(axis=1).astype(bool).tolist() == [True, True, False]
@@ -167,14 +163,12 @@ def arm(*, links: int = 0) -> Mbs:
 
 
 @pytest.mark.parametrize("c", [False, True], ids=["python", "c"])
-def test_links_along_one_shift_and_in_one_place(c: bool, tmp_path: Path) -> None:
+def test_links_along_one_shift_and_in_one_place(c: bool) -> None:
     """MBSysPad of 2014 has the generator of 2008, whose Z has a sign there."""
     for version, z, zd in (("0.0.beta", -0.5, 2.0), ("1.30.0", 0.5, -2.0)):
         mbs = arm(links=3)
         mbs.version = version
-        folder = tmp_path / version
-        folder.mkdir()
-        eq, s = run(mbs, folder, c=c), Data(mbs)
+        eq, s = written(mbs, c=c), Data(mbs)
         s.q[1], s.qd[1], s.user_LinkForces = -0.5, 2.0, lambda *arguments: 10.0 * arguments[-1]
         eq.loads(s, "link")
         assert s.Z[1:].tolist() == [z, z, 0.0]
@@ -187,11 +181,11 @@ def test_links_along_one_shift_and_in_one_place(c: bool, tmp_path: Path) -> None
 
 @pytest.mark.parametrize("c", [False, True], ids=["python", "c"])
 def test_a_function_that_the_model_does_not_need(
-    c: bool, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+    c: bool, capfd: pytest.CaptureFixture[str]
 ) -> None:
     """To call it is a mistake: the simulation stops, and a message says why."""
     mbs = arm()
-    eq, s = run(mbs, tmp_path, c=c), Data(mbs)
+    eq, s = written(mbs, c=c), Data(mbs)
     s.flag_stop = 0
     for call in (
         lambda: eq.loads(s, "link"), lambda: eq.loads(s, "link3D"),
@@ -208,12 +202,10 @@ libc = ctypes.CDLL(None)
 
 
 @pytest.mark.parametrize("c", [False, True], ids=["python", "c"])
-def test_a_sensor_that_the_model_does_not_have(
-    c: bool, tmp_path: Path, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_a_sensor_that_the_model_does_not_have(c: bool, capfd: pytest.CaptureFixture[str]) -> None:
     mbs = arm()
     mbs.bodies[0].points[0].sensor = Measures("eye", ("Pos",))
-    eq, s = run(mbs, tmp_path, c=c), Data(mbs)
+    eq, s = written(mbs, c=c), Data(mbs)
     assert eq.sensor(s, 1).P[1] == pytest.approx(0.1)
     eq.loads(s, "extforces")  # an empty function, as Robotran's
     for kind, what in (("sensor", "sensor"), ("gensensor", "joint")):
@@ -228,13 +220,13 @@ def test_a_sensor_that_the_model_does_not_have(
             assert message in capfd.readouterr().err
 
 
-def test_inverse_dynamics_of_a_loop(tmp_path: Path) -> None:
+def test_inverse_dynamics_of_a_loop() -> None:
     """The forces that invdynared finds make the accelerations that it was given, and the
     dependent joints have none; a driven joint's force is felt by nobody else."""
     mbs = closed(FOUR_BAR, BALL)
     bodies = {body.joints[0].name: body for body in mbs.bodies}
     bodies["crank"].joints.append(Joint("drive", "R2", "driven", q=0.0))
-    eq, s = run(mbs, tmp_path, c=True), Data(mbs)
+    eq, s = written(mbs, c=True), Data(mbs)
     names = mbs.numbers()
     s.q[names["drive"]], s.qd[names["drive"]], s.qdd[names["drive"]] = 0.1, 0.4, -3.0
     s.qd[names["crank"]], s.qdd[names["crank"]] = 1.5, 2.5
@@ -250,9 +242,9 @@ def test_inverse_dynamics_of_a_loop(tmp_path: Path) -> None:
     assert np.abs(s.qdd - before).max() <= 1e-9
 
 
-def test_inverse_dynamics_of_a_tree(tmp_path: Path) -> None:
+def test_inverse_dynamics_of_a_tree() -> None:
     mbs = arm()
-    eq, s = run(mbs, tmp_path, c=True), Data(mbs)
+    eq, s = written(mbs, c=True), Data(mbs)
     s.qdd[1] = 2.0
     assert eq.fill("invdynared", s) == 0
     assert s.Qq[1] == pytest.approx(2.0 + 9.81)
