@@ -147,8 +147,9 @@ def test_real_robots(robot: tuple[RealRobot, str], tmp_path: Path) -> None:
         compare_accelerations(eq, mbs)
 
 
-def test_c_in_pieces(tmp_path: Path) -> None:
-    """Cassie's equations take several pieces, which share variables."""
+def test_c_in_pieces() -> None:
+    """Cassie's equations take several pieces, which share variables.  What they compute is held
+    against Pinocchio by ``test_callable``."""
     mbs, data = real("cassie-cassie_v4")
     made = generate(mbs, data, "robot.mbs", language="c")
     text = made.files[f"mbs_dirdyna_{mbs.name}.c"]
@@ -156,11 +157,6 @@ def test_c_in_pieces(tmp_path: Path) -> None:
     for array in (b"w", b"v"):  # no place is left out, and the size is the last number
         places = {int(number) for number in re.findall(rb"\b%s\[(\d+)\]" % array, text)}
         assert places == set(range(len(places)))
-    only = {f"mbs_{name}_{mbs.name}.c" for name in ("dirdyna", "invdyna", "accelred")}
-    made.files = {name: text for name, text in made.files.items() if name in only}
-    eq = CEquations(made, mbs, tmp_path)
-    compare(eq, mbs, sensors=False)
-    compare_accelerations(eq, mbs)
 
 
 def test_same_input_same_bytes() -> None:

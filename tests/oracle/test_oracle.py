@@ -9,8 +9,8 @@ import pytest
 
 from oracle.generated import random_state
 from oracle.mbs import Evaluator
-from oracle.multibody import Inertia, State, lump, opening, rotation, translation
-from oracle.pin import Truth, pin
+from oracle.multibody import State, opening, translation
+from oracle.pin import Truth
 from urdf2mbs.mbs.reader import read
 
 VECTOR = "<coordinates><x>{}</x><y>{}</y><z>{}</z></coordinates>"
@@ -112,19 +112,3 @@ def test_what_robotran_would_drop_in_silence_is_an_error(wrong: str, right: str)
     assert wrong in CHAIN
     with pytest.raises(ValueError, match=r"."):
         Evaluator(CHAIN.replace(wrong, right).encode())
-
-
-def test_lumps_are_pinocchio_s() -> None:
-    rng = np.random.default_rng(0)
-    parts, total = [], pin.Inertia.Zero()
-    for _ in range(4):
-        pose = translation(rng.uniform(-1, 1, 3))
-        pose[:3, :3] = rotation((0.6, 0.0, 0.8), rng.uniform(-3, 3))
-        tensor, mass = np.diag(rng.uniform(1, 1.5, 3)), rng.uniform(1, 2)
-        com = rng.uniform(-1, 1, 3)
-        parts.append(Inertia(mass, com, tensor).seen_from(pose))
-        total += pin.SE3(pose).act(pin.Inertia(mass, com, tensor))
-    found = lump(parts)
-    assert found.mass == pytest.approx(total.mass, rel=1e-14)
-    np.testing.assert_allclose(found.com, total.lever, atol=1e-14)
-    np.testing.assert_allclose(found.tensor, total.inertia, atol=1e-13)

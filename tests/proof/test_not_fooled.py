@@ -26,19 +26,6 @@ from urdf2mbs.testing import TINY, assert_same_robot, convert_text, run_pass
 # --- not a number -------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("was", "now"),
-    [("<mass>2.0</mass>", "<mass>1e999</mass>"), ("<z>0.15</z>", "<z>-1e999</z>")],
-)
-def test_an_infinite_number_is_refused_where_it_stands(was: str, now: str) -> None:
-    text = convert_text().data.decode()
-    assert was in text
-    line = text[: text.index(was)].count("\n") + 1
-    with pytest.raises(ConversionError, match="number-invalid") as refused:
-        read(text.replace(was, now, 1).encode(), "tiny.mbs")
-    assert refused.value.line == line
-
-
 PLANTS: dict[str, Callable[[Mbs, float], None]] = {
     "gravity": lambda mbs, v: setattr(mbs.base, "gravity", (0.0, v, -9.81)),
     "mass": lambda mbs, v: setattr(mbs.bodies[1], "mass", v),
@@ -89,19 +76,6 @@ def test_a_tolerance_is_above_zero_and_at_most_1e_3(tolerance: float, tmp_path: 
     model.write_bytes(convert_text().data)
     with pytest.raises(ConfigError, match="tolerance-invalid"):
         verify("tiny.urdf", model, tolerance=tolerance)
-
-
-@pytest.mark.parametrize("part", [".inf", "-.inf", ".nan"])
-def test_gravity_is_finite(part: str, tmp_path: Path, capsys: Any) -> None:
-    (tmp_path / "tiny.urdf").write_text(TINY)
-    config = tmp_path / "tiny.yaml"
-    config.write_text(f"source: tiny.urdf\ngravity: [0, 0, {part}]\n")
-    assert main(["run", str(config)]) == 2
-    assert "tiny.yaml:2: error[" in capsys.readouterr().err
-    model = tmp_path / "tiny.mbs"
-    model.write_bytes(convert_text().data)
-    with pytest.raises(ConfigError, match=r"value-range|config-type"):
-        verify("tiny.urdf", model, gravity=(0.0, 0.0, float(part.replace(".", ""))))
 
 
 def test_numbers_that_overflow_are_no_traceback() -> None:
