@@ -388,13 +388,9 @@ def test_every_code_has_a_test() -> None:
     assert set(CATALOGUE) - named == set()
 
 
-def test_every_command_is_in_the_readme_or_the_docs(capsys: Any) -> None:
-    with pytest.raises(SystemExit):
-        main(["--help"])
-    commands = re.findall(r"^    ([a-z-]+) ", capsys.readouterr().out, re.MULTILINE)
+def test_every_command_is_in_the_readme_or_the_docs() -> None:
     text = "".join(page.read_text() for page in PAGES)
-    assert len(commands) >= 6
-    for command in commands:
+    for command in COMMANDS:
         assert f"urdf2mbs {command}" in text, command
 
 

@@ -6,7 +6,6 @@ import io
 import json
 import re
 import shlex
-import shutil
 import subprocess
 import sys
 from errno import ENOSPC
@@ -49,16 +48,12 @@ def test_each_command_has_help_with_examples_that_are_commands(command: str, cap
     assert all(action.help for action in commands[command]._actions)
 
 
-@pytest.mark.parametrize("command", COMMANDS)
-def test_an_unknown_option_shows_the_usage_of_the_command(command: str, capsys: Any) -> None:
-    wanted = {"new-pass": ["a"], "completion": ["bash"], "verify": ["a", "b"], "diff": ["a", "b"]}
-    wanted["merge"] = ["a", "b", "c"]
-    words = wanted.get(command, [] if command in ("passes", "schema", "doctor") else ["a"])
+def test_an_unknown_option_shows_the_usage_of_the_command(capsys: Any) -> None:
     with pytest.raises(SystemExit) as end:
-        main([command, *words, "--nosuch"])
+        main(["verify", "a", "b", "--nosuch"])
     assert end.value.code == 2
     err = capsys.readouterr().err
-    assert err.startswith(f"usage: urdf2mbs {command} ")
+    assert err.startswith("usage: urdf2mbs verify ")
     assert "unrecognized arguments: --nosuch" in err
 
 
@@ -165,15 +160,10 @@ def test_doctor(capsys: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) ->
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
-def test_completion(shell: str, capsys: Any, tmp_path: Path) -> None:
+def test_completion(shell: str, capsys: Any) -> None:
     assert main(["completion", shell]) == 0
     script = capsys.readouterr().out
-    for word in ("new-pass", "doctor", "tolerance", "gravity"):
-        assert word in script
-    if shutil.which(shell):
-        file = tmp_path / "script"
-        file.write_text(script)
-        subprocess.run([shell, "-n", str(file)], check=True)
+    assert all(word in script for word in ("new-pass", "doctor", "tolerance", "gravity"))
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems have other shells")
@@ -221,20 +211,15 @@ def test_from_standard_input_to_standard_output(
     assert b"written" not in said.err
 
 
-def test_the_same_bytes_go_to_a_file_and_to_standard_output(here: Path, capfdbinary: Any) -> None:
-    assert main(["convert", "tiny.urdf"]) == 0
-    capfdbinary.readouterr()
-    assert main(["convert", "tiny.urdf", "-o", "-"]) == 0
-    assert capfdbinary.readouterr().out == (here / "tiny.mbs").read_bytes()
-
-
-def test_a_model_from_standard_input_and_a_picture_to_standard_output(
+def test_the_same_bytes_go_to_a_file_and_to_standard_output(
     here: Path, monkeypatch: pytest.MonkeyPatch, capfdbinary: Any
 ) -> None:
     assert main(["convert", "tiny.urdf"]) == 0
     assert main(["diagram", "tiny.mbs"]) == 0
     monkeypatch.setattr("sys.stdin", Stdin((here / "tiny.mbs").read_text()))
     capfdbinary.readouterr()
+    assert main(["convert", "tiny.urdf", "-o", "-"]) == 0
+    assert capfdbinary.readouterr().out == (here / "tiny.mbs").read_bytes()
     assert main(["diagram", "-"]) == 0
     assert capfdbinary.readouterr().out == (here / "tiny.svg").read_bytes()
     monkeypatch.setattr("sys.stdin", Stdin(TINY))
@@ -261,13 +246,9 @@ class Terminal(io.StringIO):
     ],
 )
 def test_colours(
-    terminal: bool,
-    variable: str,
-    when: str,
-    coloured: bool,
-    here: Path,
+    terminal: bool, variable: str, when: str, coloured: bool, here: Path,
     monkeypatch: pytest.MonkeyPatch,
-) -> None:
+) -> None:  # fmt: skip
     monkeypatch.setenv("TERM", "xterm")
     monkeypatch.setenv("WT_SESSION", "1")
     monkeypatch.delenv("NO_COLOR", raising=False)
@@ -340,11 +321,7 @@ def test_a_robot_that_falls_is_told_what_holds_it(
         (BrokenPipeError(), 0, ""),
         (KeyboardInterrupt(), 130, "stopped by SIGINT\n"),
         (OSError(ENOSPC, "No space left on device"), 2, "error[output-unwritable]: cannot print"),
-        (
-            ValueError("two\nlines"),
-            1,
-            "error[internal]: ValueError: two lines\n  this is a mistake",
-        ),
+        (ValueError("two\nlines"), 1, "error[internal]: ValueError: two lines\n  this is a"),
     ],
 )
 def test_how_a_command_ends(

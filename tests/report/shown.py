@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -16,63 +17,53 @@ from urdf2mbs.engine.pipeline import Pipeline
 ROBOTS = SHARED / "robots"
 CONFIGS = Path(__file__).resolve().parents[2] / "configs"
 
-#: Name: source, base, packages.
-SHOWN: dict[str, tuple[Path, str, dict[str, Path]]] = {
-    "biped": (CONFIGS / "biped.urdf.xacro", "floating", {}),
+#: Name: source, base, folders of packages.
+SHOWN: dict[str, tuple[Path, str, tuple[str, ...]]] = {
+    "biped": (CONFIGS / "biped.urdf.xacro", "floating", ()),
     "atlas": (
-        ROBOTS / "atlas/atlas_description/robots/atlas_v5.urdf.xacro",
-        "floating",
-        {
-            name: ROBOTS / "atlas" / name
-            for name in ("atlas_description", "multisense_sl_description")
-        },
+        ROBOTS / "atlas/atlas_description/robots/atlas_v5.urdf.xacro", "floating",
+        ("atlas/atlas_description", "atlas/multisense_sl_description"),
     ),
     "nao": (
-        ROBOTS / "nao/nao_description/urdf/naoV50_generated_urdf/nao.urdf",
-        "floating",
-        {"nao_description": ROBOTS / "nao/nao_description"},
+        ROBOTS / "nao/nao_description/urdf/naoV50_generated_urdf/nao.urdf", "floating",
+        ("nao/nao_description",),
     ),
     "leo": (
-        ROBOTS / "leo_rover/leo_description/urdf/leo.urdf.xacro",
-        "auto",
-        {"leo_description": ROBOTS / "leo_rover/leo_description"},
+        ROBOTS / "leo_rover/leo_description/urdf/leo.urdf.xacro", "auto",
+        ("leo_rover/leo_description",),
     ),
     "r2d2": (
-        ROBOTS / "urdf_tutorial_r2d2/urdf_tutorial/urdf/07-physics.urdf",
-        "fixed",
-        {"urdf_tutorial": ROBOTS / "urdf_tutorial_r2d2/urdf_tutorial"},
+        ROBOTS / "urdf_tutorial_r2d2/urdf_tutorial/urdf/07-physics.urdf", "fixed",
+        ("urdf_tutorial_r2d2/urdf_tutorial",),
     ),
-}
+}  # fmt: skip
 
 
-def run(
-    source: Path,
-    project: Path,
-    *,
-    base: str = "auto",
-    packages: Mapping[str, Path] | None = None,
-    **more: Any,
-) -> Conversion:
+def run(source: Path, project: Path, packages: Iterable[str] = (), **more: Any) -> Conversion:
     """Convert into a project folder, writing nothing."""
     given = {
-        "source": str(source),
-        "output": {"project": str(project)},
-        "base": base,
-        "packages": {name: str(path) for name, path in (packages or {}).items()},
-        **more,
-    }
+        "source": str(source), "output": {"project": str(project)},
+        "packages": {Path(name).name: str(ROBOTS / name) for name in packages}, **more,
+    }  # fmt: skip
     lines = Lines()
     return Pipeline(typed(Config, given, lines), lines, installed_plugins=False).run()
 
 
 def shown(name: str, project: Path) -> Conversion:
     source, base, packages = SHOWN[name]
-    return run(source, project, base=base, packages=packages)
+    return run(source, project, packages, base=base)
 
 
 def data(conversion: Conversion) -> bytes:
     """The .mbs file."""
     return conversion.files[conversion.rejected or conversion.settings.output]
+
+
+def edit(conversion: Conversion, was: str, now: str) -> None:
+    """Change the .mbs file where it first matches ``was``."""
+    text, count = re.subn(was, now, data(conversion).decode(), count=1, flags=re.DOTALL)
+    assert count
+    conversion.files[conversion.settings.output] = text.encode()
 
 
 EVIL = "</script><img src=x onerror='window.hacked=1'>&amp;\"<!--"

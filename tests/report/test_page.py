@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 from oracle.mbs import Evaluator
-from report.shown import EVIL, HOSTILE, SHOWN, data, run, shown
+from report.shown import EVIL, HOSTILE, SHOWN, data, edit, run, shown
 
 from urdf2mbs.cli import main
 from urdf2mbs.proof.verdict import Difference
@@ -78,10 +78,7 @@ def test_nothing_is_loaded_from_anywhere(shared: Path, tmp_path: Path, name: str
 
 def test_the_page_shows_the_file_and_not_our_intention(tiny: Path, tmp_path: Path) -> None:
     conversion = run(tiny, tmp_path / "p")
-    output = conversion.settings.output
-    text = conversion.files[output].decode()
-    conversion.files[output] = text.replace("<mass>0.5</mass>", "<mass>0.625</mass>").encode()
-    assert conversion.files[output] != text.encode()
+    edit(conversion, "<mass>0.5</mass>", "<mass>0.625</mass>")
     html = Html(make(conversion).data)
     masses = {body["name"]: body["mass"] for body in html.island["mbs"]["bodies"]}
     assert masses["arm"] == 0.625
@@ -186,11 +183,7 @@ def test_missing_meshes_are_named(shared: Path, tmp_path: Path) -> None:
 
 def test_without_a_drawing_all_else_is_there(tiny: Path, tmp_path: Path) -> None:
     conversion = run(tiny, tmp_path / "p")
-    output = conversion.settings.output
-    text = conversion.files[output].decode()
-    conversion.files[output] = re.sub(
-        r"(</initialvalue>|</nature>)(.{0,400}?)<x2D>.*?</x2D>", r"\1\2", text, flags=re.S
-    ).encode()
+    edit(conversion, r"(</initialvalue>|</nature>)(.{0,400}?)<x2D>.*?</x2D>", r"\1\2")
     html = Html(make(conversion).data)
     assert "does not say where in the diagram" in html.visible
     assert html.island["mbs"]["bodies"]
@@ -224,8 +217,7 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     assert (tmp_path / "my.html").read_bytes() == (out / "robot.html").read_bytes()
     (tmp_path / "heavier.py").write_text(HEAVIER)
     plugin = ["--plugin", str(tmp_path / "heavier.py"), "--after", "reframe-inertia=heavier"]
-    assert (
-        main(["report", str(tmp_path / "tiny.urdf"), "-o", str(tmp_path / "x.html"), *plugin]) == 3
-    )
+    words = ["report", str(tmp_path / "tiny.urdf"), "-o", str(tmp_path / "x.html"), *plugin]
+    assert main(words) == 3
     assert "NOT the same robot" in capsys.readouterr().out
     assert b"NOT the same robot" in (tmp_path / "x.html").read_bytes()

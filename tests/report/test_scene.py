@@ -44,19 +44,6 @@ def test_arrays_come_back_and_are_stored_once() -> None:
     assert colors[:3].tolist() == [0xFF0000FF, 0xFFFF0000, 0xFF00FF00]
 
 
-def test_a_file_is_read_once() -> None:
-    asked: list[str] = []
-
-    def fetch(url: str) -> bytes | None:
-        asked.append(url)
-        return None
-
-    store = Store()
-    assert store.wrl("PRJPATH/a.wrl", fetch) is store.wrl("PRJPATH/a.wrl", fetch) is None
-    assert asked == ["PRJPATH/a.wrl"]
-    assert "PRJPATH/a.wrl" in store.missing
-
-
 @pytest.mark.parametrize("name", ["leo", "r2d2", "atlas"])
 def test_wrl_and_source_are_the_same_triangles(shared: Path, tmp_path: Path, name: str) -> None:
     """Stored once, because both sides give the very same arrays."""

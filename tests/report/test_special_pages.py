@@ -13,7 +13,7 @@ from oracle.mbs import Evaluator
 from oracle.multibody import rotation
 from proving import SOLID, joint, link, robot
 from report.opened import Open, Opened, open_report
-from report.shown import EVIL, HOSTILE, SHOWN, data, run
+from report.shown import EVIL, HOSTILE, SHOWN, data, edit, run
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.disk.output import write_files
@@ -52,10 +52,7 @@ def tiny(tmp_path: Path) -> Conversion:
 
 
 def test_what_differs_blinks(opened: Open, tiny: Conversion) -> None:
-    output = tiny.settings.output
-    text = tiny.files[output].decode()
-    tiny.files[output] = text.replace("<q>0.5</q>", "<q>0.6</q>").encode()
-    assert tiny.files[output] != text.encode()
+    edit(tiny, "<q>0.5</q>", "<q>0.6</q>")
     report = opened(tiny)
     found = report.ask("urdf2mbs.agreement()")
     assert "arm" in found["differing"]
@@ -71,12 +68,7 @@ def test_what_differs_blinks(opened: Open, tiny: Conversion) -> None:
 
 
 def test_a_shape_elsewhere_is_found(opened: Open, tiny: Conversion) -> None:
-    output = tiny.settings.output
-    text = tiny.files[output].decode()
-    head, _, tail = text.partition("<cylinder>")
-    tiny.files[output] = (
-        f"{head}<cylinder>{tail.replace('<radius>0.03', '<radius>0.031', 1)}".encode()
-    )
+    edit(tiny, "(<cylinder>.*?<radius>0.03)", r"\g<1>1")
     found = opened(tiny).ask("urdf2mbs.agreement()")
     assert found["differing"] == []
     assert found["shapesDiffering"] == [
@@ -86,9 +78,9 @@ def test_a_shape_elsewhere_is_found(opened: Open, tiny: Conversion) -> None:
 
 def test_followers_follow(opened: Open, tiny: Conversion, shared: Path, tmp_path: Path) -> None:
     assert opened(tiny).page.locator("#mimic-label").is_hidden()
-    source, base, packages = SHOWN["leo"]
+    source, _, packages = SHOWN["leo"]
     sim = source.with_name("leo_sim.urdf.xacro")
-    report = opened(run(sim, tmp_path / "leo", base=base, packages=packages))
+    report = opened(run(sim, tmp_path / "leo", packages))
     report.slide("rocker_L_joint", 0.2)
     assert report.position("rocker_R_joint") == 0.2
     follower = report.page.locator('input[type=range][data-joint="rocker_R_joint"]')
@@ -123,10 +115,7 @@ def test_hostile_names_do_nothing(opened: Open, tmp_path: Path) -> None:
 
 
 def test_without_webgl_all_else_works(opened: Open, tiny: Conversion) -> None:
-    report = opened(
-        tiny,
-        init="""HTMLCanvasElement.prototype.getContext = () => null;""",
-    )
+    report = opened(tiny, init="HTMLCanvasElement.prototype.getContext = () => null;")
     assert "no WebGL" in report.page.locator("#view").inner_text()
     report.slide("shoulder", 0.5)
     poses = Evaluator(data(tiny)).positions({"shoulder": 0.5})
