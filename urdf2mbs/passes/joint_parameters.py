@@ -13,7 +13,6 @@ their laws.  The pass chooses the stiffness of a stop and of a bristle of fricti
 
 from __future__ import annotations
 
-from collections.abc import Container
 from math import isfinite, pi
 from typing import Annotated
 
@@ -77,7 +76,7 @@ class JointParameters(Pass):
         """Add the numbers that the code of a project applies these models with."""
         limited = dict.fromkeys((*models.get("q_min", ()), *models.get("q_max", ())))
         rubbing = models.get("friction", {})
-        inertias = _inertias(conversion, {*limited, *rubbing}) if limited or rubbing else {}
+        inertias = _inertias(conversion) if limited or rubbing else {}
         switches: dict[str, float] = {}
         chosen: dict[str, dict[str, float]] = {}
         if "damping" in models:
@@ -144,7 +143,7 @@ def _kinds(
     return kinds
 
 
-def _inertias(conversion: Conversion, wanted: Container[str]) -> dict[str, float]:
+def _inertias(conversion: Conversion) -> dict[str, float]:
     """The inertia that each joint feels in a project (kg m^2, kg)."""
     from urdf2mbs.mbs.mass import Mass
     from urdf2mbs.project.stability import felt, reduction_of
@@ -154,5 +153,4 @@ def _inertias(conversion: Conversion, wanted: Container[str]) -> dict[str, float
     return {
         placed.joint.name: float(inertia) if isfinite(inertia) else 0.0
         for placed, inertia in zip(mass.placement.joints, inertias, strict=True)
-        if placed.joint.name in wanted
     }

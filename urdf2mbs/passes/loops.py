@@ -288,11 +288,10 @@ def _warn_of_open(conversion: Conversion, placement: Placement) -> None:
             gaps = [message for name, message in constant_gaps(mbs) if name == cut.name]
             for message in gaps:
                 conversion.warn("loop-never-closes", message, hint=NEVER_CLOSES)
-            if gaps:
-                continue
-            conversion.warn(
-                "loop-open",
-                f"cut '{cut.name}' is open at the start position, by {gap}: Robotran will try "
-                "to close it",
-                hint="give a start position that closes it: 'passes: {posture: {joints: ...}}'",
-            )
+            if not gaps:
+                conversion.warn(
+                    "loop-open",
+                    f"cut '{cut.name}' is open at the start position, by {gap}: Robotran will try "
+                    "to close it",
+                    hint="give a start position that closes it: 'passes: {posture: {joints: ...}}'",
+                )

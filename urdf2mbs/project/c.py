@@ -4,12 +4,11 @@ MBSysPad would generate."""
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
 
 from urdf2mbs.mbs.model import BASE, Mbs, UserModel
 from urdf2mbs.messages.diagnostics import quoted
 from urdf2mbs.project import FOLDER, fill
-from urdf2mbs.project.python import dependent
+from urdf2mbs.project.python import dependent, force_of
 from urdf2mbs.simulation import (
     CONTACT_STATES,
     JOINT_STATES,
@@ -131,20 +130,15 @@ class _Numbers:
         start, stop, *parts = (
             self.place(wrench.model.name, part) for part in ("start", "stop", *WRENCH)
         )
-        return _force(wrench), start, stop, f"{{{', '.join(parts)}}}"
+        return f"{force_of(wrench.point)}_id", start, stop, f"{{{', '.join(parts)}}}"
 
 
 def _contacts(mbs: Mbs, simulation: Simulation) -> list[tuple[str, ...]]:
     """The force of each contact, the first of its two states, and what rolls."""
     first = state_numbers(mbs, CONTACT_STATES).get("slip", 0)
     return [
-        (
-            _force(contact),
-            str(first + 2 * k),
-            repr(contact.radius),
-            f"{{{_row(contact.axis)}}}",
-        )
-        for k, contact in enumerate(simulation.contacts)
+        (f"{force_of(one.point)}_id", str(first + 2 * k), repr(one.radius), f"{{{_row(one.axis)}}}")
+        for k, one in enumerate(simulation.contacts)
     ]
 
 
@@ -152,12 +146,7 @@ def _laws(simulation: Simulation) -> str:
     """The laws of plugins, and what each acts on."""
     laws = simulation.laws
     joints = ((f"{joint.name}_id", law.name) for law in laws for joint in law.joints)
-    points = (
-        (f"{point.extforce.name}_id", law.name)
-        for law in laws
-        for point in law.points
-        if point.extforce is not None
-    )
+    points = ((f"{force_of(point)}_id", law.name) for law in laws for point in law.points)
     return "".join(
         [
             *(f"{law.c.strip()}\n\n" for law in laws),
@@ -182,10 +171,6 @@ def _list(kind: str, name: str, rows: Iterable[str], last: str) -> str:
 
 def _names(name: str, names: list[str]) -> str:
     return _list("char *const", name, (f'"{text}"' for text in names), "NULL")
-
-
-def _force(thing: Any) -> str:
-    return f"{thing.point.extforce.name}_id"
 
 
 def _row(numbers: Iterable[float]) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from urdf2mbs.mbs.model import Mbs
+from urdf2mbs.mbs.model import Mbs, Point
 from urdf2mbs.messages.diagnostics import quoted
 from urdf2mbs.project import FOLDER, fill
 from urdf2mbs.simulation import (
@@ -50,16 +50,16 @@ def _tables(mbs: Mbs, simulation: Simulation) -> str:
         "\n# Joints that follow from the constraints.\n",
         _assign("DEPENDENT", dependent(mbs)),
         "\n# External forces from the ground, and the URDF link of each.\n",
-        _assign("CONTACTS", {_force(c.point): c.link for c in simulation.contacts}),
+        _assign("CONTACTS", {force_of(c.point): c.link for c in simulation.contacts}),
         "# Balls and wheels, whose lowest point touches: radius, and a wheel's axis in the body.\n",
-        _assign("ROLLING", {_force(c.point): (c.radius, c.axis) for c in rolling}),
+        _assign("ROLLING", {force_of(c.point): (c.radius, c.axis) for c in rolling}),
         f"UP = {simulation.up!r}\n",
         f"ACROSS = {tuple(tuple(x + 0.0 for x in way) for way in simulation.across)!r}\n",
         "\n# Friction: where its states are in ux, two for each contact.\n",
         _assign("FRICTION_STATES", state_numbers(mbs, JOINT_STATES)),
         f"CONTACT_STATE = {state_numbers(mbs, CONTACT_STATES).get('slip', 0)}\n",
         "\n# Other external forces, each with the user model that says how large it is.\n",
-        _assign("WRENCHES", {_force(w.point): w.model.name for w in simulation.wrenches}),
+        _assign("WRENCHES", {force_of(w.point): w.model.name for w in simulation.wrenches}),
         "\n# Springs and dampers between two points.\n",
         _assign("SPRINGS", [link.name for link in simulation.springs]),
         "\n# Sensors: Robotran's name, and the sensor's axes in the body, row by row.\n",
@@ -78,7 +78,7 @@ def _laws(simulation: Simulation) -> str:
     """The laws of plugins, and what each acts on."""
     laws = simulation.laws
     joints = ((joint.name, law.name) for law in laws for joint in law.joints)
-    points = ((_force(point), law.name) for law in laws for point in law.points)
+    points = ((force_of(point), law.name) for law in laws for point in law.points)
     return "".join(
         [
             *(f"\n\n{law.python.strip()}\n" for law in laws),
@@ -111,8 +111,10 @@ def plotted(mbs: Mbs) -> list[str]:
     return [name for name in moving if name not in base] or moving
 
 
-def _force(point: Any) -> str:
-    return str(point.extforce.name)
+def force_of(point: Point) -> str:
+    """The name of the external force at a point."""
+    assert point.extforce is not None
+    return point.extforce.name
 
 
 def _assign(name: str, value: list[Any] | dict[str, Any]) -> str:
