@@ -4,11 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
-from oracle.multibody import rotation
 from proving import SOLID, joint, link, robot
-from strategies import ANGLES, axes
 
 from urdf2mbs import Result
 from urdf2mbs.testing import convert_text
@@ -61,25 +57,6 @@ def test_names_and_positions() -> None:
     ]  # fmt: skip
     assert [q for *_, q in found[:3]] == [0.3, 0.2, 0.1]  # the URDF's own numbers
     assert [q for *_, q in found[3:]] == pytest.approx([a, b, None, -b, -a], abs=1e-15)
-
-
-@settings(max_examples=100, deadline=None)
-@given(axes(), st.tuples(ANGLES, ANGLES, ANGLES), st.sampled_from([0.0, 0.7, -2.0]))
-def test_the_chain_moves_as_the_urdf_joint(
-    axis: tuple[float, float, float], rpy: tuple[float, float, float], q: float
-) -> None:
-    numbers = (" ".join(map(repr, three)) for three in (axis, rpy))
-    (body,) = decomposed(joint("world", "a", axis=next(numbers), rpy=next(numbers))).mbs.bodies
-    found = np.eye(4)
-    for one in body.joints:
-        along = np.eye(3)[int(one.type[1]) - 1]
-        amount = q if one.nature == "independent" else one.q
-        found[:3, :3] = found[:3, :3] @ rotation(along, amount)
-    u = np.array(axis) / np.linalg.norm(axis)
-    u[np.abs(u) <= 1e-9] = 0.0
-    r, p, y = rpy
-    turn = rotation((0, 0, 1), y) @ rotation((0, 1, 0), p) @ rotation((1, 0, 0), r)
-    np.testing.assert_allclose(found[:3, :3], turn @ rotation(u / np.linalg.norm(u), q), atol=1e-14)
 
 
 def test_driven_joints_keep_only_q_and_real_ones_everything() -> None:

@@ -10,7 +10,7 @@ from proving import SOLID, codes, joint, link, robot
 
 from urdf2mbs import Result
 from urdf2mbs.mbs.reader import read
-from urdf2mbs.testing import TINY, convert_text
+from urdf2mbs.testing import convert_text
 
 A, B, C, D = (link(name, SOLID) for name in "abcd")
 
@@ -45,15 +45,6 @@ def test_a_branch_stands_before_the_next(pipeline: str, joints: tuple[str, ...])
     result = emitted(A, B, C, D, *joints, pipeline=pipeline)
     found = read(result.data, "r.mbs")
     assert [body.name for body in found.bodies] == [body.name for body in found.depth_first()]
-
-
-def test_the_file_is_the_model() -> None:
-    result = convert_text(TINY)
-    found = read(result.data, "tiny.mbs")
-    assert found.name == "robot"  # the file's stem
-    assert found.base.name == "ground"
-    assert [body.name for body in found.bodies] == names(result)
-    assert found.view is not None
 
 
 @pytest.mark.parametrize(

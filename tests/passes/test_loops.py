@@ -143,14 +143,6 @@ def test_a_planar_loop_before_followers_is_warned_of(tmp_path: Path, follows: bo
     assert ("loop-row-of-zeros" in codes(result)) == follows
 
 
-def test_an_open_loop_is_told_with_its_distance() -> None:
-    options = {"loops": {"cuts": BALL}, "posture": {"joints": {"crank": pi / 2}}}
-    result = convert_text(FOUR_BAR, base="fixed", passes=options)
-    (told,) = [found.message for found in result.diagnostics if found.code == "loop-open"]
-    # the coupler's end is at (1, 0, -1), the rocker's at (1, 0, 1)
-    assert "by 2 m" in told
-
-
 def test_a_rod_keeps_the_distance_of_the_start() -> None:
     rod = {
         "rod": {"kind": "rod", "ends": [{"link": "coupler"}, {"link": "right", "at": [0, 0, 1]}]}

@@ -122,17 +122,6 @@ def test_a_kept_link_behind_a_moving_massless_one_needs_no_joint_of_its_own() ->
     assert chains(result) == {"tip": ["R3"]}
 
 
-@pytest.mark.parametrize("kind", ["floating", "planar", "prismatic"])
-def test_behind_every_kind_of_joint(kind: str) -> None:
-    text = robot(
-        *(link(name, SOLID, BOX) for name in "abcde"),
-        joint("a", "b", kind, axis="1 2 3", **TURNED), joint("b", "c", "fixed", **TURNED),
-        joint("c", "d", "fixed", **TURNED), joint("d", "e", kind, axis="1 2 3", **TURNED),
-    )  # fmt: skip
-    result = prove(text, base="fixed")
-    assert bodies(result) == ["b", "e"]
-
-
 def test_massless_frames_between_moving_joints() -> None:
     """Frames fixed to what has no body: known to the report, after a joint."""
     text = robot(

@@ -122,16 +122,6 @@ def test_a_link_that_leads_nowhere_is_the_users_too(tmp_path: Path) -> None:
     assert (tmp_path / "robot" / "workR" / "main.py").is_symlink()
 
 
-def test_the_same_bytes_each_time(tmp_path: Path) -> None:
-    texts = []
-    for name in ("one", "two"):
-        (tmp_path / name).mkdir()
-        project = make(tmp_path / name, CHAIN, language="both")
-        files = (path for path in project.rglob("*") if path.is_file())
-        texts.append({path.relative_to(project): path.read_bytes() for path in files})
-    assert texts[0] == texts[1]
-
-
 def run_main(project: Path, start: str, more: str = "") -> subprocess.CompletedProcess[str]:
     library = project.parent / "library"
     library.mkdir()

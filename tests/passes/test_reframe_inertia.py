@@ -2,13 +2,8 @@
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
-from oracle.multibody import rotation
 from proving import SOLID, joint, link, robot
-from strategies import ANGLES
 
 from urdf2mbs import Result
 from urdf2mbs.testing import convert_text
@@ -17,7 +12,6 @@ ZEROS = (
     '<inertial><mass value="0"/><inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/>'
     "</inertial>"
 )
-TENSOR = np.array(((0.03, 0.001, -0.002), (0.001, 0.04, 0.003), (-0.002, 0.003, 0.05)))
 
 
 def reframed(*elements: str) -> Result:
@@ -30,22 +24,6 @@ def reframed(*elements: str) -> Result:
 def solid(rpy: tuple[float, float, float], mass: float = 2.0) -> str:
     numbers = " ".join(map(repr, rpy))
     return SOLID.replace("0.3 -0.2 0.1", numbers).replace('"2"', f'"{mass!r}"')
-
-
-def matrix(sym: tuple[float, ...]) -> np.ndarray:
-    xx, xy, xz, yy, yz, zz = sym
-    return np.array(((xx, xy, xz), (xy, yy, yz), (xz, yz, zz)))
-
-
-@settings(max_examples=50, deadline=None)
-@given(st.tuples(ANGLES, ANGLES, ANGLES))
-def test_in_body_axes_about_the_centre(rpy: tuple[float, float, float]) -> None:
-    (body,) = reframed(link("a", solid(rpy)), joint("world", "a", rpy="1 2 3")).mbs.bodies
-    r, p, y = rpy
-    turn = rotation((0, 0, 1), y) @ rotation((0, 1, 0), p) @ rotation((1, 0, 0), r)
-    assert body.mass == 2.0
-    assert body.com == (0.1, -0.2, 0.3)
-    np.testing.assert_allclose(matrix(body.inertia), turn @ TENSOR @ turn.T, atol=1e-16)
 
 
 @pytest.mark.parametrize(("mass", "told"), [(0.0, 0.0), (1e-300, 1e-300), (1e9, 1e9)])
@@ -66,23 +44,6 @@ def test_what_has_none_gets_none(inertial: str) -> None:
     a, b = result.mbs.bodies
     assert (a.mass, a.com, a.inertia) == (None, None, None)
     assert b.mass == 2.0
-
-
-def test_lumped_parts_are_seen_from_where_they_are() -> None:
-    text = robot(
-        link("world"), link("a"), joint("world", "a"),
-        link("b", SOLID), joint("a", "b", "fixed", xyz="1 2 3", rpy="0 0 1.5707963267948966"),
-    )  # fmt: skip
-    result = convert_text(
-        text,
-        pipeline=["expand", "insert-base", "prune-massless", "lump-fixed", "reframe-inertia"],
-        passes={"prune-massless": {"keep": ["a"]}},
-    )
-    (body,) = result.mbs.bodies
-    assert body.com == pytest.approx((1.2, 2.1, 3.3))
-    turn = rotation((0, 0, 1), np.pi / 2) @ rotation((0, 0, 1), 0.1)
-    turn = turn @ rotation((0, 1, 0), -0.2) @ rotation((1, 0, 0), 0.3)
-    np.testing.assert_allclose(matrix(body.inertia), turn @ TENSOR @ turn.T, atol=1e-16)
 
 
 RIGHT = "1.5707963267948966"

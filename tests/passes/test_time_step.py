@@ -115,40 +115,6 @@ def test_the_step_is_that_of_the_derivatives_of_the_accelerations(tmp_path: Path
     assert "of joint 'first'.\n" in module or "of joint 'second'.\n" in module
 
 
-def test_the_fastest_foot_makes_the_step_wherever_it_is_in_the_list(tmp_path: Path) -> None:
-    """Two feet on stiff ground: the light foot is pushed about fastest."""
-    for masses in ((0.5, 0.005), (0.005, 0.5)):
-        one, two = masses
-        text = (
-            '<robot name="two">' + link("body", 1.0, 0.01)
-            + link("one", one, one / 100) + link("two", two, two / 100)
-            + joint("hip_one", "body", "one", WIDE) + joint("hip_two", "body", "two", WIDE)
-            + "</robot>"
-        )  # fmt: skip
-        points = {name: [[0.1, 0.0, 0.0]] for name in ("one", "two")}
-        result = convert_project(
-            text, tmp_path, contacts={"points": points, "stiffness": 1e5},
-            **{"joint-parameters": {"stops": False}},
-        )  # fmt: skip
-        light = "one" if one < two else "two"
-        assert result.conversion.simulation.shortened_by == f"the ground's push on '{light}'"
-
-
-def test_a_foot_carries_its_share_of_the_weight(tmp_path: Path) -> None:
-    """The ground damps by the weight that a point carries, over ``speed``: at a small ``speed``
-    this makes the step, which is then proportional to ``speed``."""
-    steps = []
-    for speed in (0.02, 0.01):
-        options = {"links": ["*_foot"], "stiffness": 1000.0, "speed": speed, "friction": 0.0}
-        result = convert(
-            BIPED, output={"project": tmp_path / "robot"},
-            passes={"contacts": options, "joint-parameters": {"stops": False}},
-        )  # fmt: skip
-        steps.append(result.conversion.simulation.time_step)
-        assert "the ground's push" in result.conversion.simulation.shortened_by
-    assert steps[0] / steps[1] == pytest.approx(2.0, rel=0.1)
-
-
 def test_a_stop_counts_as_hit(tmp_path: Path) -> None:
     """With w = 2 pi frequency: stiffness 2 I w^2, damping I w; a calm robot takes 0.5 ms."""
     text = (
@@ -285,22 +251,6 @@ def test_a_quarter_of_the_step_gives_the_same_motion(source: Path, tmp_path: Pat
     moved = np.abs(fine - fine[0]).max()
     assert moved > 0.1
     assert np.abs(compiled(project).positions(1.0, step, 20) - fine).max() <= 1e-3 * moved
-
-
-@needs_gcc
-@pytest.mark.slow
-def test_the_biped_stands_still(tmp_path: Path) -> None:
-    """Five seconds with the lines that ``init`` offers."""
-    passes = {"contacts": {"links": ["left_foot", "right_foot"]}, "equations": {"language": "c"},
-              "posture": {"hold": {"frequency": 10, "damping_ratio": 0.3}}}  # fmt: skip
-    project = make(tmp_path, BIPED, language="c", pipeline=without_meshes("compact"), passes=passes)
-    run = compiled(project)
-    q = run.positions(5.0, c_step_of(project), 5)
-    weight = sum(body.mass or 0.0 for body in run.data.mbs.bodies) * 9.81
-    assert run.data.SWr[1:, 1:4].sum(axis=0) == pytest.approx([0, 0, weight], abs=1e-3 * weight)
-    base = [run.data.joint_id[f"floating_base_T{k}"] for k in (1, 2, 3)]
-    assert np.abs(run.data.qd[base]).max() < 1e-3
-    assert np.abs(q[-1] - q[0]).max() < 0.05
 
 
 def test_followers_move_by_the_rules_of_the_reduction(tmp_path: Path) -> None:

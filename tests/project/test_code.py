@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 from oracle.code import code_of, prove_code
-from oracle.rich import PASSES, convert, joint, limit, link
+from oracle.rich import PASSES, convert
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.passes.check import prove
@@ -138,27 +138,6 @@ def test_a_fault_in_the_code_is_found(made: Made, fault: str) -> None:
     assert any(named in message for message in messages), messages[:3]
 
 
-OTHERWISE: dict[str, Any] = {
-    "link 'of_swing': has 0": lambda c: (c.simulation, "contacts", [
-        contact for contact in c.simulation.contacts if contact.link != "of_swing"]),
-    "joint 'arm': is held": lambda c: (c.asked["posture"].hold, "joints", ["leg"]),
-    "joint 'roller': is not held": lambda c: (c.asked["posture"].hold, "joints", ["*"]),
-    "'hand', its place": lambda c: (c.simulation.force_torques[0], "link", "trunk"),
-    "sensor 'gyro': is not there": lambda c: (c.simulation, "sensors", [
-        sensor for sensor in c.simulation.sensors if sensor.name != "gyro"]),
-    "joint 'arm': its start": lambda c: (c.asked["posture"], "joints", {"arm": 0.4}),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("named", OTHERWISE)
-def test_what_was_asked_for_otherwise_is_found(
-    made: Made, named: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(*OTHERWISE[named](made[0]))
-    messages = found(made, **{"userfctR/none.py": b""})
-    assert any(named in message for message in messages), messages[:5]
-
-
 def test_a_force_elsewhere_or_without_a_law_is_found(made: Made) -> None:
     file = "dataR/rich.mbs"
     first, second = (f'"of_{name}_contact_1_force"' for name in ("ankle", "swing"))
@@ -174,31 +153,6 @@ def test_a_force_elsewhere_or_without_a_law_is_found(made: Made) -> None:
     assert count == 1
     messages = found(made, **{file: stray.encode()}, **user)
     assert any("'stray', which has no law: is" in message for message in messages), messages[:5]
-
-
-def test_accelerations_of_a_tree_are_compared(tmp_path: Path) -> None:
-    text = '<robot name="rich">' + link("trunk") + joint("arm", "trunk", "0 0 1", kind="continuous")
-    conversion = convert(
-        tmp_path, {"equations": {"language": "python"}}, text + link("of_arm") + "</robot>",
-        stop_after="project",
-    )  # fmt: skip
-    whole = conversion, code_of(conversion, ".py")
-    for name, before, after, named in (
-        ("accelred", "(s)\n    return", "(s)\n    s.qdd[6] = s.qdd[6]\n    return", None),
-        ("accelred", "(s)\n    return", "(s)\n    s.qdd[6] += 1\n    return", "accelerations: is"),
-    ):
-        fault = planted(whole, f"symbolicR/mbs_{name}_rich.py", before, after)
-        messages = prove_code(conversion, whole[1] | fault)
-        assert [*messages] == [] if named is None else named in messages[0]
-
-
-@pytest.mark.parametrize(("kind", "named"), [("ball", True), ("rod", False)])
-def test_a_cut_of_another_kind_than_asked_for_is_found(
-    made: Made, kind: str, named: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(made[0].asked["loops"].cuts["tie"], "kind", kind)
-    files = {name: text for name, text in made[1].items() if "symbolicR" not in name}
-    assert prove_code(made[0], files) == [f"cut 'tie': is no {kind} in the .mbs"] * named
 
 
 @pytest.mark.parametrize(("point", "named"), [
@@ -243,46 +197,8 @@ def test_a_fault_of_a_pass_is_found(
     assert any(place[1] in message for message in messages)
 
 
-@pytest.mark.parametrize(("options", "start"), [
-    ({}, 0.5), ({"from_urdf": False}, 0.0), ({"joints": {"arm": 0.3}}, 0.3),
-])  # fmt: skip
-def test_a_start_that_ros2_control_states_is_right(
-    options: dict[str, Any], start: float, tmp_path: Path
-) -> None:
-    stated = (
-        '<ros2_control><joint name="arm"><state_interface name="position">'
-        '<param name="initial_value">0.5</param></state_interface></joint></ros2_control>'
-    )
-    text = '<robot name="rich"><link name="world"/>' + joint("arm", "world", "1 0 0", limit(-2, 2))
-    text += link("of_arm") + stated + "</robot>"
-    conversion = convert(tmp_path, {"posture": options}, text, base="fixed")
-    assert prove_code(conversion, code_of(conversion, ".py")) == []
-    assert conversion.mbs.joints()["arm"].q == (start or None)
-
-
 def test_the_verdict_of_a_project_leaves_out_what_its_passes_made(tmp_path: Path) -> None:
     """The generated user functions compute it; a file alone does not say who made it."""
     conversion = convert(tmp_path)
     assert conversion.proof.not_compared == {}
     assert "force 'wind'" in prove(conversion, conversion.mbs).not_compared
-
-
-def test_a_robot_without_joints_that_move(tmp_path: Path) -> None:
-    text = '<robot name="rich"><link name="world"/></robot>'
-    conversion = convert(tmp_path, {}, text, base="fixed")
-    assert prove_code(conversion, code_of(conversion, ".py")) == []
-
-
-def test_a_robot_that_no_equations_can_move_is_the_same(tmp_path: Path) -> None:
-    """A mass point turns about an axis through it: no matter resists."""
-    point = '<link name="of_spin"><inertial><mass value="1"/></inertial></link>'
-    text = (
-        f'<robot name="rich"><link name="world"/>{joint("spin", "world", "1 0 0")}{point}</robot>'
-    )
-    text = text.replace("</joint>", '<dynamics damping="0.2"/></joint>')
-    conversion = convert(tmp_path, {}, text, base="fixed")
-    assert prove_code(conversion, code_of(conversion, ".py"), in_c=True) == []
-    files = code_of(conversion, ".py")
-    files[ROBOT] = files[ROBOT].replace(b"Qq[joint] -= damping", b"Qq[joint] += damping")
-    messages = prove_code(conversion, files, in_c=True)
-    assert {message.split(":")[0] for message in messages} == {"joint 'spin'"}

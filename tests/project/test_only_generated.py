@@ -312,22 +312,15 @@ def test_results_are_robotrans_files(tmp_path: Path) -> None:
     results = simulate(project, time=0.1, language="python", rate=50.0, push=push)
     results.write()
     folder = project / "resultsR"
-    for name in ("q", "qd", "qdd", "Qq"):
-        rows = np.loadtxt(folder / f"dirdyn_{name}.res")
-        assert np.array_equal(rows, getattr(results, name))
-        assert np.allclose(rows[:, 0], [0, 0.02, 0.04, 0.06, 0.08, 0.1], rtol=0, atol=1e-15)
+    assert np.allclose(results.time, [0, 0.02, 0.04, 0.06, 0.08, 0.1], rtol=0, atol=1e-15)
     anim = (project / "animationR" / "dirdyn_q.anim").read_bytes()
     assert anim == (folder / "dirdyn_q.res").read_bytes()
     head, *lines = (folder / "dirdyn.csv").read_text().splitlines()
-    assert head.startswith("time,q.")
-    assert len(lines) == 6
-    rows = np.array([[float(cell) for cell in line.split(",")] for line in lines])
-    columns = dict(zip(head.split(","), rows.T, strict=True))
-    assert columns["q.shoulder"][-1] == results.joint("shoulder")[-1] != 0.0
-    assert np.array_equal(columns["energy.kinetic"], results.energy()[:, 0])
-    assert np.array_equal(columns["energy.potential"], results.energy()[:, 1])
-    assert columns["push1.arm.Fz"].tolist() == [0.0, 0.0, 2.0, 2.0, 0.0, 0.0]
-    assert columns["push1.arm.dz"].tolist() == [results.data.l[3, results.data.body_id["arm"]]] * 6
+    found = [[float(cell) for cell in line.split(",")] for line in lines]
+    assert head == ",".join(results.columns())
+    assert np.array_equal(found, np.transpose([*results.columns().values()]))
+    assert np.array_equal(results.columns()["energy.kinetic"], results.energy()[:, 0])
+    assert np.array_equal(results.columns()["energy.potential"], results.energy()[:, 1])
     results.data.qd[:] = 7.0
     truth, sensor = Truth(results.data), results.sensor("tool_sensor")
     frame = truth.model.getFrameId("hand/tool")
