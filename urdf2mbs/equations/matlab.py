@@ -84,9 +84,5 @@ def _statement(line: Statement) -> str:
     else:
         first, *more = line.places
         text = f"{first} = {line.text};\n" + "".join(f"{place} = {first};\n" for place in more)
-    return _indices(text)
-
-
-def _indices(text: str) -> str:
-    """M[1][3] is M(1,3) in MATLAB."""
+    # M[1][3] is M(1,3) in MATLAB
     return text.replace("][", ",").replace("[", "(").replace("]", ")")

@@ -71,13 +71,9 @@ def compare_parameters(
 
 def left_out(mbs: Mbs, known: Collection[str], followers: set[str]) -> dict[str, str]:
     """The things that Robotran reads and a URDF has no word for, each with the reason."""
-    points = [point for body in mbs.bodies for point in body.points]
-    start = sum(
-        any((joint.q, joint.qd, joint.qdd))
-        for body in mbs.bodies
-        for joint in body.joints
-        if joint.nature != "driven"
-    )
+    free = [joint for joint in mbs.joints().values() if joint.nature != "driven"]
+    start = sum(any((joint.q, joint.qd, joint.qdd)) for joint in free)
+    forces = [point.extforce for body in mbs.bodies for point in body.points if point.extforce]
     theirs = "left to the user functions"
     return {
         **{f"user model '{m.name}'": theirs for m in mbs.user_models if m.name not in known},
@@ -88,11 +84,7 @@ def left_out(mbs: Mbs, known: Collection[str], followers: set[str]) -> dict[str,
             if followers.isdisjoint(c.joints)
         },
         **{f"link '{link.name}' ({link.kind})": theirs for link in mbs.links},
-        **{
-            f"force '{point.extforce.name}'": theirs
-            for point in points
-            if point.extforce is not None
-        },
+        **{f"force '{force.name}'": theirs for force in forces},
         **({f"start of {counted(start, 'joint')}": "a URDF has none"} if start else {}),
     }
 

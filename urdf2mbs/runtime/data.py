@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from urdf2mbs.disk import files
-from urdf2mbs.mbs.model import BASE, Point
+from urdf2mbs.mbs.model import BASE
 from urdf2mbs.mbs.reader import read
 
 
@@ -55,7 +55,7 @@ class MbsData:
         self.process, self.flag_stop, self.DonePart, self.tsim = 0, 0, 0, 0.0
 
     def _joints(self) -> None:
-        joints = [joint for body in self.mbs.bodies for joint in body.joints]
+        joints = self.mbs.joints().values()
         self.joint_id = self.mbs.numbers()
         n = self.njoint = len(joints)
         self.q, self.qd, self.qdd, self.Qq, self.Qc, self.Qa = np.zeros((6, n + 1))
@@ -79,23 +79,22 @@ class MbsData:
         self.l, self.In = np.zeros((4, n + 1)), np.zeros((10, n + 1))
         self.frc, self.trq = np.zeros((2, 4, n + 1))
         self.g = np.array([0.0, *mbs.base.gravity])
-        listed: list[tuple[str, Point]] = [(BASE, point) for point in mbs.base.points]
         for body in mbs.bodies:
             last = self.body_id[body.name]
             self.m[last] = body.mass or 0.0
             self.l[1:, last] = body.com or (0.0, 0.0, 0.0)
             xx, xy, xz, yy, yz, zz = body.inertia or (0.0,) * 6
             self.In[1:, last] = [xx, xy, xz, xy, yy, yz, xz, yz, zz]
-            listed += [(body.name, point) for point in body.points]
-        self.npt = len(listed)
+        points = mbs.points()
+        self.npt = len(points)
         self.dpt = np.zeros((4, self.npt + 1))
         self.points_id: dict[str, dict[str, int]] = {}
         self.extforce_id: dict[str, int] = {}
         self.sensor_id: dict[str, int] = {}
         forces = [0]
-        for number, (owner, point) in enumerate(listed, start=1):
+        for number, ((owner, _), point) in enumerate(points.items(), start=1):
             self.dpt[1:, number] = point.coordinates
-            self.points_id.setdefault(owner, {})[point.name] = number
+            self.points_id.setdefault(owner or BASE, {})[point.name] = number
             if point.extforce is not None:
                 self.extforce_id[point.extforce.name] = len(forces)
                 forces.append(number)

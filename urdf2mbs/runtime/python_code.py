@@ -82,7 +82,8 @@ def loaded(data: MbsData) -> Iterator[None]:
     path, before = list(sys.path), dict(sys.modules)
     own = {file.stem for file in data.user_path.glob("*.py")}
     for name in own & before.keys():
-        if not _is_in(before[name], data.user_path):
+        file = getattr(before[name], "__file__", None)
+        if file is None or Path(file).parent != data.user_path:
             del sys.modules[name]
     sys.path.insert(0, str(data.user_path))
     sys.modules.update({**data.modules, "MBsysPy": sys.modules["urdf2mbs.runtime"]})
@@ -95,11 +96,6 @@ def loaded(data: MbsData) -> Iterator[None]:
             sys.modules.pop(name, None)
             if name in before:
                 sys.modules[name] = before[name]
-
-
-def _is_in(module: Any, folder: Path) -> bool:
-    file = getattr(module, "__file__", None)
-    return file is not None and Path(file).parent == folder
 
 
 @contextmanager
