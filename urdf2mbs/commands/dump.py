@@ -54,8 +54,12 @@ class Dump:
     def urdf2mbs_after_pass(self, pass_: Pass, conversion: Conversion) -> None:
         self._count += 1
         file = self._folder / f"{self._count:02}-{re.sub(r'[^A-Za-z0-9_.-]', '_', pass_.name)}.yaml"
-        text = f"# urdf2mbs, the state after pass '{pass_.name}'\n" + to_yaml(state(conversion))
-        write_files({file: text.encode()}, force=self._force)
+        # what holds nothing but numbers and words is one line
+        style: Any = {"default_flow_style": None, "sort_keys": False, "width": 10**9}
+        dumper = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
+        text = yaml.dump(state(conversion), Dumper=dumper, allow_unicode=True, **style)
+        head = f"# urdf2mbs, the state after pass '{pass_.name}'\n"
+        write_files({file: f"{head}{text}".encode()}, force=self._force)
 
 
 def state(conversion: Conversion) -> dict[str, Any]:
@@ -83,12 +87,9 @@ _LEFT_OUT: dict[type, tuple[str, ...]] = {
 
 def _plain(value: Any) -> Any:
     if isinstance(value, Step):  # its joints stand in the robot, and in the body
-        return {
-            "joint": value.joint.name,
-            **_fields(value, ("joint", "joints", "coordinates")),
-            "joints": [joint.name for joint in value.joints],
-            "coordinates": [joint.name for joint in value.coordinates],
-        }
+        lists = {"joints": value.joints, "coordinates": value.coordinates}
+        names = {field: [joint.name for joint in joints] for field, joints in lists.items()}
+        return {"joint": value.joint.name, **_fields(value, ("joint", *lists)), **names}
     if isinstance(value, msgspec.Struct):
         return _fields(value, _LEFT_OUT.get(type(value), ()))
     if isinstance(value, Pose):
@@ -113,10 +114,3 @@ def _fields(struct: msgspec.Struct, without: tuple[str, ...]) -> dict[str, Any]:
         if value != default and field.name not in without:
             found[field.name] = _plain(value)
     return found
-
-
-def to_yaml(data: dict[str, Any]) -> str:
-    """Plain data as YAML: what holds nothing but numbers and words is one line."""
-    dumper = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
-    style: Any = {"default_flow_style": None, "sort_keys": False, "width": 10**9}
-    return str(yaml.dump(data, Dumper=dumper, allow_unicode=True, **style))

@@ -26,17 +26,15 @@ def _at(model: Mbs, end: End) -> Vec:
 
 def _purposes(simulation: Simulation) -> dict[str, tuple[str, str]]:
     """What a sensor or external force is (by its name), and the URDF link it belongs to."""
-    found: dict[str, tuple[str, str]] = {}
-    for sensor in simulation.sensors:
-        if sensor.point.sensor is not None:
-            found[sensor.point.sensor.name] = (f"{sensor.kind} '{sensor.name}'", sensor.link)
-    for contact in simulation.contacts:
-        if contact.point.extforce is not None:
-            found[contact.point.extforce.name] = ("contact", contact.link)
-    for wrench in simulation.wrenches:
-        if wrench.point.extforce is not None:
-            found[wrench.point.extforce.name] = (f"wrench, user model '{wrench.model.name}'", "")
-    return found
+    known = [
+        *((one.point.sensor, f"{one.kind} '{one.name}'", one.link) for one in simulation.sensors),
+        *((one.point.extforce, "contact", one.link) for one in simulation.contacts),
+        *(
+            (one.point.extforce, f"wrench, user model '{one.model.name}'", "")
+            for one in simulation.wrenches
+        ),
+    ]
+    return {named.name: (purpose, link) for named, purpose, link in known if named is not None}
 
 
 def _stops(model: Mbs) -> dict[str, tuple[float | None, float | None]]:

@@ -19,14 +19,7 @@ function unpackMotion() {
 }
 
 // the frame at or before a time
-function frameAt(time) {
-  let low = 0, high = times.length - 1;
-  while (low < high) {
-    const middle = (low + high + 1) >> 1;
-    if (times[middle] <= time + 1e-6) low = middle; else high = middle - 1;
-  }
-  return low;
-}
+const frameAt = (time) => Math.max(0, times.findLastIndex((one) => one <= time + 1e-6));
 const coordinate = (frame, j) => positions[frame * joints.length + j];
 // of a force in a frame: the force (N), or with 3 the point where it acts (m)
 const load = (k, frame, part = 0) => vector().fromArray(loads, 6 * (frame * forces.length + k) + part);
@@ -66,13 +59,8 @@ function drawCurves() {
   const width = canvas.width = canvas.clientWidth || 600, height = canvas.height;
   const lines = curves[byId("curve").value][1].map(([name, value]) =>
     [name, Array.from(times, (_, i) => value(i))]);
-  let low = Infinity, high = -Infinity;
-  for (const [, values] of lines) {
-    for (const value of values) {
-      low = Math.min(low, value);
-      high = Math.max(high, value);
-    }
-  }
+  const all = lines.flatMap(([, values]) => values);
+  const low = all.reduce((a, b) => Math.min(a, b)), high = all.reduce((a, b) => Math.max(a, b));
   const x = (time) => (time - times[0]) / (times[times.length - 1] - times[0] || 1) * width;
   const y = (value) => height - 8 - (value - low) / (high - low || 1) * (height - 16);
   const frame = frameAt(player.time);
