@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import json
 import re
-from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
 
 import pytest
+from lxml.html import HTMLParser, document_fromstring
 from oracle.mbs import Evaluator
 from report.shown import EVIL, HOSTILE, SHOWN, data, edit, run, shown
 
@@ -19,38 +19,16 @@ from urdf2mbs.report.page import make
 from urdf2mbs.testing import TINY
 
 
-class Html(HTMLParser):
-    """Elements, their attributes, and the text of each."""
+class Html:
+    """A page: its elements with their attributes, its data, its style, and the text one sees."""
 
     def __init__(self, text: bytes) -> None:
-        super().__init__()
-        self.elements: list[tuple[str, dict[str, str]]] = []
-        self.texts: dict[str, str] = {}
-        self._open: list[str] = []
-        self.words: list[str] = []
-        self.feed(text.decode())
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        given = {key: value or "" for key, value in attrs}
-        self.elements.append((tag, given))
-        self._open.append(given.get("id", tag))
-
-    def handle_endtag(self, tag: str) -> None:
-        self._open.pop() if self._open else None
-
-    def handle_data(self, text: str) -> None:
-        if self._open and self._open[-1] in ("data", "arrays", "script", "style"):
-            self.texts[self._open[-1]] = self.texts.get(self._open[-1], "") + text
-        else:
-            self.words.append(text)
-
-    @property
-    def island(self) -> Any:
-        return json.loads(self.texts["data"])
-
-    @property
-    def visible(self) -> str:
-        return " ".join(self.words)
+        parser = HTMLParser(encoding="utf-8", huge_tree=True)
+        page: Any = document_fromstring(text, parser=parser)
+        self.elements = [(one.tag, dict(one.attrib)) for one in page.iter("*")]
+        self.island: Any = json.loads(page.get_element_by_id("data").text)
+        self.style = "".join(page.xpath("//style/text()"))
+        self.visible = " ".join(page.xpath("//text()[not(parent::script or parent::style)]"))
 
 
 @pytest.fixture
@@ -68,8 +46,8 @@ def test_nothing_is_loaded_from_anywhere(shared: Path, tmp_path: Path, name: str
         for key in ("src", "href", "action", "poster", "srcset", "xlink:href"):
             if key in attributes:
                 assert attributes[key].startswith(("#", "data:")), (tag, attributes)
-    assert "url(" not in html.texts["style"]
-    assert "@import" not in html.texts["style"]
+    assert "url(" not in html.style
+    assert "@import" not in html.style
     policy = next(a["content"] for t, a in html.elements if t == "meta" and "content" in a)
     assert policy.startswith("default-src 'none';")
     assert "http" not in policy
