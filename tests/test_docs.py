@@ -68,20 +68,21 @@ class Block:
 
 
 def blocks(page: Path) -> Iterator[Block]:
-    lines = page.read_text().splitlines()
-    start: int | None = None
-    for number, line in enumerate(lines):
-        if line.startswith("```"):
-            if start is None:
-                start = number
-            else:
-                language, *info = lines[start][3:].split()
-                yield Block(language, info, "\n".join(lines[start + 1 : number]) + "\n", start + 1)
-                start = None
-    assert start is None, f"{page}:{start}: a block without an end"
+    text = page.read_text()
+    assert len(re.findall("^```", text, re.M)) % 2 == 0, f"{page}: a block without an end"
+    for found in re.finditer(r"^```(.*)\n((?s:.*?))^```", text, re.M):
+        language, *info = found[1].split()
+        yield Block(language, info, found[2], text.count("\n", 0, found.start()) + 1)
 
 
 # --- code blocks -----------------------------------------------------------------------------
+
+
+#: How this Python runs a command of the pages.
+OURS = {
+    "pytest": f"{sys.executable} -m pytest -p no:cacheprovider",
+    "urdf2mbs": f"{sys.executable} -m urdf2mbs.cli",
+}
 
 
 class Page:
@@ -143,30 +144,27 @@ class Page:
                 continue
             if words[0] == "urdf2mbs" and ">" not in words:
                 code = main(words[1:])
-                said = self.capsys.readouterr()
-                self.said += said.out + said.err
+                self.said += "".join(self.capsys.readouterr())
             elif words[0] in ("gcc", "./fall"):
                 for compiler in filter(shutil.which, ("clang", "gcc")):
                     command = line.replace("gcc", f"{compiler} -std=c99 -Wall -Werror", 1)
-                    done = subprocess.run(
-                        command, shell=True, check=False, capture_output=True, text=True,
-                        cwd=self.folder,
-                    )  # fmt: skip
-                    self.said, code = done.stdout + done.stderr, done.returncode
+                    code, self.said = self.run(command)
                     assert not code, f"{command}: {self.said}"
             elif words[0] in ("pytest", "diff", "urdf2mbs"):
-                done = subprocess.run(
-                    line.replace("pytest", f"{sys.executable} -m pytest -p no:cacheprovider", 1)
-                    if words[0] == "pytest"
-                    else line.replace("urdf2mbs", f"{sys.executable} -m urdf2mbs.cli", 1),
-                    shell=True, check=False, capture_output=True, text=True, cwd=self.folder,
-                )  # fmt: skip
-                self.said += done.stdout + done.stderr
-                code = 0 if words[0] == "diff" and done.returncode == 1 else done.returncode
+                code, said = self.run(line.replace(words[0], OURS.get(words[0], "diff"), 1))
+                self.said += said
+                code = 0 if words[0] == "diff" and code == 1 else code
             else:
                 assert words[0] == "pip", line
                 continue
             assert code == wanted, f"{line}: {code}\n{self.said}"
+
+    def run(self, command: str) -> tuple[int, str]:
+        """The exit code of a command in the folder, and what it said."""
+        done = subprocess.run(
+            command, shell=True, check=False, capture_output=True, text=True, cwd=self.folder
+        )
+        return done.returncode, done.stdout + done.stderr
 
     def text(self, block: Block) -> None:
         """What was said last; '...' stands for anything.  Of a file that is there: a part of it."""

@@ -9,18 +9,13 @@ import pytest
 
 from urdf2mbs.cli import main
 from urdf2mbs.disk.record import checksum
-
-ROBOT = """<robot name="one">
-  <link name="body"><inertial><mass value="1"/>
-    <inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
-</robot>"""
+from urdf2mbs.testing import TINY
 
 
 @pytest.fixture
-def config(tmp_path: Path) -> Path:
-    (tmp_path / "one.urdf").write_text(ROBOT)
-    config = tmp_path / "one.yaml"
-    config.write_text("source: one.urdf\noutput: {project: robot}\n")
+def config(here: Path) -> Path:
+    config = here / "tiny.yaml"
+    config.write_text("source: tiny.urdf\noutput: {project: robot}\n")
     return config
 
 
@@ -47,7 +42,7 @@ def test_what_is_there_stays(config: Path) -> None:
 
 
 def test_a_file_whose_name_is_no_identifier_is_told(config: Path, capsys: Any) -> None:
-    robot, output = config.parent / "one.urdf", config.parent / "my-robot.mbs"
+    robot, output = config.parent / "tiny.urdf", config.parent / "my-robot.mbs"
     assert main(["convert", "-v", str(robot), "-o", str(output)]) == 0
     assert b"<mbsname>my_robot</mbsname>" in output.read_bytes()
     assert "note[mbs-name]: the model is called 'my_robot' in the .mbs" in capsys.readouterr().err
@@ -78,20 +73,15 @@ def test_a_starter_that_nobody_touched_is_renewed_and_a_touched_one_stays(config
 
 
 def test_a_name_that_is_gone_is_told_with_the_line(config: Path, capsys: Any) -> None:
-    urdf = config.parent / "one.urdf"
-    arm = """<link name="arm"><inertial><mass value="1"/>
-      <inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
-      <joint name="elbow" type="continuous"><parent link="body"/><child link="arm"/></joint>
-    </robot>"""
-    urdf.write_text(ROBOT.replace("</robot>", arm))
+    urdf = config.parent / "tiny.urdf"
     assert main(["run", str(config)]) == 0
     forces = config.parent / "robot" / "userfctR" / "user_JointForces.py"
-    forces.write_text('import math\n\nelbow = mbs_data.joint_id["elbow"]  # the elbow\n')
+    forces.write_text('import math\n\none = mbs_data.joint_id["shoulder"]  # the shoulder\n')
     capsys.readouterr()
     assert main(["run", str(config)]) == 0
     assert "project-names-lost" not in capsys.readouterr().err
-    urdf.write_text(urdf.read_text().replace('"elbow"', '"cubitus"'))
+    urdf.write_text(TINY.replace('"shoulder"', '"humerus"'))
     assert main(["run", str(config)]) == 0
     said = capsys.readouterr().err
     assert "warning[project-names-lost]" in said
-    assert "user_JointForces.py:3 'elbow'" in said
+    assert "user_JointForces.py:3 'shoulder'" in said
