@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import tempfile
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 from oracle.generated import CEquations, Data, PythonEquations, error, random_state
 from oracle.generated import Sensor as Measured
 from oracle.pin import TOLERANCE, Truth, pin
@@ -19,10 +20,7 @@ from urdf2mbs.equations.constraints import every_constraint
 from urdf2mbs.equations.tree import Tree
 from urdf2mbs.mbs.model import Base, Body, Connection, Joint, Mbs, Point, Sensor
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 SIGNALS = ("Pos", "Rot", "Vit", "Om", "Acc", "Omp")
 
@@ -184,9 +182,15 @@ def test_constraints(mbs: Mbs, data: st.DataObject) -> None:
     assert np.abs(jdqd - change).max() <= 1e-7 * (1.0 + np.abs(change).max())
 
 
-def spread(s: Data, wrenches: list[tuple[str | None, Array, Array, Array]], truth: Truth) -> None:
-    """Put forces and torques (ground axes) at points (ground axes) on bodies, as frc and trq."""
-    s.frc[:], s.trq[:] = 0.0, 0.0
+Wrench = tuple[str | None, Array, Array, Array]
+
+
+def check_loads(
+    s: Data, wrenches: list[Wrench], truth: Truth, tolerance: float = 10 * TOLERANCE
+) -> None:
+    """Hold frc and trq against forces and torques (ground axes) at points (ground axes) on bodies,
+    and set them back to zero."""
+    wanted = np.zeros((2, *s.frc.shape))
     bodies = {body.name: body for body in truth.mbs.bodies}
     for name, force, torque, at in wrenches:
         if name is None:
@@ -194,8 +198,65 @@ def spread(s: Data, wrenches: list[tuple[str | None, Array, Array, Array]], trut
         number = truth.number(name)
         centre = truth.sensor(s, number, np.array(bodies[name].com or (0.0, 0.0, 0.0)))
         turn = centre.R[1:, 1:]
-        s.frc[1:, number] += turn @ force
-        s.trq[1:, number] += turn @ (torque + np.cross(at - centre.P[1:], force))
+        wanted[0, 1:, number] += turn @ force
+        wanted[1, 1:, number] += turn @ (torque + np.cross(at - centre.P[1:], force))
+    assert error(np.array([s.frc, s.trq]), wanted) <= tolerance
+    s.frc[:], s.trq[:] = 0.0, 0.0
+
+
+#: What the user's functions were told of a motion: P, R, V, OM, A and OMP.
+Told = list[tuple[Array, ...]]
+
+
+def check_external_forces(eq: PythonEquations, truth: Truth, s: Data, told: Told) -> None:
+    eq.loads(s, "extforces")
+    wrenches: list[Wrench] = []
+    forced = [body for body in truth.mbs.bodies if body.points[0].extforce]
+    for i, body in enumerate(forced, start=1):
+        at = place(truth, s, (body.name, "P"))
+        for found, name in zip(told[i - 1], ("P", "R", "V", "OM", "A", "OMP"), strict=True):
+            assert error(found, getattr(at, name)) <= TOLERANCE
+        own = place(truth, s, (body.name, None))
+        point = own.P[1:] + own.R[1:, 1:].T @ [0.1, -0.2, 0.3]
+        force, torque = np.array([1.0, 2, 3]) * i, np.array([4.0, 5, 6]) * i
+        wrenches.append((body.name, force, torque, point))
+    check_loads(s, wrenches, truth, TOLERANCE)
+
+
+def check_links(eq: PythonEquations, truth: Truth, s: Data) -> None:
+    eq.loads(s, "link")
+    wrenches: list[Wrench] = []
+    links = [link for link in truth.mbs.links if link.kind == "link"]
+    for number, link in enumerate(links, start=1):
+        one, two = place(truth, s, link.endpoint1), place(truth, s, link.endpoint2)
+        d, v = two.P[1:] - one.P[1:], two.V[1:] - one.V[1:]
+        z = np.linalg.norm(d)
+        zd = d @ v / z
+        assert error(s.Z[number : number + 1], np.array([z])) <= TOLERANCE
+        assert abs(s.Zd[number] - zd) <= TOLERANCE * (1 + np.abs(v).max())
+        pull = (3 * z + 2 * zd) * d / z
+        wrenches.append((link.endpoint1[0], pull, np.zeros(3), one.P[1:]))
+        wrenches.append((link.endpoint2[0], -pull, np.zeros(3), two.P[1:]))
+    check_loads(s, wrenches, truth)
+
+
+def check_link_3d(eq: PythonEquations, truth: Truth, s: Data, told: Told) -> None:
+    told.clear()
+    eq.loads(s, "link3D")
+    link = truth.mbs.links[-1]
+    one, two = place(truth, s, link.endpoint1), place(truth, s, link.endpoint2)
+    turn, d = one.R[1:, 1:], two.P[1:] - one.P[1:]
+    w, v = one.OM[1:], two.V[1:] - one.V[1:]
+    seen, spin = v - np.cross(w, d), two.OM[1:] - w
+    a = two.A[1:] - one.A[1:] - np.cross(one.OMP[1:], d) - np.cross(w, np.cross(w, d))
+    rate = two.OMP[1:] - one.OMP[1:] - np.cross(w, spin)
+    for x, y in ((0, d), (2, seen), (3, spin), (4, a - 2 * np.cross(w, seen)), (5, rate)):
+        assert error(told[0][x][1:], turn @ y) <= 10 * TOLERANCE or np.abs(y).max() < 1e-9
+    assert error(told[0][1][1:, 1:], two.R[1:, 1:] @ turn.T) <= TOLERANCE
+    force, torque = turn.T @ [1.0, 2, 3], turn.T @ [4.0, 5, 6]
+    wrenches = [(link.endpoint1[0], force, torque, two.P[1:]),
+                (link.endpoint2[0], -force, -torque, two.P[1:])]  # fmt: skip
+    check_loads(s, wrenches, truth)
 
 
 @settings(slow, max_examples=6)
@@ -208,81 +269,23 @@ def test_links_and_external_forces(mbs: Mbs, data: st.DataObject) -> None:
         one = data.draw(ends)
         two = data.draw(ends.filter(lambda end, one=one: end[0] != one[0]))
         mbs.links.append(Connection(kind, f"l{i}", one, two))
-    forced = [mbs.bodies[0], mbs.bodies[-1]]
-    for i, body in enumerate(forced):
+    for i, body in enumerate([mbs.bodies[0], mbs.bodies[-1]]):
         body.points[0].extforce = Sensor(f"f{i}", SIGNALS)
     truth = Truth(mbs)
-    told: list[tuple[Array, ...]] = []
+    told: Told = []
+
+    def push(*words: Any) -> Array:
+        told.append(tuple(np.array(x) for x in words[:6]))
+        return np.array([0.0, *(np.arange(1.0, 7.0) * words[-1]), 0.1, -0.2, 0.3])
+
     for c in (False, True)[: 1 + (len(mbs.bodies) == 2)]:
         eq, s = written(mbs, c=c), random_state(mbs, np.random.default_rng(6), loads=False)
         told.clear()
-
-        def push(
-            p: Array, r: Array, v: Array, om: Array, a: Array, omp: Array, *rest: Any
-        ) -> Array:
-            told.append(tuple(np.array(x) for x in (p, r, v, om, a, omp)))
-            out = np.zeros(10)
-            out[1:7] = np.arange(1.0, 7.0) * rest[-1]
-            out[7:] = [0.1, -0.2, 0.3]
-            return out
-
         s.user_ExtForces = s.user_Link3DForces = push
         s.user_LinkForces = lambda z, zd, *_: 3.0 * z + 2.0 * zd
-        eq.loads(s, "extforces")
-        wrenches = []
-        for i, body in enumerate(forced, start=1):
-            at = place(truth, s, (body.name, "P"))
-            for found, name in zip(told[i - 1], ("P", "R", "V", "OM", "A", "OMP"), strict=True):
-                assert error(found, getattr(at, name)) <= TOLERANCE
-            own = place(truth, s, (body.name, None))
-            point = own.P[1:] + own.R[1:, 1:].T @ [0.1, -0.2, 0.3]
-            wrenches.append(
-                (body.name, np.array([1.0, 2, 3]) * i, np.array([4.0, 5, 6]) * i, point)
-            )
-        found = np.array([s.frc, s.trq])
-        spread(s, wrenches, truth)
-        assert error(found, np.array([s.frc, s.trq])) <= TOLERANCE
-
-        s.frc[:], s.trq[:], wrenches = 0.0, 0.0, []
-        eq.loads(s, "link")
-        for number, link in enumerate([one for one in mbs.links if one.kind == "link"], start=1):
-            one, two = place(truth, s, link.endpoint1), place(truth, s, link.endpoint2)
-            d, v = two.P[1:] - one.P[1:], two.V[1:] - one.V[1:]
-            z = np.linalg.norm(d)
-            zd = d @ v / z
-            assert error(s.Z[number : number + 1], np.array([z])) <= TOLERANCE
-            assert abs(s.Zd[number] - zd) <= TOLERANCE * (1 + np.abs(v).max())
-            pull = (3 * z + 2 * zd) * d / z
-            wrenches.append((link.endpoint1[0], pull, np.zeros(3), one.P[1:]))
-            wrenches.append((link.endpoint2[0], -pull, np.zeros(3), two.P[1:]))
-        found = np.array([s.frc, s.trq])
-        spread(s, wrenches, truth)
-        assert error(found, np.array([s.frc, s.trq])) <= 10 * TOLERANCE
-
-        s.frc[:], s.trq[:] = 0.0, 0.0
-        told.clear()
-        eq.loads(s, "link3D")
-        link = mbs.links[-1]
-        one, two = place(truth, s, link.endpoint1), place(truth, s, link.endpoint2)
-        turn, d = one.R[1:, 1:], two.P[1:] - one.P[1:]
-        w, v = one.OM[1:], two.V[1:] - one.V[1:]
-        seen = v - np.cross(w, d)
-        a = two.A[1:] - one.A[1:] - np.cross(one.OMP[1:], d) - np.cross(w, np.cross(w, d))
-        rate = two.OMP[1:] - one.OMP[1:] - np.cross(w, two.OM[1:] - w)
-        for x, y in (
-            (0, d),
-            (2, seen),
-            (3, two.OM[1:] - w),
-            (4, a - 2 * np.cross(w, seen)),
-            (5, rate),
-        ):
-            assert error(told[0][x][1:], turn @ y) <= 10 * TOLERANCE or np.abs(y).max() < 1e-9
-        assert error(told[0][1][1:, 1:], two.R[1:, 1:] @ turn.T) <= TOLERANCE
-        found = np.array([s.frc, s.trq])
-        force, torque = turn.T @ [1.0, 2, 3], turn.T @ [4.0, 5, 6]
-        spread(s, [(link.endpoint1[0], force, torque, two.P[1:]),
-                   (link.endpoint2[0], -force, -torque, two.P[1:])], truth)  # fmt: skip
-        assert error(found, np.array([s.frc, s.trq])) <= 10 * TOLERANCE
+        check_external_forces(eq, truth, s, told)
+        check_links(eq, truth, s)
+        check_link_3d(eq, truth, s, told)
 
 
 def four_bar() -> Mbs:
