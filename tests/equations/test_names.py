@@ -95,6 +95,7 @@ def test_files_with_hostile_names_run(language: str, tmp_path: Path) -> None:
         ("lambda", 0, ""),
         ("a" * 500, 2, "cannot write"),  # no file system takes it
         ("bras_droité", 1, "<mbsname>"),
+        ("my robot", 1, "mbsname-no-identifier"),
     ],
 )
 def test_the_name_of_a_model(
