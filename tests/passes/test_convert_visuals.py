@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
 import pytest
-from oracle.multibody import rotation
 
 from urdf2mbs import convert
 from urdf2mbs.mbs.model import GREY, Shape
@@ -65,16 +63,6 @@ def visuals(folder: Path, *elements: str) -> list[Shape]:
         ROBOT.format(material="").replace('<visual name="shown">', inside + "<visual>")
     )
     return convert(robot).mbs.bodies[0].shapes[: len(elements)]
-
-
-def test_a_cylinders_axis_is_turned_first_and_then_the_visual(tmp_path: Path) -> None:
-    cylinder = '<origin rpy="0.3 -0.2 0.1"/><geometry><cylinder radius="1" length="2"/></geometry>'
-    (found,) = visuals(tmp_path, cylinder)
-    a, b, c = found.rotation
-    turn = rotation((1, 0, 0), a) @ rotation((0, 1, 0), b) @ rotation((0, 0, 1), c)
-    given = rotation((0, 0, 1), 0.1) @ rotation((0, 1, 0), -0.2) @ rotation((1, 0, 0), 0.3)
-    np.testing.assert_allclose(turn @ (0, 1, 0), given @ (0, 0, 1), atol=1e-15)
-    assert (found.radius, found.height) == (1.0, 2.0)
 
 
 def test_meshes_whose_names_differ_in_case_only(tmp_path: Path) -> None:

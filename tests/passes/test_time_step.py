@@ -253,20 +253,6 @@ def test_a_quarter_of_the_step_gives_the_same_motion(source: Path, tmp_path: Pat
     assert np.abs(compiled(project).positions(1.0, step, 20) - fine).max() <= 1e-3 * moved
 
 
-def test_followers_move_by_the_rules_of_the_reduction(tmp_path: Path) -> None:
-    """The arm's second finger follows the first one."""
-    result = convert(ROOT / "configs" / "arm.urdf.xacro", output={"project": tmp_path / "arm"})
-    conversion = result.conversion
-    mass = Mass(result.mbs)
-    names = [placed.joint.name for placed in mass.placement.joints]
-    free = [p.joint.name for p in mass.placement.joints if p.joint.nature == "independent"]
-    found = reduction_of(mass, conversion.simulation)
-    (coupling,) = conversion.simulation.couplings
-    row = found[names.index(coupling.follower.name)]
-    wanted = [coupling.multiplier * (name == coupling.leader.name) for name in free]
-    np.testing.assert_allclose(row, wanted, rtol=0, atol=1e-12)
-
-
 @pytest.mark.parametrize("kind", ["ball", "rod", "solid"])
 def test_a_closed_loop_stays_closed(kind: str) -> None:
     """The velocities that the time step is computed with open no cut."""

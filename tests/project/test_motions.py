@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import sys
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -330,20 +329,6 @@ def test_the_start_is_closed_or_not(rich: Path) -> None:
     data.q[2] = math.nan
     with pytest.raises(ConversionError, match=f"position or speed of '{list(data.joint_id)[1]}'"):
         dirdyn.run()
-
-
-def test_the_path_of_python_is_as_before(slider: Path, rich: Path) -> None:
-    first, second = MbsData(model(slider)), MbsData(model(rich))
-    before = list(sys.path), {*sys.modules}
-    for data in (first, second, first):
-        with loaded(data):
-            assert sys.path[0] == str(data.user_path)
-            assert sys.modules["MBsysPy"].MbsData is MbsData
-            data.user_JointForces(data, 0.0)
-            own = [module for module in sys.modules if module.endswith("_robot")]
-            assert own == [f"{data.mbs_name}_robot"]
-    assert sys.path == before[0]
-    assert {m for m in {*sys.modules} - before[1] if "_robot" in m or m == "MBsysPy"} == set()
 
 
 def test_derivatives_are_differences(rich: Path, slider: Path) -> None:

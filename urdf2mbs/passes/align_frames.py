@@ -211,16 +211,14 @@ def _lay_axis(conversion: Conversion, frame: _Frame) -> None:
 
 def _across(v: Vec, axis: Vec, small: float) -> Vec | None:
     """The direction of the part of v at right angles to the axis; None if v is along the axis."""
-    a, b, c = axis
-    x, y, z = v
     for _ in range(2):  # if v is nearly along the axis, the second round removes the rounding
-        along = x * a + y * b + z * c
-        x, y, z = x - along * a, y - along * b, z - along * c
+        along = dot(v, axis)
+        x, y, z = (part - along * a for part, a in zip(v, axis, strict=True))
         length = hypot(x, y, z)
         if length <= small:
             return None
-        x, y, z = x / length, y / length, z / length
-    return (x, y, z)
+        v = (x / length, y / length, z / length)
+    return v
 
 
 def _renumber(rot: Rot, by: int) -> Rot:

@@ -37,9 +37,6 @@ class FindSingular(Pass):
                 "and some bodies have no mass or no inertia about some axis",
             )
             return
-        conversion.report["singular"] = []
-        if not singular:
-            return
         owner = {
             name: joint for joint, names in conversion.names.coordinates.items() for name in names
         }

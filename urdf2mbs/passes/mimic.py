@@ -39,7 +39,11 @@ class Mimic(Pass):
         ]
         choose(self.joints, followers, "mimic-joints", "mimic: no joint that mimics another")
         in_project = conversion.settings.project is not None
-        natures = {name: self._nature(name, in_project=in_project) for name in followers}
+        natures: dict[str, Nature] = dict.fromkeys(
+            followers, "dependent" if in_project else "independent"
+        )
+        for pattern, nature in reversed(self.joints.items()):
+            natures |= dict.fromkeys((n for n in followers if fits(n, [pattern])), nature)
         free = {name for name, nature in natures.items() if nature == "independent"}
         for name, nature in natures.items():
             if name in free:
@@ -87,9 +91,3 @@ class Mimic(Pass):
         couplings = [*simulation.couplings, *simulation.driven]
         if couplings:
             conversion.report["mimic"] = [msgspec.structs.asdict(c) for c in couplings]
-
-    def _nature(self, name: str, *, in_project: bool) -> Nature:
-        for pattern, nature in self.joints.items():
-            if fits(name, [pattern]):
-                return nature
-        return "dependent" if in_project else "independent"
