@@ -1,4 +1,4 @@
-"""Colours and shapes of the visuals; their poses are proven in test_random_robots.py."""
+"""Colours and files of the visuals; test_random_robots.py proves their sizes and poses."""
 
 from __future__ import annotations
 
@@ -46,14 +46,6 @@ def test_colour(
     found = shape(tmp_path, material)
     assert found.color == color
     assert found.transparency == transparency
-
-
-def test_the_sizes_are_full_lengths(tmp_path: Path) -> None:
-    robot = tmp_path / "robot.urdf"
-    robot.write_text(ROBOT.format(material=""))
-    sphere, box = convert(robot).mbs.bodies[0].shapes
-    assert (sphere.kind, sphere.radius) == ("sphere", 0.1)
-    assert (box.kind, box.size) == ("box", (1.0, 2.0, 3.0))
 
 
 def visuals(folder: Path, *elements: str) -> list[Shape]:
