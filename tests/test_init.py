@@ -9,6 +9,7 @@ from typing import Any
 import msgspec
 import pytest
 import yaml
+from proving import SOLID, joint, link, robot
 from robots import BROKEN, CONVERTIBLE, RealRobot
 
 from urdf2mbs import convert
@@ -117,22 +118,14 @@ passes:
 LIMITED = """<robot name="arm"><link name="world"/><link name="a"><visual><geometry>
 <box size="1 1 1"/></geometry></visual>MASS</link><joint name="j: 1" type="revolute">
 <parent link="world"/><child link="a"/><limit lower="0.5" upper="1.5"/></joint></robot>"""
-MASS = """<inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>
-</inertial>"""
 
 
-def part(name: str, parent: str, xyz: str, kind: str = "revolute", shape: str = "") -> str:
-    """A link with mass and a shape (a box of 0.2 m, if nothing else), and the joint to it."""
-    shape = shape or '<box size="0.2 0.2 0.2"/>'
-    joint = (
-        f'<joint name="{name}_joint" type="{kind}"><origin xyz="{xyz}"/><parent link="{parent}"/>'
-        f'<child link="{name}"/><axis xyz="1 0 0"/>'
-        '<limit lower="-1" upper="2" effort="1" velocity="1"/></joint>'
-    )
-    return (
-        f'<link name="{name}">{MASS}<collision><geometry>{shape}</geometry></collision></link>'
-        + joint * bool(parent)
-    )
+def part(
+    name: str, parent: str, xyz: str, kind: str = "revolute", shape: str = '<box size=".2 .2 .2"/>'
+) -> str:
+    """A link with a mass and a shape, and the joint to it."""
+    solid = link(name, SOLID, f"<collision><geometry>{shape}</geometry></collision>")
+    return solid + joint(parent, name, kind, xyz=xyz, axis="1 0 0") * bool(parent)
 
 
 TRUNK = part("trunk", "", "")
@@ -151,12 +144,12 @@ GONE = '<mesh filename="gone.stl"/>'
         (part("l", "trunk", "0 1 1") + part("r", "trunk", "0 -1 1"), []),  # fingers of a palm
         (LEGS + part("claw", "l", "0 0 -1", shape=GONE), []),  # the lowest shape is not there
         # a leg starts in the middle of its limits, and not at zero
-        (LEGS.replace("0 1 -1", "0 1 0").replace('lower="-1"', 'lower="1"', 1)
+        (LEGS.replace("0 1 -1", "0 1 0").replace('lower="-1" upper="1"', 'lower="1" upper="2"', 1)
          + part("foot", "l", "0 0 -1.5", "fixed"), ["r"]),
     ],
 )  # fmt: skip
 def test_feet_touch_the_ground_in_the_start_pose(parts: str, feet: list[str], here: Path) -> None:
-    (here / "r.urdf").write_text(f'<robot name="r">{TRUNK}{parts}</robot>')
+    (here / "r.urdf").write_text(robot(TRUNK, parts))
     assert sorted(init("r.urdf")[1].feet) == feet
     text = (here / "r.yaml").read_text()
     assert ("contacts:" in text) == bool(feet)
@@ -168,7 +161,7 @@ def test_feet_touch_the_ground_in_the_start_pose(parts: str, feet: list[str], he
 
 
 def test_the_start_position_is_within_the_limits(here: Path) -> None:
-    (here / "arm.urdf").write_text(LIMITED.replace("MASS", MASS))
+    (here / "arm.urdf").write_text(LIMITED.replace("MASS", SOLID))
     assert main(["init", "arm.urdf"]) == 0
     written = yaml.safe_load((here / "arm.yaml").read_text())
     assert written["passes"] == {"posture": {"joints": {"j: 1": 1.0}}}
