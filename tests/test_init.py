@@ -143,6 +143,8 @@ GONE = '<mesh filename="gone.stl"/>'
         (part("l", "trunk", "0 1 -1", "continuous") + part("r", "trunk", "0 -1 -1"), []),  # a wheel
         (part("l", "trunk", "0 1 1") + part("r", "trunk", "0 -1 1"), []),  # fingers of a palm
         (LEGS + part("claw", "l", "0 0 -1", shape=GONE), []),  # the lowest shape is not there
+        # only looks touch the ground, and the shape that collides is not there
+        (LEGS.replace("collision", "visual") + part("sole", "l", "0 0 0.1", "fixed", GONE), []),
         # a leg starts in the middle of its limits, and not at zero
         (LEGS.replace("0 1 -1", "0 1 0").replace('lower="-1" upper="1"', 'lower="1" upper="2"', 1)
          + part("foot", "l", "0 0 -1.5", "fixed"), ["r"]),
@@ -150,7 +152,7 @@ GONE = '<mesh filename="gone.stl"/>'
 )  # fmt: skip
 def test_feet_touch_the_ground_in_the_start_pose(parts: str, feet: list[str], here: Path) -> None:
     (here / "r.urdf").write_text(robot(TRUNK, parts))
-    assert sorted(init("r.urdf")[1].feet) == feet
+    assert sorted(init("r.urdf", base="floating")[1].feet) == feet
     text = (here / "r.yaml").read_text()
     assert ("contacts:" in text) == bool(feet)
     # what is offered, runs
