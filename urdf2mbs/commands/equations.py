@@ -6,10 +6,8 @@ import argparse
 import sys
 from pathlib import Path
 
-import msgspec
-
 from urdf2mbs.commands.printing import near, print_json
-from urdf2mbs.commands.settings import add_printing, path
+from urdf2mbs.commands.settings import add_printing, path, refuse
 from urdf2mbs.commands.streams import is_stream, read_bytes
 from urdf2mbs.disk.files import project_of
 from urdf2mbs.disk.output import write_files
@@ -56,10 +54,8 @@ def carry_out(arguments: argparse.Namespace) -> int:
     from urdf2mbs.equations import generate
     from urdf2mbs.mbs.reader import read
 
-    if arguments.no_pairs and arguments.language != "c":
-        raise ConfigError("usage", "--no-pairs is for C: leave it out, or add --language c")
-    if arguments.standalone and arguments.language != "c":
-        raise ConfigError("usage", "--standalone is for C: add --language c")
+    if arguments.language != "c":
+        refuse(arguments, ("no_pairs", "standalone"), "C: leave it out, or add --language c")
     if arguments.standalone and arguments.output is None:
         raise ConfigError(
             "usage", "--standalone writes headers with the names of Robotran's: it needs a folder "
@@ -82,11 +78,10 @@ def carry_out(arguments: argparse.Namespace) -> int:
     files = {folder / name: text for name, text in made.files.items()}
     write_files(files, force=arguments.force)
     if arguments.json:
-        counts = {name: msgspec.to_builtins(count) for name, count in made.counts.items()}
         fixed = {name: q for _, name, q in made.fixed}
         print_json(
-            {"model": mbs.name, "output": str(folder), "counts": counts, "fixed": fixed,
-             "not_generated": made.left_out, "warnings": msgspec.to_builtins(made.warnings)}
+            {"model": mbs.name, "output": str(folder), "counts": made.counts, "fixed": fixed,
+             "not_generated": made.left_out, "warnings": made.warnings}
         )  # fmt: skip
         return 0
     print(f"{mbs.name}: equations of {len(mbs.numbers())} joints written to {folder}")

@@ -6,13 +6,9 @@ from collections.abc import Iterable, Sequence
 from html import escape
 from typing import TypeAlias
 
-import msgspec
 
-
-class Html(msgspec.Struct, frozen=True):
+class Html(str):
     """Text that is HTML already."""
-
-    text: str
 
 
 Cell: TypeAlias = "str | float | Sequence[float | None] | Html | None"
@@ -57,7 +53,7 @@ def _attributes(about: dict[str, str]) -> str:
 
 def _html(cell: Cell) -> str:
     if isinstance(cell, Html):
-        return cell.text
+        return cell
     if cell is None or isinstance(cell, str):
         return escape(cell or "")
     if isinstance(cell, (int, float)):
