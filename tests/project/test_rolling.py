@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from proving import joint, link, robot
 
 from urdf2mbs import simulate
 from urdf2mbs.disk.output import write
@@ -14,12 +15,10 @@ from urdf2mbs.engine.pipeline import Pipeline
 FORCE, TIME = 2.0, 0.4
 
 
-def link(name: str, mass: float, moments: str, shape: str = "") -> str:
+def solid(mass: float, moments: str) -> str:
     xx, yy, zz = moments.split()
-    return (
-        f'<link name="{name}"><inertial><mass value="{mass}"/><inertia ixx="{xx}" iyy="{yy}" '
-        f'izz="{zz}" ixy="0" ixz="0" iyz="0"/></inertial>{shape}</link>'
-    )
+    inertia = f'<inertia ixx="{xx}" iyy="{yy}" izz="{zz}" ixy="0" ixz="0" iyz="0"/>'
+    return f'<inertial><mass value="{mass}"/>{inertia}</inertial>'
 
 
 def shape(geometry: str) -> str:
@@ -27,24 +26,15 @@ def shape(geometry: str) -> str:
     return f"<collision>{origin}<geometry>{geometry}</geometry></collision>"
 
 
-def joint(name: str, kind: str, at: str) -> str:
-    return (
-        f'<joint name="{name}_joint" type="{kind}"><origin xyz="{at}"/><parent link="chassis"/>'
-        f'<child link="{name}"/><axis xyz="0 1 0"/></joint>'
-    )
-
-
 WHEEL = shape('<cylinder radius="0.08" length="0.04"/>')
-CART = (
-    '<robot name="cart">'
-    + link("chassis", 4.0, "0.05 0.08 0.1")
-    + "".join(
-        link(side, 0.5, "0.0008 0.0012 0.0008", WHEEL) + joint(side, "continuous", at)
-        for side, at in (("left", "0.1 0.2 0.08"), ("right", "0.1 -0.2 0.08"))
-    )
-    + link("ball", 0.2, "5e-5 5e-5 5e-5", shape('<sphere radius="0.03"/>'))
-    + joint("ball", "ball", "-0.15 0 0.03")
-    + "</robot>"
+CART = robot(
+    link("chassis", solid(4.0, "0.05 0.08 0.1")),
+    link("left", solid(0.5, "0.0008 0.0012 0.0008"), WHEEL),
+    link("right", solid(0.5, "0.0008 0.0012 0.0008"), WHEEL),
+    link("ball", solid(0.2, "5e-5 5e-5 5e-5"), shape('<sphere radius="0.03"/>')),
+    joint("chassis", "left", xyz="0.1 0.2 0.08", axis="0 1 0"),
+    joint("chassis", "right", xyz="0.1 -0.2 0.08", axis="0 1 0"),
+    joint("chassis", "ball", "ball", xyz="-0.15 0 0.03", axis="0 1 0"),
 )
 
 
@@ -67,5 +57,5 @@ def test_a_cart_that_is_pushed_rolls(tmp_path: Path, language: str) -> None:
     mass = 5.2 + 2 * 0.0012 / 0.08**2 + 5e-5 / 0.03**2
     way = FORCE / mass * TIME**2 / 2
     assert results.joint("floating_base_T1")[-1] == pytest.approx(way, rel=0.02)
-    for wheel, radius in (("left_joint", 0.08), ("right_joint", 0.08), ("ball_joint_R2", 0.03)):
-        assert results.joint(wheel)[-1] * radius == pytest.approx(way, rel=0.05)
+    for wheel, radius in (("left", 0.08), ("right", 0.08), ("ball_R2", 0.03)):
+        assert results.joint(f"chassis_to_{wheel}")[-1] * radius == pytest.approx(way, rel=0.05)

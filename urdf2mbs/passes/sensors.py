@@ -7,6 +7,8 @@ sensor, which knows the sensor's axes, since a point has none.
 
 from __future__ import annotations
 
+from math import dist
+
 from urdf2mbs.conversion import Conversion, Segment, choose
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs import model as mbs
@@ -18,7 +20,7 @@ from urdf2mbs.spatial import HERE, Pose, compose
 from urdf2mbs.urdf.gazebo import MOTION
 from urdf2mbs.urdf.model import Sensor
 
-#: Two places (m, 1) are the same if they differ by no more: files round their digits.
+#: Two places are the same if their numbers (m, 1) are no further apart: files round their digits.
 CLOSE = 1e-6
 
 
@@ -87,7 +89,8 @@ def _name_apart(conversion: Conversion, sensors: list[Sensor]) -> dict[str, Sens
     for sensor in sensors:
         twins = names.setdefault((sensor.name, sensor.on, sensor.type in MOTION), [])
         for name in twins:
-            if HERE in (sensor.pose, named[name].pose) or _close(sensor.pose, named[name].pose):
+            one, two = sensor.pose, named[name].pose
+            if HERE in (one, two) or dist((*one.xyz, *one.rot), (*two.xyz, *two.rot)) <= CLOSE:
                 if sensor.pose != HERE:
                     named[name] = sensor
                 break
@@ -105,12 +108,6 @@ def _name_apart(conversion: Conversion, sensors: list[Sensor]) -> dict[str, Sens
             twins.append(name)
             named[name] = sensor
     return named
-
-
-def _close(one: Pose, two: Pose) -> bool:
-    return all(
-        abs(a - b) <= CLOSE for a, b in zip((*one.xyz, *one.rot), (*two.xyz, *two.rot), strict=True)
-    )
 
 
 def _put(
