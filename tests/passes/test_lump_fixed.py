@@ -5,7 +5,6 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
-import numpy as np
 import pytest
 from oracle.mbs import Evaluator
 from proving import BOX, SOLID, chains, joint, link, prove, robot
@@ -120,19 +119,3 @@ def test_a_kept_link_behind_a_moving_massless_one_needs_no_joint_of_its_own() ->
     )  # fmt: skip
     result = prove(text, base="fixed", passes={"lump-fixed": {"keep": ["tip"]}})
     assert chains(result) == {"tip": ["R3"]}
-
-
-def test_massless_frames_between_moving_joints() -> None:
-    """Frames fixed to what has no body: known to the report, after a joint."""
-    text = robot(
-        link("world"), link("one"), link("two"), link("three"), link("tip", SOLID),
-        joint("world", "one", axis="1 0 0"), joint("one", "two", "fixed", rpy="0.3 0 0"),
-        joint("two", "three", axis="0 1 1"), joint("three", "tip", axis="0 0 1"),
-    )  # fmt: skip
-    result = prove(text, base="fixed")
-    assert bodies(result) == ["tip"]
-    assert [result.frames[name].body for name in ("one", "two", "three")] == ["tip"] * 3
-    joints = [result.frames[name].joint for name in ("one", "two", "three")]
-    assert joints == ["world_to_one", "world_to_one", "two_to_three"]
-    turn = np.array(result.frames["two"].pose.rot).reshape(3, 3)
-    assert not np.allclose(turn, np.array(result.frames["one"].pose.rot).reshape(3, 3))

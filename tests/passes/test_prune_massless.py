@@ -116,9 +116,3 @@ def test_keep(keep: tuple[str, ...], bodies: list[str]) -> None:
     result = pruned(link("wrist"), *HAND, *tool, joint("world", "wrist"), keep=keep)
     assert list(steps(result)) == bodies
     assert [body.name for body in result.mbs.bodies] == bodies
-
-
-def test_inertia_without_mass_is_something() -> None:
-    rotor = '<inertial><mass value="0"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>'
-    result = pruned(link("wrist", rotor + "</inertial>"), *HAND, joint("world", "wrist"))
-    assert list(steps(result)) == ["wrist", "hand"]
