@@ -1,4 +1,7 @@
-"""Write an .mbs file: the elements of ``fields``, in the order that MBSysPad itself writes."""
+"""Write an .mbs file: the elements of ``fields``, in the order that MBSysPad itself writes.
+
+The tables of ``fields`` become functions once, as in the reader.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +31,12 @@ from urdf2mbs.mbs.reader import read_again
 from urdf2mbs.mbs.rewrite import AT, FROM, Rewriter
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from lxml.etree import _Element
+
+    #: Gives a value as text, with the marks that the writer knows.
+    Write = Callable[["_Writer", Any], str]
 
 
 class _NotFiniteError(ValueError):
@@ -88,44 +96,16 @@ def _spelled(root: _Element, source: bytes) -> bytes:
 
 
 class _Writer:
-    """Gives the elements of a model as text.  ``pad`` stands before each of them."""
+    """Writes a model.  Objects that were read from ``source`` or ``other`` get marks."""
 
     def __init__(self, source: bytes | None = None, other: bytes | None = None) -> None:
         self.source, self.other = source, other
-        """The files to which the origins belong that are marked."""
         self.marked: set[int] = set()
 
     def mbs(self, mbs: Mbs) -> str:
         _check(mbs)
-        inside = self.object("mbs", mbs, "  ")
+        inside = _object("mbs", "  ")(self, mbs)
         return f'<?xml version="1.0" encoding="UTF-8"?>\n<mbsDescR7>\n{inside}</mbsDescR7>\n'
-
-    def object(self, key: str, thing: Any, pad: str) -> str:
-        """The children of the element of one of the ``OBJECTS``."""
-        owner = OBJECTS[key]
-        try:
-            return self.table(owner.table, thing, pad)
-        except _NotFiniteError as error:
-            if not owner.what:
-                raise
-            raise ValueError(f"{owner.in_words(thing)} {error}") from None
-
-    def table(self, table: Table, thing: Any, pad: str) -> str:
-        texts: list[str] = []
-        for tag, entry in table.items():
-            if isinstance(entry, tuple):
-                value = getattr(thing, entry[0])
-                if value is not None:
-                    texts.append(self.value(tag, entry[1], value, pad))
-            elif entry is MARK:
-                texts.append(f"{pad}<{tag}/>\n")
-            else:
-                texts.append(_around(tag, self.table(entry, thing, f"{pad}  "), pad))
-        return "".join(texts)
-
-    def part(self, tag: str, part: Part, pad: str) -> str:
-        inside = self.object(tag, part, f"{pad}  ")
-        return f"{pad}<{tag}{self.mark(part)}>\n{inside}{pad}</{tag}>\n"
 
     def mark(self, part: Part) -> str:
         """The mark of an object that was read; a copy of one is new."""
@@ -139,63 +119,124 @@ class _Writer:
         self.marked.add(origin.number)
         return f' {AT}="{origin.number}"'
 
-    def value(self, tag: str, kind: Kind | frozenset[str], value: Any, pad: str) -> str:
-        within = f"{pad}  "
-        match kind:
-            case "xyz" | "xy" | "inertia":
-                return _gaps(tag, kind, pad) % tuple(map(_number, value))
-            case "number":
-                return f"{pad}<{tag}>{_number(value)}</{tag}>\n"
-            case "text" | "word":
-                return f"{pad}<{tag}>{_text(value)}</{tag}>\n"
-            case "title":
-                return f"{pad}<{tag}>{_text(value)}</{tag}>\n" if value else ""
-            case "texts":
-                return "".join([f"{pad}<{tag}>{_text(text)}</{tag}>\n" for text in value])
-            case "flag":
-                return f"{pad}<{tag}/>\n" if value else ""
-            case "color":
-                red, green, blue = value
-                return f'{pad}<{tag} R="{red:d}" G="{green:d}" B="{blue:d}"/>\n'
-            case "sensor":
-                measures = "".join([f' {measure}="true"' for measure in value.measures])
-                return f'{pad}<{tag}{self.mark(value)} name="{_text(value.name)}"{measures}/>\n'
-            case "place":
-                body, point = value
-                inside = self.value("bodyname", "text", BASE if body is None else body, within)
-                inside += self.value(
-                    "pointname", "text", ORIGIN if point is None else point, within
-                )
-            case "coordinates":
-                inside = self.value("coordinates", "xyz", value, within)
-            case "control points":
-                inside = "".join([self.value("control_point", "xy", xy, within) for xy in value])
-            case "symbols":
-                inside = "".join([f"{within}<{symbol}/>\n" for symbol in value])
-            case "base" | "drawing" | "view":
-                inside = self.object(kind, value, within)
-            case "parts":
-                return "".join([self.part(tag, part, pad) for part in value])
-            case _:
-                only = next(iter(kind))
-                inside = "".join(
-                    [self.part(getattr(part, "kind", only), part, within) for part in value]
-                )
-        return _around(tag, inside, pad)
-
 
 @cache
-def _gaps(tag: str, kind: str, pad: str) -> str:
-    """An element of numbers, with ``%s`` for each."""
-    parts = "".join([f"{pad}  <{part}>%s</{part}>\n" for part in INSIDE[kind]])
-    return f"{pad}<{tag}>\n{parts}{pad}</{tag}>\n"
+def _object(key: str, pad: str) -> Write:
+    """Writes the children of the element of one of the ``OBJECTS``; ``pad`` stands before each."""
+    owner = OBJECTS[key]
+    write = _table(owner.table, pad)
+
+    def write_object(writer: _Writer, thing: Any) -> str:
+        try:
+            return write(writer, thing)
+        except _NotFiniteError as error:
+            if not owner.what:
+                raise
+            raise ValueError(f"{owner.in_words(thing)} {error}") from None
+
+    return write_object
 
 
-def _around(tag: str, inside: str, pad: str) -> str:
-    """An element around others; without others only if it is ``KEPT``."""
-    if inside:
-        return f"{pad}<{tag}>\n{inside}{pad}</{tag}>\n"
-    return f"{pad}<{tag}/>\n" if tag in KEPT else ""
+def _table(table: Table, pad: str) -> Write:
+    entries: list[tuple[str, Write]] = []
+    for tag, entry in table.items():
+        if isinstance(entry, tuple):
+            entries.append((entry[0], _value(tag, entry[1], pad)))
+        elif entry is MARK:
+            entries.append(("", _constant(f"{pad}<{tag}/>\n")))
+        else:
+            entries.append(("", _around(tag, _table(entry, f"{pad}  "), pad)))
+
+    def write_table(writer: _Writer, thing: Any) -> str:
+        texts = []
+        for field, write in entries:
+            value = getattr(thing, field) if field else thing
+            if value is not None:
+                texts.append(write(writer, value))
+        return "".join(texts)
+
+    return write_table
+
+
+def _value(tag: str, kind: Kind | frozenset[str], pad: str) -> Write:
+    """Writes a value of a kind as an element, or as several."""
+    within = f"{pad}  "
+    line = f"{pad}<{tag}>%s</{tag}>\n"
+    match kind:
+        case "xyz" | "xy" | "inertia":
+            parts = "".join([f"{within}<{part}>%s</{part}>\n" for part in INSIDE[kind]])
+            lines = f"{pad}<{tag}>\n{parts}{pad}</{tag}>\n"
+            return lambda _, value: lines % tuple(map(_number, value))
+        case "number":
+            return lambda _, value: line % _number(value)
+        case "text" | "word":
+            return lambda _, value: line % _text(value)
+        case "title":
+            return lambda _, value: line % _text(value) if value else ""
+        case "texts":
+            return lambda _, value: "".join([line % _text(text) for text in value])
+        case "flag":
+            return lambda _, value: f"{pad}<{tag}/>\n" if value else ""
+        case "color":
+            return lambda _, rgb: '{}<{} R="{:d}" G="{:d}" B="{:d}"/>\n'.format(pad, tag, *rgb)
+        case "sensor":
+            return lambda writer, sensor: (
+                f'{pad}<{tag}{writer.mark(sensor)} name="{_text(sensor.name)}"'
+                + "".join([f' {measure}="true"' for measure in sensor.measures])
+                + "/>\n"
+            )
+        case "place":
+            lines = "".join([f"{within}<{part}>%s</{part}>\n" for part in INSIDE[kind]])
+            return _around(tag, lambda _, place: lines % _names(*place), pad)
+        case "coordinates":
+            return _around(tag, _value("coordinates", "xyz", within), pad)
+        case "control points":
+            write = _value("control_point", "xy", within)
+            return _around(tag, lambda _, ways: "".join([write(_, xy) for xy in ways]), pad)
+        case "symbols":
+            lines = f"{within}<%s/>\n"
+            return _around(tag, lambda _, words: "".join([lines % word for word in words]), pad)
+        case "base" | "drawing" | "view":
+            return _around(tag, _object(kind, within), pad)
+        case "parts":
+            part = _part(tag, pad)
+            return lambda writer, parts: "".join([part(writer, one) for one in parts])
+        case _:
+            inside = {one: _part(one, within) for one in kind}
+            only = next(iter(kind))
+            return _around(
+                tag,
+                lambda writer, parts: "".join(
+                    [inside[getattr(one, "kind", only)](writer, one) for one in parts]
+                ),
+                pad,
+            )
+
+
+def _part(tag: str, pad: str) -> Write:
+    write = _object(tag, f"{pad}  ")
+    return lambda writer, part: (
+        f"{pad}<{tag}{writer.mark(part)}>\n{write(writer, part)}{pad}</{tag}>\n"
+    )
+
+
+def _around(tag: str, write: Write, pad: str) -> Write:
+    """Writes an element around others; without others only if it is ``KEPT``."""
+    empty = f"{pad}<{tag}/>\n" if tag in KEPT else ""
+
+    def write_around(writer: _Writer, value: Any) -> str:
+        inside = write(writer, value)
+        return f"{pad}<{tag}>\n{inside}{pad}</{tag}>\n" if inside else empty
+
+    return write_around
+
+
+def _constant(text: str) -> Write:
+    return lambda *_: text
+
+
+def _names(body: str | None, point: str | None) -> tuple[str, str]:
+    return _text(BASE if body is None else body), _text(ORIGIN if point is None else point)
 
 
 @lru_cache(4096)
