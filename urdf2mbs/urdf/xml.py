@@ -63,14 +63,11 @@ def parse(data: bytes, file: str) -> tuple[Any, list[Slip]]:
 def mend(data: bytes) -> tuple[bytes, list[Slip]]:
     """The text without slips that leave its meaning clear, and these slips."""
     slips: list[Slip] = []
+    before_lines = [-1, *(match.start() for match in re.finditer(b"\n", data))]
 
     def slip(message: str, at: int) -> None:
-        if not lines:
-            lines.extend([-1, *(match.start() for match in re.finditer(b"\n", data))])
-        slips.append(Slip("xml-mended", message, bisect_left(lines, at)))
+        slips.append(Slip("xml-mended", message, bisect_left(before_lines, at)))
 
-    lines: list[int] = []
-    """The place before each line, once one is asked for."""
     start = len(_BOM) if data.startswith(_BOM) else 0
     encoding: bytes | None = None
     first = len(data) - len(data[start:].lstrip())
@@ -108,17 +105,13 @@ def mend(data: bytes) -> tuple[bytes, list[Slip]]:
         if b"--" not in match[1] and not match[1].endswith(b"-"):
             return match[0]
         slip("there is a '--' within a comment", match.start())
-        return b"<!--" + _blank(match[1]) + b"-->"
+        return _blank_comment(match)
 
     text = re.sub(_COMMENT, comment, re.sub(_DECLARATION, declaration, data))
     if encoding is not None:
         text = text[:start] + b'<?xml version="1.0" encoding="' + encoding + b'"?>' + text[start:]
     if not re.search(_ENCODING, text[:200]) and not _is_utf_8(text):
-        plain = re.sub(
-            _COMMENT,
-            lambda match: b"<!--" + _blank(match[1]) + match[0][4 + len(match[1]) :],
-            text,
-        )
+        plain = re.sub(_COMMENT, _blank_comment, text)
         if _is_utf_8(plain):
             at = next(m.start() for m in re.finditer(_COMMENT, text) if not _is_utf_8(m[1]))
             slip("there are letters within a comment that are not UTF-8", at)
@@ -142,6 +135,11 @@ def _only_prefixes(log: list[Any]) -> bool:
 
 def _blank(text: bytes) -> bytes:
     return re.sub(rb"[^\r\n]", b" ", text)
+
+
+def _blank_comment(match: re.Match[bytes]) -> bytes:
+    end = b"-->" if match[2] is None else b""
+    return b"<!--" + _blank(match[1]) + end
 
 
 def _is_utf_8(text: bytes) -> bool:
