@@ -92,7 +92,7 @@ def lay(folder: Path, template: Path) -> None:
     shutil.copytree(template, folder)
 
 
-@pytest.fixture(params=["new", "again", "edited", "other language"])
+@pytest.fixture(params=["new", "edited", "other language"])
 def case(request: Any, tmp_path: Path) -> tuple[Path, Callable[[], Any]]:
     """The folder of a project as it is before, and the run that writes into it."""
     folder, source, language = tmp_path / "out", tmp_path / "tiny.urdf", ["python"]

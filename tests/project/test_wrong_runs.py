@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 from passes.test_mimic import CHAIN
 from project.standin import make
-from test_everyday import WRONG
 
 import urdf2mbs
 from urdf2mbs import ConversionError, simulate
@@ -241,7 +240,12 @@ def test_what_cannot_be_simulated_is_told(tmp_path: Path) -> None:
     with pytest.raises(ConversionError, match="there is no integrator 'Euler'"):
         simulate(TINY_FILE, method="Euler")
     mistake = tmp_path / "mistake.py"
-    mistake.write_text(WRONG)
+    mistake.write_text(
+        "from urdf2mbs.plugin import Pass, hookimpl\n"
+        "class Wrong(Pass):\n"
+        "    def run(self, conversion): conversion.mbs.bodies[0].mass = 9.0\n"
+        "@hookimpl\ndef urdf2mbs_passes(): return [Wrong]\n"
+    )
     with pytest.raises(ConversionError, match="is not the same robot") as caught:
         simulate(TINY_FILE, plugins=[mistake], after={"reframe-inertia": ["wrong"]})
     assert (caught.value.code, caught.value.exit_code) == ("not-the-same", 3)
