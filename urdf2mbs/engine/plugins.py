@@ -241,7 +241,7 @@ class Plugins:
             self._manager.register(plugin, name)
             self._manager.check_pending()
         except (pluggy.PluginValidationError, ValueError) as error:
-            hint = f"the hooks are: {', '.join(_HOOKS)}"
+            hint = f"the hooks are: {', '.join(_hooks())}"
             raise self._broken(name, " ".join(str(error).split()), hint) from error
         if not self._manager.get_hookcallers(plugin):
             raise ConfigError(
@@ -312,12 +312,13 @@ _CODES = "return a list of the codes, such as ['links-dropped']"
 _PRESET = "{'my-preset': {'extends': 'compact', 'after': {'expand': 'my-pass'}}}"
 
 
-#: Each hook, and the arguments that it may have.
-_HOOKS = [
-    f"{hook}({', '.join(inspect.signature(spec).parameters)})"
-    for hook, spec in vars(hookspecs).items()
-    if hook.startswith("urdf2mbs_")
-]
+def _hooks() -> list[str]:
+    """Each hook, and the arguments that it may have."""
+    return [
+        f"{hook}({', '.join(inspect.signature(spec).parameters)})"
+        for hook, spec in vars(hookspecs).items()
+        if hook.startswith("urdf2mbs_")
+    ]
 
 
 def _fault(kind: type[Pass]) -> tuple[str, str]:
