@@ -137,7 +137,7 @@ def follow(robot: Robot, name: str, free: Collection[str] = ()) -> tuple[str, fl
     return name, multiplier, offset
 
 
-class Conversion(msgspec.Struct, eq=False):
+class Conversion(msgspec.Struct, eq=False, dict=True):  # plugins keep attributes of their own
     """One robot on its way from URDF to .mbs; every pass reads and writes this.
 
     docs/passes.md lists the sections that passes read and write.

@@ -65,6 +65,16 @@ def test_before_and_after_and_without(tmp_path: Path) -> None:
     assert names(pipeline=short, without=["check", "layout"]) == ["expand", "insert-base"]
 
 
+def test_a_plugin_keeps_what_it_knows_on_the_conversion(tmp_path: Path) -> None:
+    """For a later pass of its own."""
+    text = SCALE.replace(
+        "        conversion.robot",
+        "        conversion.scaled = self.link\n        conversion.robot",
+    )
+    result = convert_text(plugins=[write(tmp_path, text)], after={"expand": "scale"})
+    assert vars(result.conversion) == {"scaled": "arm"}
+
+
 @pytest.mark.parametrize("name", ["ours", "compact"])
 def test_a_preset_of_a_plugin_extends_compact(name: str, tmp_path: Path) -> None:
     preset = {name: {"extends": "compact", "after": {"expand": "scale"}}}
