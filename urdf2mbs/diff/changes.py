@@ -99,11 +99,8 @@ def _changes(matching: Matching, before: Mbs, after: Mbs) -> Iterator[tuple[Chan
                 yield change, thing
     unknown_before, unknown_after = unknown(before), unknown(after)
     for old, new in matching.pairs():
-        for change in _of_thing(matching, old, new):
-            yield change, old
-        for change in _of_unknown(
-            old, _unknown_of(old, unknown_before), _unknown_of(new, unknown_after)
-        ):
+        texts = _unknown_of(old, unknown_before), _unknown_of(new, unknown_after)
+        for change in _of_thing(matching, old, new, texts):
             yield change, old
     yield from _reordered(matching)
 
@@ -133,12 +130,14 @@ def _stated(content: Any) -> Any:
     return {field: _stated(value) for field, value in content.items() if value not in (None, [])}
 
 
-def _of_thing(matching: Matching, old: Thing, new: Thing) -> Iterator[Change]:
-    """The changes of one thing: of its name, its owner, its fields."""
-    drawn = old.kind in DRAWN
+def _of_thing(
+    matching: Matching, old: Thing, new: Thing, texts: tuple[dict[str, str], dict[str, str]]
+) -> Iterator[Change]:
+    """The changes of one thing: of its name, its owner, its fields, and of the elements that the
+    model does not know, which have these ``texts`` by their paths, before and after."""
 
     def change(does: Any, field: str, was: Any, now: Any) -> Change:
-        drawing = drawn or field.split(".")[0] in DRAWING
+        drawing = old.kind in DRAWN or field.startswith(DRAWING)
         return Change(does, old.kind, old.name, owner_in_words(old), field, was, now, drawing)
 
     renamed = old.name != new.name
@@ -157,10 +156,11 @@ def _of_thing(matching: Matching, old: Thing, new: Thing) -> Iterator[Change]:
             names = [[target_name(target) for target in values]]
             names.append([target_name(target) for target in new.refers[field]])
             yield change("changed", field, *names)
-    was, now = plain_values(old), plain_values(new)
-    for field in dict.fromkeys([*was, *now]):
-        if was.get(field) != now.get(field):
-            yield change("changed", field, was.get(field), now.get(field))
+    known: tuple[dict[str, Any], dict[str, Any]] = plain_values(old), plain_values(new)
+    for was, now in (known, texts):
+        for field in dict.fromkeys([*was, *now]):
+            if was.get(field) != now.get(field):
+                yield change("changed", field, was.get(field), now.get(field))
 
 
 def plain_values(thing: Thing) -> dict[str, Any]:
@@ -225,17 +225,6 @@ def _unknown_of(thing: Thing, texts: dict[int, dict[str, str]]) -> dict[str, str
     return {} if origin is None else texts.get(origin.number, {})
 
 
-def _of_unknown(old: Thing, was: dict[str, str], now: dict[str, str]) -> Iterator[Change]:
-    """The changes of elements and attributes that the model does not know."""
-    for path in dict.fromkeys([*was, *now]):
-        if was.get(path) != now.get(path):
-            drawing = old.kind in DRAWN or path.startswith(DRAWING)
-            yield Change(
-                "changed", old.kind, old.name, owner_in_words(old), path,
-                was.get(path), now.get(path), drawing,
-            )  # fmt: skip
-
-
 def _reordered(matching: Matching) -> Iterator[tuple[Change, Thing]]:
     """The kinds of things that stand in another order, said once for each owner."""
     orders: dict[tuple[str, Thing | None], list[Thing]] = {}
@@ -245,9 +234,8 @@ def _reordered(matching: Matching) -> Iterator[tuple[Change, Thing]]:
     places = {thing: place for place, thing in enumerate(matching.after)}
     for (kind, owner), things in orders.items():
         if things != sorted(things, key=places.__getitem__):
-            name = "" if owner is None or owner.kind == "model" else owner.name
             before = [matching.partner[thing].name for thing in things]
             after = [thing.name for thing in sorted(things, key=places.__getitem__)]
-            of = "" if owner is None or owner.kind == "model" else f"{owner.kind} '{name}'"
+            of = "" if owner is None else in_words(owner)
             change = Change("reordered", kind, "", of, "order", before, after, kind in DRAWN)
             yield change, owner or matching.before[0]

@@ -70,8 +70,8 @@ class Edit(msgspec.Struct):
     change: Change
     target: Thing | None
     """Of what was added, its owner; None: it is gone."""
-    part: Any = None
-    """What was added: an object of ``mbs.model``."""
+    source: Thing
+    """The thing of the edited file; of what was removed, the thing before."""
 
 
 class Conflict(msgspec.Struct):
@@ -154,7 +154,7 @@ class Applying:
         thing.name = thing.part.name = after
 
     def _added(self, edit: Edit, owner: Thing) -> None:
-        kind, part = edit.change.kind, deepcopy(edit.part)
+        kind, part = edit.change.kind, deepcopy(edit.source.part)
         things = new_things(kind, part, owner)
         # a joint or sensor that was only moved to it comes by itself
         moved = [t for t in things[1:] if t.kind in _MOVES and self._is_moved(t)]

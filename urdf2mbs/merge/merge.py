@@ -17,14 +17,7 @@ from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.reader import read, read_again
 from urdf2mbs.mbs.unknown import unknown
 from urdf2mbs.mbs.writer import write
-from urdf2mbs.merge.apply import (
-    Applying,
-    Conflict,
-    Edit,
-    Known,
-    Prefer,
-    is_place,
-)
+from urdf2mbs.merge.apply import Applying, Conflict, Edit, Known, Prefer, is_place
 
 
 class Orphan(msgspec.Struct):
@@ -84,14 +77,9 @@ def merge(base: Mbs, edited: Mbs, new: Mbs, prefer: Prefer | None = "urdf") -> M
     theirs = new.origin.source if new.origin else None
     pristine = read(write(new), "")
     seen, fresh = Matching(base, edited), Matching(base, new)
-    to_new = {
-        old: fresh.partner.get(thing)
-        for old, thing in zip(seen.before, fresh.before, strict=True)
-    }  # fmt: skip
-    now = {
-        thing: to_new[seen.partner[thing]]
-        for thing in seen.after if thing in seen.partner
-    }  # fmt: skip
+    bases = zip(seen.before, fresh.before, strict=True)
+    to_new = {old: fresh.partner.get(thing) for old, thing in bases}
+    now = {thing: to_new[seen.partner[thing]] for thing in seen.after if thing in seen.partner}
     _pair_added(seen, fresh, now)
     model = list(fresh.after)
     applying = Applying(
@@ -100,25 +88,16 @@ def merge(base: Mbs, edited: Mbs, new: Mbs, prefer: Prefer | None = "urdf") -> M
         Known([(thing, then) for thing, then in now.items() if then]),
         prefer,
     )
-    edits: list[Edit] = []
-    of: dict[int, Thing] = {}
-    for change, thing in changed_things(seen, base, edited):
-        if change.change == "added":
-            if now.get(thing) is None and thing.owner is not None:
-                edits.append(Edit(change, now.get(thing.owner), thing.part))
-                of[id(edits[-1])] = thing
-        else:
-            edits.append(Edit(change, to_new[thing]))
-            of[id(edits[-1])] = seen.partner.get(thing, thing)
+    edits = _edits(seen, changed_things(seen, base, edited), to_new, now)
     theirs_changed = _unknown_changes(fresh, base, new) if prefer is None else []
-    names = [(thing, thing.kind, thing.name) for thing in model]
+    names = [(t, t.kind, t.name) for t in model if t.kind in ("body", "joint")]
     applying.apply(edits)
     _adopt(now, edited, new)
     if any(is_place(edit.change) for edit in edits):
         _keep_places(now, edited, new)
         _adopt(now, edited, new)
     there = set(applying.model)
-    orphans = _orphans(applying.orphans, of, now)
+    orphans = _orphans(applying.orphans, now)
     data = write(new, other=theirs)
     final = read(data, "the merged file")
     written = {
@@ -138,10 +117,25 @@ def merge(base: Mbs, edited: Mbs, new: Mbs, prefer: Prefer | None = "urdf") -> M
     return Merged(
         data,
         plan,
-        {(kind, name): thing.name if thing in there else None for thing, kind, name in names
-         if kind in ("body", "joint")},
+        {(kind, name): thing.name if thing in there else None for thing, kind, name in names},
         _fragments(edited, [(thing.part, why) for thing, _, why in orphans]) if orphans else None,
     )  # fmt: skip
+
+
+def _edits(
+    seen: Matching,
+    changes: list[tuple[Change, Thing]],
+    to_new: dict[Thing, Thing | None],
+    now: dict[Thing, Thing | None],
+) -> list[Edit]:
+    """What people changed, each with the thing of the new conversion that gets the change."""
+    edits: list[Edit] = []
+    for change, thing in changes:
+        if change.change != "added":
+            edits.append(Edit(change, to_new[thing], seen.partner.get(thing, thing)))
+        elif now.get(thing) is None and thing.owner is not None:
+            edits.append(Edit(change, now.get(thing.owner), thing))
+    return edits
 
 
 def _differences(
@@ -253,12 +247,12 @@ def _keep_places(now: dict[Thing, Thing | None], edited: Mbs, new: Mbs) -> None:
 
 
 def _orphans(
-    found: list[tuple[Edit, str]], of: dict[int, Thing], now: dict[Thing, Thing | None]
+    found: list[tuple[Edit, str]], now: dict[Thing, Thing | None]
 ) -> list[tuple[Thing, list[Change], str]]:
     """Orphaned edits by the largest thing of the edited file that is gone with them."""
     orphans: dict[Thing, tuple[list[Change], str]] = {}
     for edit, why in found:
-        thing = of[id(edit)]
+        thing = edit.source
         while thing.owner in now and now[thing.owner] is None:
             thing = thing.owner
         orphans.setdefault(thing, ([], why))[0].append(edit.change)
