@@ -239,7 +239,7 @@ def _without_geometry(source: Path, folder: Path) -> Path:
 def _file(robot: str) -> Path:
     if Path(robot).is_file():
         return Path(robot)
-    from urdf2mbs.urdf.descriptions import locate
+    from urdf2mbs_xacro.descriptions import locate
 
     return Path(locate(f"robot_descriptions:{robot}").path)
 

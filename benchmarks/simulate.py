@@ -23,8 +23,8 @@ from robots import REAL, ROBOTS
 from urdf2mbs.commands.init import HOLD, find
 from urdf2mbs.engine.config import Project, config_of
 from urdf2mbs.engine.pipeline import Pipeline
-from urdf2mbs.runtime import Results
-from urdf2mbs.runtime.project import make, simulate
+from urdf2mbs_simulate import Results
+from urdf2mbs_simulate.project import make, simulate
 
 CONFIGS = Path(__file__).resolve().parents[1] / "configs"
 SOURCES = {

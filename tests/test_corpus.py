@@ -41,7 +41,7 @@ def test_what_must_not_be_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
         with pytest.raises(Finding, match="prints"):
             attempt("mbs", good)
     with monkeypatch.context() as patch:
-        patch.setattr("urdf2mbs.runtime.robot.Robot.bias", lambda self, q, qd: 0.0 * q)
+        patch.setattr("urdf2mbs_simulate.robot.Robot.bias", lambda self, q, qd: 0.0 * q)
         with pytest.raises(Finding, match="the equations are not"):
             attempt("mbs", good)
     with monkeypatch.context() as patch:

@@ -36,7 +36,7 @@ from urdf2mbs.engine.config import Config, load, parse
 from urdf2mbs.engine.hookspecs import Pass, hookimpl
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.engine.plugins import Plugins
-from urdf2mbs.many.sweep import members
+from urdf2mbs_many.sweep import members
 from urdf2mbs.testing import TINY
 from urdf2mbs.urdf.elements import ATTRIBUTES
 

@@ -21,9 +21,9 @@ from urdf2mbs.proof.match import Match, fixed_to_world, floating_joints, match, 
 from urdf2mbs.proof.pair import TOLERANCE
 from urdf2mbs.proof.verdict import Difference, Proof
 from urdf2mbs.ranges import LARGEST_TOLERANCE
-from urdf2mbs.report.summary import Report, report
+from urdf2mbs_report.summary import Report, report
 from urdf2mbs.urdf.changes import describe
-from urdf2mbs.urdf.descriptions import PREFIX
+from urdf2mbs_xacro.descriptions import PREFIX
 from urdf2mbs.urdf.model import Robot
 
 #: The passes that make the robot which the others convert; those that change it do so when asked.
@@ -145,7 +145,7 @@ def verify(
         )
     robot, other = os.fspath(source), os.fspath(model)
     if files.is_folder(Path(other, "dataR")):
-        from urdf2mbs.runtime.project import model_of
+        from urdf2mbs_simulate.project import model_of
 
         other = os.fspath(model_of(Path(other)) or "")
     if robot.lower().endswith(".mbs"):

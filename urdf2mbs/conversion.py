@@ -13,14 +13,14 @@ from urdf2mbs.engine.config import Config
 from urdf2mbs.mbs import model
 from urdf2mbs.messages.diagnostics import ConfigError, Diagnostic, nearest
 from urdf2mbs.proof.verdict import Proof
-from urdf2mbs.simulation import Simulation
+from urdf2mbs_project.simulation import Simulation
 from urdf2mbs.spatial import Pose, Turn, Vec, compose, rpy_turns
 from urdf2mbs.urdf.changes import RobotChange
 from urdf2mbs.urdf.model import Joint, Robot
 from urdf2mbs.urdf.packages import Packages
 
 if TYPE_CHECKING:
-    from urdf2mbs.urdf.xacro import Expansion
+    from urdf2mbs_xacro.xacro import Expansion
 
 
 class Settings(msgspec.Struct, frozen=True):

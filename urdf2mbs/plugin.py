@@ -7,7 +7,8 @@ Everything else in the package may change from one day to the next.
 
 from __future__ import annotations
 
-from urdf2mbs import simulation, spatial
+from urdf2mbs import spatial
+from urdf2mbs_project import simulation
 from urdf2mbs.conversion import (
     Conversion,
     Names,

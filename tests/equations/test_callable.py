@@ -19,7 +19,7 @@ from robots import CONVERTIBLE
 from urdf2mbs import Robot, load_equations
 from urdf2mbs.mbs.model import BASE
 from urdf2mbs.mbs.reader import read
-from urdf2mbs.runtime.c_code import FLAGS
+from urdf2mbs_simulate.c_code import FLAGS
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -34,7 +34,7 @@ ROBOTS = [p.values[0] for p in CONVERTIBLE if p.values[0].name in NAMES]
 @pytest.fixture(autouse=True)
 def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    monkeypatch.setattr("urdf2mbs.runtime.c_code.FLAGS", (*FLAGS, "-O0"))
+    monkeypatch.setattr("urdf2mbs_simulate.c_code.FLAGS", (*FLAGS, "-O0"))
 
 
 @pytest.fixture

@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from urdf2mbs.cli import main
-from urdf2mbs.equations import generate
-from urdf2mbs.equations.c import CWriter
-from urdf2mbs.equations.routine import Refused
-from urdf2mbs.equations.standalone import headers
+from urdf2mbs_equations import generate
+from urdf2mbs_equations.c import CWriter
+from urdf2mbs_equations.routine import Refused
+from urdf2mbs_equations.standalone import headers
 from urdf2mbs.mbs.model import Connection
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.mbs.writer import write
-from urdf2mbs.runtime.data import MbsData
+from urdf2mbs_simulate.data import MbsData
 from urdf2mbs.testing import TINY, convert_text
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ from oracle.generated import HEADER, Data, PythonEquations
 from passes.test_loops import BALL, FOUR_BAR, at, link
 
 from urdf2mbs.cli import main
-from urdf2mbs.equations import Equations, constant_gaps, generate
+from urdf2mbs_equations import Equations, constant_gaps, generate
 from urdf2mbs.mbs.model import Body, Connection, Joint, Mbs, Point
 from urdf2mbs.mbs.model import Sensor as Measures
 from urdf2mbs.mbs.reader import read
@@ -252,7 +252,7 @@ def test_inverse_dynamics_of_a_tree() -> None:
 
 @pytest.mark.parametrize("flags", [[], ["-DMBS_BEFORE_2025"]])
 def test_the_c_of_loops_compiles_as_it_stands(flags: list[str], tmp_path: Path) -> None:
-    source = files("urdf2mbs.equations").joinpath("accelred.c").read_text("utf-8")
+    source = files("urdf2mbs_equations").joinpath("accelred.c").read_text("utf-8")
     (tmp_path / "accelred.c").write_text(source)
     (tmp_path / "mbs_data.h").write_text(HEADER)
     warnings = ["-Wall", "-Wextra", "-Wshadow", "-Wpedantic", "-Werror"]

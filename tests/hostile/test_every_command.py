@@ -257,7 +257,7 @@ def test_streams_that_are_closed(good: Path, monkeypatch: pytest.MonkeyPatch) ->
     ("where", "command"),
     [
         ("urdf2mbs.passes.emit.write", "convert tiny.urdf -o out.mbs"),
-        ("urdf2mbs.diagram.draw.draw", "diagram tiny.mbs -o a.svg"),
+        ("urdf2mbs_report.draw.draw", "diagram tiny.mbs -o a.svg"),
     ],
 )
 def test_too_little_memory(

@@ -18,7 +18,7 @@ from urdf2mbs.disk.output import write
 from urdf2mbs.engine.config import Config, Lines, typed
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.mbs.reader import read
-from urdf2mbs.report.page import make
+from urdf2mbs_report.page import make
 from urdf2mbs.testing import TINY
 
 pytestmark = pytest.mark.slow

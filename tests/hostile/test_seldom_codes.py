@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from urdf2mbs.engine.config import Lines
-from urdf2mbs.many.convert import jobs_of
+from urdf2mbs_many.convert import jobs_of
 from urdf2mbs.testing import TINY
 
 
@@ -53,7 +53,7 @@ def test_a_cluster_whose_workers_cannot_convert(
     )  # fmt: skip
     monkeypatch.setitem(sys.modules, "distributed", module)  # type: ignore[arg-type]
     from urdf2mbs.engine.config import Config, typed
-    from urdf2mbs.many.cluster import on_cluster
+    from urdf2mbs_many.cluster import on_cluster
 
     config = typed(Config, {"source": str(tiny)}, Lines())
     other = typed(Config, {"source": str(tiny), "output": "b.mbs"}, Lines())

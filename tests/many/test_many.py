@@ -15,7 +15,7 @@ import pytest
 
 from urdf2mbs import convert, convert_many
 from urdf2mbs.cli import main
-from urdf2mbs.many.job import Outcome
+from urdf2mbs_many.job import Outcome
 from urdf2mbs.testing import TINY
 
 CONFIGS = Path(__file__).parents[2] / "configs"
@@ -216,7 +216,7 @@ def test_a_worker_that_a_robot_kills(sweep: Path) -> None:
 
 def test_no_scheduler(sweep: Path, monkeypatch: Any, capsys: Any) -> None:
     pytest.importorskip("distributed")
-    monkeypatch.setattr("urdf2mbs.many.cluster.PATIENCE", 0.2)
+    monkeypatch.setattr("urdf2mbs_many.cluster.PATIENCE", 0.2)
     assert main(["run", str(sweep), "--cluster", "tcp://127.0.0.1:9"]) == 2
     assert "error[cluster-unreachable]" in capsys.readouterr().err
 

@@ -9,8 +9,8 @@ import pytest
 
 from urdf2mbs.engine.config import Lines, parse
 from urdf2mbs.engine.settings import settings_of
-from urdf2mbs.many.convert import jobs_of
-from urdf2mbs.many.job import Job
+from urdf2mbs_many.convert import jobs_of
+from urdf2mbs_many.job import Job
 from urdf2mbs.messages.diagnostics import ConfigError
 
 

@@ -24,7 +24,7 @@ from urdf2mbs.mbs.model import (
 )
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.mbs.writer import write
-from urdf2mbs.merge.merge import Merged, merge
+from urdf2mbs_edits.merge.merge import Merged, merge
 
 Edit = Callable[[Mbs], Any]
 

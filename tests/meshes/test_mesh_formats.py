@@ -30,9 +30,9 @@ from meshes.samples import (
 from meshes.samples import write as write_sample
 from PIL import Image
 
-from urdf2mbs.meshes.model import Mesh, MeshError
-from urdf2mbs.meshes.reader import read
-from urdf2mbs.meshes.vrml import write
+from urdf2mbs_meshes.model import Mesh, MeshError
+from urdf2mbs_meshes.reader import read
+from urdf2mbs_meshes.vrml import write
 
 #: What the URDF says, for parts without a colour of their own: 0.8, 0.4, 0.2.
 URDF_COLOR = (0.8, 0.4, 0.2)

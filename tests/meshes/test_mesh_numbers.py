@@ -6,8 +6,8 @@ import numpy as np
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from urdf2mbs.meshes.model import Part
-from urdf2mbs.meshes.vrml import write
+from urdf2mbs_meshes.model import Part
+from urdf2mbs_meshes.vrml import write
 
 FLOATS = st.floats(width=32, allow_nan=False, allow_infinity=False)
 

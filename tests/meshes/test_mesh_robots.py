@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 from meshes import wrl
 
-from urdf2mbs.meshes.reader import FORMATS, read
-from urdf2mbs.meshes.vrml import write
+from urdf2mbs_meshes.reader import FORMATS, read
+from urdf2mbs_meshes.vrml import write
 
 Box = tuple[int, np.ndarray, np.ndarray]
 """How many triangles, and the lower and upper corner of the box round them (m)."""

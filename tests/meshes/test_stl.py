@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from urdf2mbs.meshes import stl
-from urdf2mbs.meshes.reader import read
-from urdf2mbs.passes.convert_meshes import Look, draw
+from urdf2mbs_meshes import stl
+from urdf2mbs_meshes.reader import read
+from urdf2mbs_meshes.passes.convert_meshes import Look, draw
 
 
 def binary(points: np.ndarray, header: bytes = b"") -> bytes:
@@ -22,7 +22,7 @@ def binary(points: np.ndarray, header: bytes = b"") -> bytes:
 
 
 def test_the_points_are_those_of_the_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "urdf2mbs.meshes.by_trimesh", None)
+    monkeypatch.setitem(sys.modules, "urdf2mbs_meshes.by_trimesh", None)
     points = np.random.default_rng(1).normal(size=(20, 3, 3)).astype(np.float32)
     (tmp_path / "a.stl").write_bytes(binary(points, b"solid by a program that says so") + b"\n")
     mesh = read(tmp_path / "a.stl")

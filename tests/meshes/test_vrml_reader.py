@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from meshes.wrl import HEAD, SQUARE, of
 
-from urdf2mbs.meshes import reader, vrml
-from urdf2mbs.meshes.model import MeshError, Part
-from urdf2mbs.meshes.vrml_reader import read as read_mesh
+from urdf2mbs_meshes import reader, vrml
+from urdf2mbs_meshes.model import MeshError, Part
+from urdf2mbs_meshes.vrml_reader import read as read_mesh
 
 
 def read(text: bytes) -> list[Part]:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from urdf2mbs.equations import Equations
+    from urdf2mbs_equations import Equations
     from urdf2mbs.mbs.model import Mbs
 
     Array = NDArray[np.float64]

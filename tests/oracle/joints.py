@@ -15,7 +15,7 @@ import numpy as np
 
 from oracle.case import Case
 from urdf2mbs.proof.parameters import stated
-from urdf2mbs.simulation import JOINT_STATES
+from urdf2mbs_project.simulation import JOINT_STATES
 
 #: By term, the user model and the number there that switches the term on.
 SWITCHES = {

@@ -12,9 +12,9 @@ from fnmatch import fnmatchcase
 import numpy as np
 
 from oracle.case import TOLERANCE, Case
-from urdf2mbs.simulation import ForceTorque, PointSensor
+from urdf2mbs_project.simulation import ForceTorque, PointSensor
 from urdf2mbs.spatial import HERE, ZERO, Pose
-from urdf2mbs.urdf.gazebo import MOTION
+from urdf2mbs_project.gazebo import MOTION
 
 #: m, m/s^2: the elements that state one sensor round its digits.
 CLOSE = 1e-4

@@ -18,7 +18,7 @@ from urdf2mbs.mbs.kinematics import place
 from urdf2mbs.mbs.mass import Mass
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.messages.diagnostics import ConfigError
-from urdf2mbs.passes.loops import SINGULAR, Cut, _from_sdf, _jacobian, independent_columns
+from urdf2mbs_project.passes.loops import SINGULAR, Cut, _from_sdf, _jacobian, independent_columns
 from urdf2mbs.spatial import Pose, from_rpy
 from urdf2mbs.testing import convert_text
 from urdf2mbs.urdf.model import ClosingJoint

@@ -23,8 +23,8 @@ from oracle.rich import PASSES, RICH, joint, limit, link
 from urdf2mbs import Result, convert
 from urdf2mbs.mbs.mass import Mass
 from urdf2mbs.mbs.model import Body, Mbs
-from urdf2mbs.passes.time_step import _slopes
-from urdf2mbs.project.stability import reduction_of
+from urdf2mbs_project.passes.time_step import _slopes
+from urdf2mbs_project.code.stability import reduction_of
 
 TEXTS = Path(__file__).with_name("said")
 BALL = '<geometry><sphere radius="0.1"/></geometry>'

@@ -10,7 +10,7 @@ import pytest
 from proving import SOLID, joint, link, robot
 
 from urdf2mbs.cli import main
-from urdf2mbs.proof import certificate
+from urdf2mbs_certificate import certificate
 from urdf2mbs.testing import convert_text
 
 RIGHT, HALF = "1.5707963267948966", "0.7853981633974483"

@@ -20,12 +20,12 @@ from urdf2mbs import Result, convert
 from urdf2mbs.mbs.mass import Mass
 from urdf2mbs.mbs.model import Connection
 from urdf2mbs.mbs.reader import read
-from urdf2mbs.passes.time_step import _round_down
-from urdf2mbs.project.stability import longest_steps, reduction_of
-from urdf2mbs.runtime import MbsData
-from urdf2mbs.runtime.c_code import CCode
-from urdf2mbs.runtime.python_code import PythonCode, loaded
-from urdf2mbs.simulation import Simulation
+from urdf2mbs_project.passes.time_step import _round_down
+from urdf2mbs_project.code.stability import longest_steps, reduction_of
+from urdf2mbs_simulate import MbsData
+from urdf2mbs_simulate.c_code import CCode
+from urdf2mbs_simulate.python_code import PythonCode, loaded
+from urdf2mbs_project.simulation import Simulation
 from urdf2mbs.testing import TINY, convert_text
 
 pin = pytest.importorskip("pinocchio")

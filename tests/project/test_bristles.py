@@ -16,9 +16,9 @@ from passes.test_time_step import joint, link
 from project.standin import make, user_functions
 
 from urdf2mbs import simulate
-from urdf2mbs.runtime import MbsData, MbsDirdyn
-from urdf2mbs.runtime.dirdyn import choose_code
-from urdf2mbs.runtime.python_code import loaded
+from urdf2mbs_simulate import MbsData, MbsDirdyn
+from urdf2mbs_simulate.dirdyn import choose_code
+from urdf2mbs_simulate.python_code import loaded
 from urdf2mbs.testing import TINY, convert_text
 
 LANGUAGES = [

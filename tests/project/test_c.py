@@ -77,7 +77,7 @@ def test_c_does_what_python_and_the_laws_say(
 def test_the_code_is_the_same_for_all_robots_and_clean(tmp_path: Path, text: str) -> None:
     """The file of the package compiles as it stands, for a project that is called NAME."""
     project = make(tmp_path, text, name="NAME", language="c")
-    code = files("urdf2mbs.project").joinpath("NAME_robot.c").read_bytes()
+    code = files("urdf2mbs_project.code").joinpath("NAME_robot.c").read_bytes()
     assert code.strip() in (project / "userfctR" / "NAME_robot.c").read_bytes()
     flags = ["-std=c99", "-pedantic", "-O2", "-Wall", "-Wextra", "-Werror"]
     source = str(project / "userfctR" / "NAME_robot.c")

@@ -12,7 +12,7 @@ from oracle.rich import PASSES, convert
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.passes.check import prove
-from urdf2mbs.runtime.c_code import compiler
+from urdf2mbs_simulate.c_code import compiler
 
 ROBOT, USER = "userfctR/rich_robot.py", "userfctR/user_"
 ONE = "\n        <type>scalar</type>\n        <value>1.0</value>"
@@ -177,9 +177,9 @@ def test_a_fault_in_c_is_found(made: Made, fault: str) -> None:
 
 
 @pytest.mark.parametrize("place", [
-    ("urdf2mbs.passes.mimic.follow", "'slide': its rule"),
-    ("urdf2mbs.passes.contacts.dot", "the lowest contact at start"),
-    ("urdf2mbs.passes.forces.dist", "spring 'rope'"),
+    ("urdf2mbs_project.passes.mimic.follow", "'slide': its rule"),
+    ("urdf2mbs_project.passes.contacts.dot", "the lowest contact at start"),
+    ("urdf2mbs_project.passes.forces.dist", "spring 'rope'"),
 ])  # fmt: skip
 def test_a_fault_of_a_pass_is_found(
     place: tuple[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -14,7 +14,7 @@ from urdf2mbs import simulate
 from urdf2mbs.disk.output import write
 from urdf2mbs.engine.config import Config, Lines, typed
 from urdf2mbs.engine.pipeline import Pipeline
-from urdf2mbs.runtime.c_code import compiler
+from urdf2mbs_simulate.c_code import compiler
 from urdf2mbs.testing import TINY
 
 PLUGIN = '''

@@ -21,8 +21,8 @@ from urdf2mbs.mbs.model import (
     UserModel,
 )
 from urdf2mbs.mbs.writer import write as write_mbs
-from urdf2mbs.runtime import MbsData, MbsDirdyn
-from urdf2mbs.runtime.c_code import FLAGS, compiler
+from urdf2mbs_simulate import MbsData, MbsDirdyn
+from urdf2mbs_simulate.c_code import FLAGS, compiler
 from urdf2mbs.testing import TINY
 
 needs_c = pytest.mark.skipif(compiler() is None, reason="no C compiler")
@@ -30,7 +30,7 @@ needs_c = pytest.mark.skipif(compiler() is None, reason="no C compiler")
 
 @pytest.fixture
 def quick_compiler(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("urdf2mbs.runtime.c_code.FLAGS", (*FLAGS, "-O0"))
+    monkeypatch.setattr("urdf2mbs_simulate.c_code.FLAGS", (*FLAGS, "-O0"))
 
 
 @needs_c

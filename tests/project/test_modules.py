@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from urdf2mbs.runtime.python_code import loaded
+from urdf2mbs_simulate.python_code import loaded
 
 
 def project(folder: Path, text: str) -> Any:

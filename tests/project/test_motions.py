@@ -21,12 +21,12 @@ from urdf2mbs.mbs.model import (
     Mbs,
 )
 from urdf2mbs.mbs.writer import write as write_mbs
-from urdf2mbs.runtime import MbsData, MbsDirdyn, MbsPart
-from urdf2mbs.runtime import dirdyn as runs
-from urdf2mbs.runtime.c_code import FLAGS, CCode, compiler
-from urdf2mbs.runtime.dirdyn import METHODS, ROBOTRAN, choose_code, integrate
-from urdf2mbs.runtime.push import add_pushes
-from urdf2mbs.runtime.python_code import PythonCode, default, loaded
+from urdf2mbs_simulate import MbsData, MbsDirdyn, MbsPart
+from urdf2mbs_simulate import dirdyn as runs
+from urdf2mbs_simulate.c_code import FLAGS, CCode, compiler
+from urdf2mbs_simulate.dirdyn import METHODS, ROBOTRAN, choose_code, integrate
+from urdf2mbs_simulate.push import add_pushes
+from urdf2mbs_simulate.python_code import PythonCode, default, loaded
 
 in_c = pytest.param("c", marks=pytest.mark.skipif(compiler() is None, reason="no C compiler"))
 LANGUAGES = pytest.mark.parametrize("language", ["python", in_c])
@@ -42,7 +42,7 @@ damping="{DAMPING}"/></joint><gazebo reference="rail"><springStiffness>{STIFFNES
 
 @pytest.fixture(autouse=True)
 def quick_compiler(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("urdf2mbs.runtime.c_code.FLAGS", (*FLAGS, "-O0"))
+    monkeypatch.setattr("urdf2mbs_simulate.c_code.FLAGS", (*FLAGS, "-O0"))
 
 
 @pytest.fixture(scope="module")
@@ -274,7 +274,7 @@ def test_the_language_of_a_run(
         file = project / "userfctR" / "user_JointForces.py"
         file.write_text(file.read_text() + "\n# mine\n")
     if not there:
-        monkeypatch.setattr("urdf2mbs.runtime.c_code.compiler", lambda: None)
+        monkeypatch.setattr("urdf2mbs_simulate.c_code.compiler", lambda: None)
     data = MbsData(model(project))
     with loaded(data):
         code = choose_code(data, language)
@@ -406,5 +406,5 @@ def test_the_language_of_equations(slider: Path, monkeypatch: pytest.MonkeyPatch
     assert load_equations(file).language == ("python" if compiler() is None else "c")
     assert load_equations(file, math=np).language == "python"
     assert load_equations(file, language="python").language == "python"
-    monkeypatch.setattr("urdf2mbs.runtime.robot.compiler", lambda: None)
+    monkeypatch.setattr("urdf2mbs_simulate.robot.compiler", lambda: None)
     assert load_equations(file).language == "python"

@@ -17,10 +17,10 @@ from urdf2mbs import ConversionError, Push, simulate
 from urdf2mbs.cli import main
 from urdf2mbs.engine.config import parse
 from urdf2mbs.mbs.kinematics import place
-from urdf2mbs.runtime import MbsData, MbsDirdyn, Results
-from urdf2mbs.runtime.dirdyn import choose_code, close
-from urdf2mbs.runtime.push import parse as parse_push
-from urdf2mbs.runtime.python_code import loaded
+from urdf2mbs_simulate import MbsData, MbsDirdyn, Results
+from urdf2mbs_simulate.dirdyn import choose_code, close
+from urdf2mbs_simulate.push import parse as parse_push
+from urdf2mbs_simulate.python_code import loaded
 from urdf2mbs.testing import TINY
 
 pin = pytest.importorskip("pinocchio")
@@ -246,7 +246,7 @@ def test_a_robot_without_a_config_stands(tmp_path: Path, capsys: Any) -> None:
 
 
 def test_what_is_compiled_is_kept_and_never_half(tmp_path: Path) -> None:
-    from urdf2mbs.runtime.equations import cache_folder, keep
+    from urdf2mbs_simulate.equations import cache_folder, keep
 
     assert str(cache_folder()).endswith("urdf2mbs")
     file = tmp_path / "folder" / "file"

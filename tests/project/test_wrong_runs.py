@@ -17,7 +17,7 @@ from urdf2mbs import ConversionError, simulate
 from urdf2mbs.cli import main
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.writer import write
-from urdf2mbs.runtime import MbsData, MbsDirdyn
+from urdf2mbs_simulate import MbsData, MbsDirdyn
 from urdf2mbs.testing import TINY
 
 TINY_FILE = Path(urdf2mbs.__file__).with_name("tiny.urdf")
@@ -167,7 +167,7 @@ def test_an_absurd_push_ends_in_a_bounded_number_of_steps(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """1e9 N on the biped ran for 425 s without a word."""
-    monkeypatch.setattr("urdf2mbs.runtime.dirdyn.STEPS", 50)
+    monkeypatch.setattr("urdf2mbs_simulate.dirdyn.STEPS", 50)
     times: list[float] = []
     with pytest.raises(ConversionError, match=r"50 steps lead from 0\.\S+ s to 0\.\S+ s only: "
                        r"joint '\w+' has .*the push on 'arm' is 1e\+09 N") as caught:  # fmt: skip

@@ -22,7 +22,7 @@ from urdf2mbs import Result, convert, verify
 from urdf2mbs.mbs.model import Joint, Mbs
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.mbs.writer import write
-from urdf2mbs.proof import certificate as checker
+from urdf2mbs_certificate import certificate as checker
 
 CHECKER = Path(checker.__file__)
 CONFIGS = Path(__file__).parents[2] / "configs"

@@ -20,7 +20,7 @@ from urdf2mbs.mbs.reader import read
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
 from urdf2mbs.proof.compare import compare
 from urdf2mbs.proof.rigid import HERE, distance, inertias_apart
-from urdf2mbs.report.page import make
+from urdf2mbs_report.page import make
 from urdf2mbs.testing import TINY, assert_same_robot, convert_text, run_pass
 
 # --- not a number -------------------------------------------------------------------------------

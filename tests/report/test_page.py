@@ -14,8 +14,8 @@ from report.shown import EVIL, HOSTILE, SHOWN, data, edit, run, shown
 
 from urdf2mbs.cli import main
 from urdf2mbs.proof.verdict import Difference
-from urdf2mbs.report import page
-from urdf2mbs.report.page import make
+from urdf2mbs_report import page
+from urdf2mbs_report.page import make
 from urdf2mbs.testing import TINY
 
 

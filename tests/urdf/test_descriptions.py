@@ -14,7 +14,7 @@ from urdf2mbs.engine.config import load
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY
-from urdf2mbs.urdf import descriptions
+from urdf2mbs_xacro import descriptions
 
 CONFIGS = Path(__file__).resolve().parents[2] / "configs"
 XACRO = """<robot name="tiny" xmlns:xacro="http://www.ros.org/wiki/xacro">

@@ -14,7 +14,7 @@ from making import read_robot
 from urdf2mbs.api import convert
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.urdf.packages import Packages
-from urdf2mbs.urdf.xacro import expand
+from urdf2mbs_xacro.xacro import expand
 
 #: What xacro evaluates to the same value, with trust and without.
 HARMLESS = (
@@ -350,7 +350,7 @@ BOMBS = {
 
 @pytest.mark.parametrize("name", BOMBS)
 def test_work_has_an_end(tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("urdf2mbs.urdf.expressions.MOST_WORK", 10**5)
+    monkeypatch.setattr("urdf2mbs_xacro.expressions.MOST_WORK", 10**5)
     error = failure(tmp_path, BOMBS[name])
     assert (error.code, error.file) == ("xacro-too-large", str(tmp_path / "r.urdf.xacro"))
     assert error.line is not None or "m9/>" not in BOMBS[name], "that of a macro"

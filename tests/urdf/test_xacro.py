@@ -20,7 +20,7 @@ from urdf2mbs import cli
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, Diagnostic
 from urdf2mbs.urdf.model import Mesh, Robot
 from urdf2mbs.urdf.packages import Packages
-from urdf2mbs.urdf.xacro import Expansion, expand
+from urdf2mbs_xacro.xacro import Expansion, expand
 
 HEAD = '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">\n'
 
@@ -563,6 +563,6 @@ def test_a_robot_is_expanded_once(
         sources.append(source)
         return expand(source, *args, **more)
 
-    monkeypatch.setattr("urdf2mbs.urdf.xacro.expand", counted)
+    monkeypatch.setattr("urdf2mbs_xacro.xacro.expand", counted)
     assert cli.main([*command.split(), "-q"]) == 0
     assert len(sources) == 1

@@ -13,7 +13,7 @@ from urdf2mbs.commands.settings import ALONE, add_converting, add_fields, withou
 from urdf2mbs.commands.streams import STREAM, is_stream, saving
 from urdf2mbs.disk.files import is_file, is_folder
 from urdf2mbs.messages.diagnostics import ConfigError
-from urdf2mbs.report.summary import report
+from urdf2mbs_report.summary import report
 from urdf2mbs.urdf.reader import stem
 
 EXAMPLES = (
@@ -78,8 +78,8 @@ def _pass_on(arguments: argparse.Namespace) -> int:
 
 
 def _convert_folder(folder: Path, output: str | None, arguments: argparse.Namespace) -> int:
-    from urdf2mbs.commands.many import carry_out_many
-    from urdf2mbs.many.folder import robots_in
+    from urdf2mbs_many.commands.many import carry_out_many
+    from urdf2mbs_many.folder import robots_in
 
     if output is None:
         raise ConfigError(

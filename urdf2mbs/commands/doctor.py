@@ -41,7 +41,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
 
 def examine(*, installed_plugins: bool = True) -> dict[str, dict[str, str]]:
     """Titles, and below each the lines of its table."""
-    from urdf2mbs.runtime.c_code import compiler
+    from urdf2mbs_simulate.c_code import compiler
 
     needed = [line for line in requires("urdf2mbs") or [] if "extra ==" not in line]
     names = [re.split(r"[^\w.-]", line, maxsplit=1)[0] for line in needed]

@@ -16,7 +16,7 @@ from urdf2mbs.commands.settings import (
     robot_or_config,
 )
 from urdf2mbs.engine.pipeline import Pipeline
-from urdf2mbs.many.sweep import in_words, members
+from urdf2mbs_many.sweep import in_words, members
 from urdf2mbs.messages.diagnostics import counted
 from urdf2mbs.urdf.reader import read_file
 

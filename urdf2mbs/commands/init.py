@@ -23,10 +23,10 @@ from urdf2mbs.engine.config import Config, Lines, typed
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.mbs.kinematics import place
 from urdf2mbs.messages.diagnostics import ConfigError, counted, printable, some
-from urdf2mbs.passes.contacts import lowest_points
-from urdf2mbs.report.summary import report
+from urdf2mbs_project.passes.contacts import lowest_points
+from urdf2mbs_report.summary import report
 from urdf2mbs.spatial import add, compose, dot, rotate
-from urdf2mbs.urdf import descriptions
+from urdf2mbs_xacro import descriptions
 from urdf2mbs.urdf.model import Geometry, Joint, Link, Mesh, Robot
 from urdf2mbs.urdf.reader import read_text, stem
 from urdf2mbs.xml.parser import safe_parser

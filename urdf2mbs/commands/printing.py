@@ -13,7 +13,7 @@ import msgspec
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.plugins import Plugins, Registered
 from urdf2mbs.messages.diagnostics import Diagnostic, counted, render
-from urdf2mbs.report.summary import Report
+from urdf2mbs_report.summary import Report
 
 if TYPE_CHECKING:
     from urdf2mbs.proof.verdict import Proof

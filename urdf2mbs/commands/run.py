@@ -12,7 +12,7 @@ from urdf2mbs.disk.output import plan, write
 from urdf2mbs.engine.config import Config, Lines
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.messages.diagnostics import printable, some
-from urdf2mbs.report.summary import Report, report
+from urdf2mbs_report.summary import Report, report
 
 EXAMPLES = (
     "urdf2mbs run robot.yaml",
@@ -31,7 +31,7 @@ def add_options(command: argparse.ArgumentParser) -> None:
 def carry_out(arguments: argparse.Namespace) -> int:
     configs = [read_config(file, arguments) for file in arguments.config]
     if len(configs) > 1 or configs[0][0].sweep is not None:
-        from urdf2mbs.commands.many import carry_out_many
+        from urdf2mbs_many.commands.many import carry_out_many
 
         return carry_out_many(configs, arguments)
     return carry_out_one(*configs[0], arguments)

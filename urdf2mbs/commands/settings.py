@@ -13,7 +13,7 @@ import msgspec
 from urdf2mbs.disk import files
 from urdf2mbs.engine.config import Config, Lines, config_of, load
 from urdf2mbs.messages.diagnostics import ConfigError
-from urdf2mbs.urdf import descriptions
+from urdf2mbs_xacro import descriptions
 
 #: The name of the report of many robots.
 REPORT = "urdf2mbs-report.json"

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import msgspec
 
-from urdf2mbs.commands.findings import add_sarif, collecting, differences
+from urdf2mbs_ci.findings import add_sarif, collecting, differences
 from urdf2mbs.commands.printing import print_json, proof_in_words, tell_diagnostics
 from urdf2mbs.commands.settings import (
     READING,

@@ -27,7 +27,7 @@ from urdf2mbs.engine.settings import check_output, expand, settings_of
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, nearest
 from urdf2mbs.messages.levels import CHANGEABLE, judge, weigh
 from urdf2mbs.proof.verdict import NOT_CHECKED
-from urdf2mbs.urdf import descriptions
+from urdf2mbs_xacro import descriptions
 from urdf2mbs.urdf.changes import RobotChange, between, encode
 from urdf2mbs.urdf.packages import Packages
 

@@ -14,7 +14,7 @@ from urdf2mbs.disk.files import absolute, is_folder
 from urdf2mbs.engine.config import Config, Key, Lines, Project
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.names import identifiers
-from urdf2mbs.urdf import descriptions
+from urdf2mbs_xacro import descriptions
 from urdf2mbs.urdf.reader import stem
 
 

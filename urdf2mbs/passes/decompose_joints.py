@@ -19,7 +19,7 @@ from urdf2mbs.conversion import Conversion, Step
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.model import Joint
 from urdf2mbs.mbs.names import free_name
-from urdf2mbs.simulation import ForceTorque
+from urdf2mbs_project.simulation import ForceTorque
 from urdf2mbs.spatial import ALIGNED, Turn, axis_turns, unit
 
 #: A unit axis so far off a coordinate axis or plane gets no note: the rounding of a double.

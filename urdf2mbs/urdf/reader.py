@@ -16,7 +16,7 @@ from urdf2mbs.disk import files
 from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic, nearest, some
 from urdf2mbs.urdf import xml
 from urdf2mbs.urdf.elements import FOREIGN, is_instruction
-from urdf2mbs.urdf.gazebo import Extensions
+from urdf2mbs_project.gazebo import Extensions
 from urdf2mbs.urdf.joints import check_mimics, read_joint
 from urdf2mbs.urdf.links import read_link
 from urdf2mbs.urdf.model import Robot
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from urdf2mbs.urdf.packages import Packages
-    from urdf2mbs.urdf.xacro import Expansion
+    from urdf2mbs_xacro.xacro import Expansion
 
 
 _COMMENT = rb"(?s)<!--.*?(?:-->|\Z)"
@@ -51,7 +51,7 @@ def expanded(
     data = read_file(source)
     if source.suffix.lower() != ".xacro" and not has_xacro(data, str(source)):
         return data, None
-    from urdf2mbs.urdf.xacro import expand
+    from urdf2mbs_xacro.xacro import expand
 
     return data, expand(source, packages, xacro_args, trust=trust_xacro)
 

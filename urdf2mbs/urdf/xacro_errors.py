@@ -18,7 +18,7 @@ from urdf2mbs.xml.parser import safe_parser
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from urdf2mbs.urdf.xacro import Run
+    from urdf2mbs_xacro.xacro import Run
 
 EVALUATING = "when evaluating expression '"
 #: A message shows so many lines at each end of a stack of includes and macros.

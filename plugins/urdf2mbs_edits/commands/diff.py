@@ -1,0 +1,56 @@
+"""`diff`: what differs between two .mbs files."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from urdf2mbs.commands.printing import print_json
+from urdf2mbs.commands.settings import add_json, path
+from urdf2mbs.commands.streams import read_model
+from urdf2mbs.messages.diagnostics import ConversionError, counted, printable
+
+EXAMPLES = (
+    "urdf2mbs diff before.mbs after.mbs",
+    "urdf2mbs diff before.mbs after.mbs --physics",
+    "git show HEAD:robot.mbs | urdf2mbs diff - robot.mbs",
+)
+
+
+def add_options(command: argparse.ArgumentParser) -> None:
+    command.add_argument("before", type=path, metavar="A.mbs", help="a file, or - for stdin")
+    command.add_argument("after", type=path, metavar="B.mbs", help="the file to compare with it")
+    command.add_argument(
+        "--physics", action="store_true", help="leave out the diagram, shapes and viewpoints"
+    )
+    command.add_argument(
+        "--drawing", action="store_true", help="list the differences of the drawing, too"
+    )
+    add_json(command)
+
+
+def carry_out(arguments: argparse.Namespace) -> int:
+    """Exit code as that of diff: 0 no difference, 1 differences, 2 trouble."""
+    from urdf2mbs_edits.diff.changes import differences
+    from urdf2mbs_edits.diff.words import in_words, remarks
+
+    files: tuple[Path, Path] = (arguments.before, arguments.after)
+    try:
+        before, after = map(read_model, files)
+    except ConversionError as error:
+        error.exit_code = 2
+        raise
+    differ = differences(before, after, physics=arguments.physics)
+    if arguments.json:
+        print_json({"same": not differ.changes, "differences": differ})
+        return 1 if differ.changes else 0
+    physics = [change for change in differ.changes if not change.drawing]
+    count = counted(len(physics), "difference") if physics else "no difference"
+    if len(physics) < len(differ.changes):
+        count += ", but for the drawing" if not physics else ", and the drawing"
+    print(f"{files[0]} -> {files[1]}: {count}")
+    for sentence in in_words(differ, drawing=arguments.drawing):
+        print(printable(f"  {sentence}"))
+    for sentence in remarks(differ):
+        print(printable(f"  ({sentence})"))
+    return 1 if differ.changes else 0

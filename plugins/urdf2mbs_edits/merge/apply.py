@@ -1,0 +1,412 @@
+"""Apply what people changed to a new conversion.
+
+An edit is a ``Change`` of the model that was written last.  Where the new conversion still has
+what the edit changes, the edit is made.  Where the new conversion changed the same thing, the
+owner decides: the URDF, or people.  An edit of something that is gone is an orphan.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Container, Sequence
+from copy import deepcopy
+from typing import Any, Literal
+
+import msgspec
+
+from urdf2mbs_edits.diff.changes import DRAWN, Change, content, in_words, plain_values
+from urdf2mbs_edits.diff.matching import Thing
+from urdf2mbs_edits.diff.words import line, value_in_words
+from urdf2mbs.mbs.model import BASE, ORIGIN, Mbs
+
+Side = Literal["urdf", "edited"]
+#: Who wins where both changed the same thing: for all fields, or field by field.
+Prefer = Side | dict[str, Side]
+
+#: What people set: there an edit wins.  All else is what the URDF defines.
+_KINDS_OF_PEOPLE = frozenset(["sensor", "force", "view", "viewpoint", "light", "user variable"])
+_FIELDS_OF_PEOPLE = frozenset(
+    ["q", "qd", "qdd", "nature", "symbols", "actuated", "color", "transparency"]
+)
+#: The list of the owner in which a thing stands.
+LISTS = {
+    "body": "bodies", "joint": "joints", "point": "points", "shape": "shapes", "cut": "cuts",
+    "link": "links", "user constraint": "user_constraints", "user model": "user_models",
+    "parameter": "parameters", "user variable": "user_variables", "viewpoint": "viewpoints",
+    "light": "lights",
+}  # fmt: skip
+#: The field of the owner that a thing is.
+FIELDS = {"sensor": "sensor", "force": "extforce", "view": "view"}
+#: The kinds of things that a thing holds.
+_HOLDS = {
+    "body": ("joint", "point", "shape"), "point": ("sensor", "force"),
+    "user model": ("parameter",), "view": ("viewpoint", "light"),
+}  # fmt: skip
+#: The things whose names are unique in their owner only, or nowhere.
+_NAMED_IN_OWNER = frozenset(["point", "parameter"])
+_NAMED_FREELY = frozenset(["shape", "viewpoint", "light"])
+#: What is known by its name wherever it goes.
+_MOVES = frozenset(["joint", "sensor", "force"])
+
+
+class Known:
+    """Things of a model by what others call them: the names of one of its versions."""
+
+    def __init__(self, things: Sequence[tuple[Thing, Thing]]) -> None:
+        """``things`` are pairs: a thing of the version, and the thing that it is now."""
+        pairs: dict[Any, Thing] = dict(things)
+        self.things = {
+            (old.kind, pairs.get(old.owner), old.name): now for old, now in pairs.items()
+        }
+        self.owners = {in_words(old): now for old, now in things}
+
+    def joint(self, name: str) -> Thing | None:
+        found = (t for (kind, _, n), t in self.things.items() if kind == "joint" and n == name)
+        return next(found, None)
+
+
+class Edit(msgspec.Struct):
+    """What somebody changed, and the thing of the new conversion that gets the change."""
+
+    change: Change
+    target: Thing | None
+    """Of what was added, its owner; None: it is gone."""
+    source: Thing
+    """The thing of the edited file; of what was removed, the thing before."""
+
+
+class Conflict(msgspec.Struct):
+    """What both sides changed."""
+
+    edit: Change
+    urdf: Any
+    """What the new conversion has."""
+    wins: Side
+
+    def words(self, other: str, own: str) -> str:
+        """The conflict in a sentence; ``other`` and ``own`` are how the sides are called."""
+        wins = other if self.wins == "urdf" else own
+        return f"{line(self.edit)}; {other} has {value_in_words(self.urdf)} now: {wins} wins"
+
+
+class Applying:
+    """A new conversion in the making, to which edits are applied."""
+
+    def __init__(
+        self, model: list[Thing], olds: Known, names: Known, prefer: Prefer | None
+    ) -> None:
+        """``model`` are the things of the new conversion, ``olds`` as the edits call them before,
+        ``names`` as the edits call them after.  ``prefer`` None: people made both sides, and the
+        edits win."""
+        self.model, self.olds, self.names = model, olds, names
+        self.prefer = prefer
+        self.conflicts: list[Conflict] = []
+        self.orphans: list[tuple[Edit, str]] = []
+        """What can no longer stand, and why."""
+        self._hung_anew = False
+
+    def apply(self, edits: list[Edit]) -> None:
+        """Make all edits; names come first, because the other edits use them."""
+        removed = [edit for edit in edits if edit.change.change == "removed" and edit.target]
+        untouched = [_plain(content(edit.target.part)) for edit in removed if edit.target]
+        for does in ("renamed", "reordered", "added", "moved", "changed"):
+            for edit in edits:
+                if edit.change.change == does:
+                    if edit.target is None:
+                        self._orphan(edit)
+                    else:
+                        getattr(self, f"_{does}")(edit, edit.target)
+        self._removed(removed, untouched)
+        self._write_references()
+        mbs: Mbs = self.model[0].part
+        if self._hung_anew:
+            mbs.bodies = mbs.depth_first()
+
+    def _edit_wins(self, edit: Edit, field: str, now: Any) -> bool:
+        """Whether an edit is made of what the URDF changed, too."""
+        change = edit.change
+        of_people = change.kind in _KINDS_OF_PEOPLE or field in _FIELDS_OF_PEOPLE
+        kept = is_place(change) or (of_people and self.prefer is not None)
+        wins: Side = "edited" if kept or self.prefer in ("edited", None) else "urdf"
+        if isinstance(self.prefer, dict):
+            wins = self.prefer.get(field.split(".")[0], wins)
+        if not kept:
+            self.conflicts.append(Conflict(change, now, wins))
+        return wins == "edited"
+
+    def _orphan(self, edit: Edit, why: str = "") -> None:
+        change = edit.change
+        if change.change not in ("reordered", "removed") and not is_place(change):
+            thing = f"{change.kind} '{change.name}'" if change.name else f"the {change.kind}"
+            gone = change.owner if change.change == "added" else thing
+            self.orphans.append((edit, why or f"{gone} is gone"))
+
+    # --- one change each ---
+
+    def _renamed(self, edit: Edit, thing: Thing) -> None:
+        before, after = edit.change.before, edit.change.after
+        if after == thing.name or before == after:
+            return
+        if thing.name != before and not self._edit_wins(edit, "name", thing.name):
+            return
+        if self._is_taken(Thing(thing.kind, after, None, thing.owner)):
+            self.conflicts.append(Conflict(edit.change, thing.name, "urdf"))
+            return
+        thing.name = thing.part.name = after
+
+    def _added(self, edit: Edit, owner: Thing) -> None:
+        kind, part = edit.change.kind, deepcopy(edit.source.part)
+        things = new_things(kind, part, owner)
+        # a joint or sensor that was only moved to it comes by itself
+        moved = [t for t in things[1:] if t.kind in _MOVES and self._is_moved(t)]
+        for thing in moved:
+            self._take_out(thing)
+        things = [thing for thing in things if thing not in moved]
+        single = FIELDS.get(kind)
+        if single and getattr(owner.part, single):
+            self._orphan(edit, f"the URDF has a {kind} of its own there now")
+            return
+        for thing in things:
+            if self._is_taken(thing):
+                self._orphan(edit, f"the URDF has a {thing.kind} '{thing.name}' of its own now")
+                return
+        for field, called in _calls(kind, part).items():
+            targets, said = self._resolve(self.names, things[0], field, called)
+            if targets is None:
+                self._orphan(edit, f"{said} is gone")
+                return
+            things[0].refers = {**things[0].refers, field: targets}
+        self._hung_anew |= kind == "body"
+        self.model += things
+        for thing in things:
+            self.names.things[thing.kind, thing.owner, thing.name] = thing
+            self.names.owners[in_words(thing)] = thing
+        self._insert(things[0], edit.change.follows)
+
+    def _moved(self, edit: Edit, thing: Thing) -> None:
+        before, after = edit.change.before, edit.change.after
+        owner = self.names.owners.get(after)
+        if owner is None:
+            self._orphan(edit, f"{after} is gone")
+        elif thing.owner is not owner and (
+            thing.owner is self.olds.owners.get(before)
+            or self._edit_wins(edit, "owner", in_words(thing.owner or owner))
+        ):
+            self._take_out(thing)
+            thing.owner = owner
+            self._insert(thing, edit.change.follows)
+
+    def _changed(self, edit: Edit, thing: Thing) -> None:
+        change, field = edit.change, edit.change.field
+        if field in thing.refers:
+            was, _ = self._resolve(self.olds, thing, field, change.before)
+            targets, said = self._resolve(self.names, thing, field, change.after)
+            now = thing.refers[field]
+            # the point of a body that hangs on another body now stays behind
+            point = now[0] if field == "point" else None
+            left = isinstance(point, Thing) and point.owner is not thing.refers["parent"][0]
+            if targets is None:
+                self._orphan(edit, f"{said} is gone")
+            elif targets != now and (
+                was == now or left or self._edit_wins(edit, field, _called(now))
+            ):
+                thing.refers = {**thing.refers, field: targets}
+                self._hung_anew |= thing.kind == "body"
+            return
+        value, (whole, _, inner) = plain_values(thing).get(field), field.partition(".")
+        # what is of an element that the model does not know stays in the file by itself
+        if value == change.after or not hasattr(thing.part, whole):
+            return
+        if value == change.before or self._edit_wins(edit, field, value):
+            holder = getattr(thing.part, whole) if inner else thing.part
+            setattr(holder, inner or whole, change.after)
+
+    def _reordered(self, edit: Edit, owner: Thing) -> None:
+        change = edit.change
+        parts = getattr(owner.part, LISTS[change.kind])
+        there = {id(part): place for place, part in enumerate(parts)}
+        orders = []
+        for known, called in ((self.olds, change.before), (self.names, change.after)):
+            found = [known.things.get((change.kind, owner, name)) for name in called]
+            orders.append([t.part for t in found if t is not None and id(t.part) in there])
+        before, after = ([there[id(part)] for part in order] for order in orders)
+        if before != sorted(before) and (
+            after == sorted(after)
+            or not self._edit_wins(edit, "order", [part.name for part in parts])
+        ):
+            return
+        for place, part in zip(sorted(after), orders[1], strict=True):
+            parts[place] = part
+        self._hung_anew |= change.kind == "point"
+
+    def _removed(self, edits: list[Edit], untouched: list[Any]) -> None:
+        """Take away what people removed, unless the URDF changed it or something needs it;
+        ``untouched`` is what each was before any edit."""
+        doomed: dict[Thing, Edit] = {}
+        for edit, now in zip(edits, untouched, strict=True):
+            assert edit.target is not None
+            if now == _plain(edit.change.before) or self._edit_wins(edit, "removed", now):
+                doomed[edit.target] = edit
+        while True:
+            gone = [thing for thing in self.model if _root(thing, doomed) is not None]
+            needed = {
+                root
+                for thing in self.model
+                if thing.kind != "parameter" and thing not in gone
+                for targets in thing.refers.values()
+                for target in targets
+                if isinstance(target, Thing) and (root := _root(target, doomed)) is not None
+            }
+            if not needed:
+                break
+            for root in needed:
+                self.conflicts.append(Conflict(doomed.pop(root).change, "it is needed", "urdf"))
+        for thing in doomed:
+            self._take_out(thing)
+        self.model = [thing for thing in self.model if thing not in gone]
+
+    # --- things, names and places ---
+
+    def _is_moved(self, thing: Thing) -> bool:
+        """Whether a thing that came with another was there before."""
+        known = self.names.things.items()
+        return any(kind == thing.kind and name == thing.name for (kind, _, name), _ in known)
+
+    def _is_taken(self, thing: Thing) -> bool:
+        """Whether the name of a thing is one of another that is there."""
+        return thing.kind not in _NAMED_FREELY and any(
+            other.kind == thing.kind and other.name == thing.name and other is not thing
+            and (other.kind not in _NAMED_IN_OWNER or other.owner is thing.owner)
+            for other in self.model
+        )  # fmt: skip
+
+    def _resolve(
+        self, known: Known, thing: Thing, field: str, called: Any
+    ) -> tuple[tuple[Thing | str | None, ...] | None, str]:
+        """The things that a field names, or None and the words for what is not there."""
+        model, base = self.model[0], self.model[1]
+        found: list[Thing | str | None] = []
+        said = ""
+        for place, name in enumerate(called):
+            target: Thing | str | None
+            if field in ("joints", "joint", "name"):
+                is_base = field == "joint" and name in (BASE, base.name)
+                target = base if is_base else known.joint(name)
+                said = f"joint '{name}'"
+            elif field == "parent" or (field != "point" and place == 0):
+                is_base = name is None or name in (BASE, base.name)
+                target = base if is_base else known.things.get(("body", model, name))
+                said = f"body '{name}'"
+            elif name in (None, ORIGIN):
+                found.append(None)
+                continue
+            else:
+                on = thing.refers["parent"][0] if field == "point" else found[0]
+                on = on if isinstance(on, Thing) else None
+                target = known.things.get(("point", on, name))
+                said = f"point '{name}'"
+            if name == "":  # a draft
+                target = ""
+            if target is None or (isinstance(target, Thing) and target not in self.model):
+                return None, said
+            found.append(target)
+        return tuple(found), said
+
+    def _insert(self, thing: Thing, follows: str) -> None:
+        """Put an object into its owner, after the one that it follows."""
+        owner = thing.owner
+        assert owner is not None
+        if thing.kind in FIELDS:
+            setattr(owner.part, FIELDS[thing.kind], thing.part)
+            return
+        parts = getattr(owner.part, LISTS[thing.kind])
+        before = self.names.things.get((thing.kind, owner, follows))
+        places = [n for n, part in enumerate(parts, 1) if before and part is before.part]
+        parts.insert(places[0] if places else len(parts) if follows else 0, thing.part)
+
+    def _take_out(self, thing: Thing) -> None:
+        """Take an object out of its owner."""
+        owner = thing.owner
+        assert owner is not None
+        if thing.kind in FIELDS:
+            setattr(owner.part, FIELDS[thing.kind], None)
+            return
+        attribute = LISTS[thing.kind]
+        parts = getattr(owner.part, attribute)
+        setattr(owner.part, attribute, [part for part in parts if part is not thing.part])
+
+    def _write_references(self) -> None:
+        """Name what is referred to by the names that it has now."""
+        for thing in self.model:
+            part, refers = thing.part, thing.refers
+            if thing.kind == "body":
+                part.parent = _name(refers["parent"][0])
+                part.point = _name(refers["point"][0])
+            elif thing.kind in ("cut", "link"):
+                for end in ("endpoint1", "endpoint2"):
+                    setattr(part, end, tuple(map(_name, refers[end])))
+            elif thing.kind == "user constraint":
+                part.joints = tuple(_name(joint) or "" for joint in refers["joints"])
+            elif thing.kind == "parameter" and refers:
+                part.name = thing.name = _name(refers["name"][0]) or thing.name  # its joint's
+            elif thing.kind in ("viewpoint", "light"):
+                part.joint = _name(refers["joint"][0]) or BASE
+
+
+def is_place(change: Change) -> bool:
+    """True if a change is of the 2D diagram."""
+    drawn = change.field == "position" and change.kind not in DRAWN
+    return drawn or change.field.startswith("drawing.")
+
+
+def _plain(content: Any) -> Any:
+    """What an object says, without its places in the diagram."""
+    if isinstance(content, list | tuple):
+        return tuple(map(_plain, content))
+    if not isinstance(content, dict):
+        return content
+    shape = "rotation" in content or "target" in content
+    return {
+        field: _plain(value)
+        for field, value in content.items()
+        if field != "drawing" and (field != "position" or shape)
+    }
+
+
+def _name(target: Thing | str | None) -> str | None:
+    """How a file names a body, point or joint; None is the base and a body's own frame."""
+    if not isinstance(target, Thing):
+        return target
+    return None if target.kind == "base" else target.name
+
+
+def _called(targets: tuple[Thing | str | None, ...]) -> list[str]:
+    return [ORIGIN if name is None else name for name in map(_name, targets)]
+
+
+def _calls(kind: str, part: Any) -> dict[str, Any]:
+    """What the fields of an object call other things."""
+    if kind == "body":
+        return {"parent": [part.parent], "point": [part.point]}
+    if kind in ("cut", "link"):
+        return {end: getattr(part, end) for end in ("endpoint1", "endpoint2")}
+    if kind == "user constraint":
+        return {"joints": part.joints}
+    return {"joint": [part.joint]} if kind in ("viewpoint", "light") else {}
+
+
+def _root(thing: Thing | None, doomed: Container[Thing]) -> Thing | None:
+    """The doomed thing that a thing is, or belongs to."""
+    while thing is not None and thing not in doomed:
+        thing = thing.owner
+    return thing
+
+
+def new_things(kind: str, part: Any, owner: Thing | None) -> list[Thing]:
+    """The things that an object is and holds."""
+    whole = [Thing(kind, getattr(part, "name", ""), part, owner)]
+    for inner in _HOLDS.get(kind, ()):
+        held = getattr(part, FIELDS.get(inner) or LISTS[inner])
+        parts = held if isinstance(held, list) else [held] if held is not None else []
+        for held_part in parts:
+            whole += new_things(inner, held_part, whole[0])
+    return whole

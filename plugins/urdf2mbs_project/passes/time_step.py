@@ -1,0 +1,282 @@
+"""Time step: how long a step a Runge-Kutta integrator can take with this robot.
+
+Beyond the method.  The model is linearised at the start position, with all stops hit and all feet
+on the ground.  ``TIME_STEP`` is the part ``PART`` of the longest step with which all eigenvalues
+are stable: the robot moves away from the start, and a step must be accurate, too.  The step must
+not be shorter than ``SHORTEST``.  Else the numbers of urdf2mbs and of the config give way one by
+one, first the number that makes the fastest mode.
+
+The bristles of friction get their states here, in user models behind all others.  The gains of
+``hold`` follow from the inertia that each joint carries, which is known only here.
+``docs/passes/time-step.md`` derives all this.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import floor, hypot, log10, pi, sqrt
+from typing import TYPE_CHECKING
+
+from urdf2mbs.conversion import Conversion
+from urdf2mbs.engine.hookspecs import Pass
+from urdf2mbs.mbs.kinematics import floating
+from urdf2mbs.mbs.model import Parameter, UserModel
+from urdf2mbs_project.simulation import CONTACT_STATES, JOINT_STATES, Simulation, rounded
+from urdf2mbs.spatial import add
+
+if TYPE_CHECKING:
+    from urdf2mbs.mbs.mass import Array, Mass
+    from urdf2mbs_project.code.stability import Mode, Slope
+
+#: The step is this part of the longest stable one.
+PART = 0.4
+#: The longest step (s), and the one below which numbers give way.
+LONGEST, SHORTEST = 5e-4, 1e-5
+#: The damping of ``hold`` is at most this times the inertia that a joint feels (1/s).
+FASTEST = 3000.0
+#: The user models that the forces of a project depend on.
+NUMBERS = (
+    "joint_forces", "damping", "friction_stiffness", "stop_stiffness", "spring_stiffness",
+    "hold_stiffness", "hold_damping", "contact", "link_stiffness", "link_damping",
+)  # fmt: skip
+#: By kind of slope, the user models (of contacts: the parameters of ``contact``) that give way,
+#: and the power of the factor by which.
+GIVES_WAY = {
+    "friction": {"friction_stiffness": 1},
+    "stop": {"stop_stiffness": 1},
+    "hold": {"hold_stiffness": 1, "hold_damping": 1},
+    "contact": {"stiffness": 1, "speed": -1},
+    "slip": {"bristle": -1},
+}
+#: By kind of slope, how it is called.
+NAMES = {
+    "damping": "the damping of joint '{}'", "friction": "the friction of joint '{}'",
+    "stop": "the stop of joint '{}'", "hold": "the hold of joint '{}'",
+    "contact": "the ground's push on '{}'", "slip": "the ground's friction on '{}'",
+    "spring": "the spring '{}'",
+}  # fmt: skip
+
+Models = dict[str, dict[str, float]]
+
+
+class TimeStep(Pass):
+    reads = (
+        "robot", "base", "bodies", "inertias", "joints", "couplings", "anchors", "posture", "forces"
+    )  # fmt: skip
+    writes = ("forces",)
+
+    def run(self, conversion: Conversion) -> None:
+        simulation = conversion.simulation
+        in_project = conversion.settings.project is not None
+        if not conversion.mbs.bodies or not (simulation.hold or in_project):
+            return
+        from urdf2mbs.mbs.mass import Mass
+        from urdf2mbs_project.code.stability import reduction_of
+
+        mass = Mass(conversion.mbs)
+        reduction = reduction_of(mass, simulation)
+        if simulation.hold:
+            _add_hold(conversion, mass, reduction)
+        if in_project:
+            _choose(conversion, mass, reduction)
+
+
+# --- the gains of hold ---
+
+
+def _add_hold(conversion: Conversion, mass: Mass, reduction: Array) -> None:
+    from urdf2mbs_project.code.stability import felt
+
+    stiffness: dict[str, float] = {}
+    damping: dict[str, float] = {}
+    carried = _carry(conversion.simulation, mass, reduction)
+    feels = felt(mass, reduction)
+    holding = {held.joint.name: held for held in conversion.simulation.hold}
+    for index, placed in enumerate(mass.placement.joints):
+        held = holding.get(placed.joint.name)
+        if held is None:
+            continue
+        inertia, k, d = carried[index], held.stiffness, held.damping
+        if k is None:
+            k = rounded(inertia * (2 * pi * held.frequency) ** 2)
+        if d is None:
+            most = FASTEST * float(feels[index])
+            d = rounded(min(2 * held.damping_ratio * sqrt(inertia * k), most))
+        stiffness[held.joint.name], damping[held.joint.name] = k, d
+    conversion.mbs.user_models += [
+        UserModel.of("hold", {"on": 1.0}),
+        UserModel.of("hold_stiffness", stiffness),
+        UserModel.of("hold_damping", damping),
+    ]
+
+
+def _carry(simulation: Simulation, mass: Mass, reduction: Array) -> list[float]:
+    """The inertia that each joint carries (kg m^2, kg), with all that follows it."""
+    owners = {id(point): body.name for body in mass.mbs.bodies for point in body.points}
+    feet = {owners[id(contact.point)] for contact in simulation.contacts}
+    reduced = reduction.T @ mass.matrix @ reduction
+    whole = mass.behind[[placed.before < 0 for placed in mass.placement.joints]].sum(axis=0)
+    floats = floating(mass.mbs) is not None
+    carried: list[float] = []
+    for index, twist in enumerate(mass.twists):
+        inertia = float(reduction[index] @ reduced @ reduction[index])
+        standing = sum(index in mass.placement.way(foot) for foot in feet)
+        if standing and floats:
+            rest = float(twist @ (whole - mass.behind[index]) @ twist)
+            inertia = max(inertia, rest * standing / len(feet))
+        carried.append(inertia)
+    return carried
+
+
+# --- the step ---
+
+
+def _choose(conversion: Conversion, mass: Mass, reduction: Array) -> None:
+    from urdf2mbs_project.code.stability import fastest
+
+    simulation = conversion.simulation
+    reduced = reduction.T @ mass.matrix @ reduction
+    models: Models = {
+        model.name: {p.name: float(p.values[0]) for p in model.parameters}
+        for model in conversion.mbs.user_models
+        if model.name in NUMBERS
+    }
+    while True:
+        slopes = list(_slopes(conversion, mass, reduction, models))
+        mode = fastest(reduced, slopes)
+        if mode.step * PART >= SHORTEST * (1 - 1e-9) or not _give_way(slopes, mode, models):
+            break
+    changes = _write(conversion, models)
+    _add_states(conversion, models)
+    if mode.step * PART < LONGEST:
+        worst = slopes[int(mode.shares.argmax())]
+        simulation.shortened_by = NAMES[worst.kind].format(worst.name)
+        simulation.time_step = _round_down(mode.step * PART)
+        conversion.note(
+            "time-step",
+            f"TIME_STEP is {simulation.time_step:g} s, because of {simulation.shortened_by} "
+            f"(its eigenvalue has {abs(mode.rate):.3g} 1/s)",
+        )
+    _warn(conversion, changes)
+
+
+def _slopes(
+    conversion: Conversion, mass: Mass, reduction: Array, models: Models
+) -> Iterator[Slope]:
+    """The forces of the generated code, by the velocities of the independent joints."""
+    import numpy as np
+
+    from urdf2mbs_project.code.stability import Slope, felt
+
+    index = {placed.joint.name: k for k, placed in enumerate(mass.placement.joints)}
+    for name, value in models.get("damping", {}).items():
+        yield Slope("damping", name, reduction[index[name]], 0.0, value)
+    for name, value in models.get("friction_stiffness", {}).items():
+        damping = value * models["joint_forces"]["friction_time"]
+        yield Slope("friction", name, reduction[index[name]], value, damping)
+    feels = felt(mass, reduction)
+    for name, value in models.get("stop_stiffness", {}).items():
+        # at stop_speed it goes in by speed / frequency
+        damping = sqrt(min(feels[index[name]], 1e300) * value)
+        yield Slope("stop", name, reduction[index[name]], 2.0 * value, damping)
+    for name, value in models.get("spring_stiffness", {}).items():
+        yield Slope("spring", name, reduction[index[name]], max(value, 0.0), 0.0)
+    for name, value in models.get("hold_stiffness", {}).items():
+        yield Slope("hold", name, reduction[index[name]], value, models["hold_damping"][name])
+    contacts = conversion.simulation.contacts
+    if contacts:
+        law = models["contact"]
+        up = np.array(conversion.simulation.up)
+        total = sum(body.mass or 0.0 for body in mass.mbs.bodies)
+        share = total * hypot(*mass.mbs.base.gravity) / len(contacts)
+        owners = {id(point): body.name for body in mass.mbs.bodies for point in body.points}
+        _, _, plane = np.linalg.svd(up[None])
+        for contact in contacts:
+            body = owners[id(contact.point)]
+            at = mass.placement.point(mass.mbs, body, contact.point.name)
+            rot = mass.placement.bodies[body].rot
+            at = add(at, contact.arm(rot, conversion.simulation.up))
+            moved = mass.point(body, at) @ reduction
+            yield Slope("contact", contact.link, up @ moved, law["stiffness"], share / law["speed"])
+            stiffness = share / law["bristle"]
+            damping = stiffness * law["bristle_time"]
+            for way in plane[1:]:
+                yield Slope("slip", contact.link, way @ moved, stiffness, damping)
+    for link in conversion.simulation.springs:
+        (one, here), (two, there) = (
+            (at, mass.point(end[0], at))
+            for end in (link.endpoint1, link.endpoint2)
+            for at in [mass.placement.point(mass.mbs, *end)]
+        )
+        way = np.array(two) - np.array(one)
+        row = way / np.linalg.norm(way) @ (there - here) @ reduction
+        yield Slope("spring", link.name, row, models["link_stiffness"][link.name],
+                    models["link_damping"][link.name])  # fmt: skip
+
+
+def _give_way(slopes: list[Slope], mode: Mode, models: Models) -> bool:
+    """Soften what makes the fastest mode, as far as it may; False if nothing of it may."""
+    for k in mode.shares.argsort()[::-1]:
+        slope = slopes[k]
+        if mode.shares[k] < 0.5:
+            break
+        if slope.kind not in GIVES_WAY:
+            continue
+        factor = min(0.9, max(0.1, mode.step * PART / SHORTEST))
+        ground = slope.kind in ("contact", "slip")
+        for name, power in GIVES_WAY[slope.kind].items():
+            group, key = ("contact", name) if ground else (name, slope.name)
+            if key in models.get(group, {}):
+                models[group][key] = rounded(models[group][key] * factor**power)
+        return True
+    return False
+
+
+def _write(conversion: Conversion, models: Models) -> list[str]:
+    """Put the numbers that have given way into the user models; gives them in words."""
+    changes: list[str] = []
+    for model in conversion.mbs.user_models:
+        for parameter in model.parameters if model.name in NUMBERS else ():
+            old, new = float(parameter.values[0]), models[model.name][parameter.name]
+            if new != old:
+                parameter.values = (repr(new),)
+                ground = model.name == "contact"
+                called = f"{model.name} of '{parameter.name}'"
+                called = f"the ground's {parameter.name}" if ground else called
+                changes.append(f"{called} is {new:g} instead of {old:g}")
+    return changes
+
+
+def _add_states(conversion: Conversion, models: Models) -> None:
+    """Add the states of bristles, last of all: a struct of C keeps its places in front of them."""
+    rubbing = models.get("friction_stiffness", {})
+    feet = len(conversion.simulation.contacts)
+    for name, states in (
+        (JOINT_STATES, [Parameter(joint, "state", ("0.0",)) for joint in rubbing]),
+        (CONTACT_STATES, [Parameter("slip", "state", ("0.0",) * 2 * feet)] if feet else []),
+    ):
+        if states:
+            conversion.mbs.user_models.append(UserModel(name, states))
+
+
+def _warn(conversion: Conversion, changes: list[str]) -> None:
+    if changes:
+        conversion.warn(
+            "time-step-softened",
+            f"the step would be shorter than {SHORTEST:g} s, so these numbers have given way: "
+            + "; ".join(changes),
+            hint="state other numbers, or give what they move more inertia",
+        )
+    if conversion.simulation.time_step < SHORTEST:
+        conversion.warn(
+            "time-step-short",
+            f"TIME_STEP is only {conversion.simulation.time_step:g} s, because of "
+            f"{conversion.simulation.shortened_by}: a simulation takes long",
+            hint="see if the robot's file states a likely number, and a likely inertia",
+        )
+
+
+def _round_down(value: float) -> float:
+    """To two significant digits."""
+    digit = 10.0 ** (floor(log10(value)) - 1)
+    return float(f"{floor(value / digit * (1 + 1e-9)) * digit:.1e}")

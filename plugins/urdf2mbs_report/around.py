@@ -1,0 +1,165 @@
+"""What stands around the bodies: sensors, external forces, loops, stops and user models.
+
+All is read from the written .mbs; what a point is for is known by the passes.
+"""
+
+from __future__ import annotations
+
+from math import dist
+from typing import Any, TypeAlias
+
+from urdf2mbs.mbs.kinematics import place
+from urdf2mbs.mbs.model import Connection, Mbs
+from urdf2mbs_report.table import Cell, Row, plain, titled
+from urdf2mbs_project.simulation import Simulation
+from urdf2mbs.spatial import ZERO, Vec, add, rotate
+
+End: TypeAlias = "tuple[str | None, str | None]"
+"""The names of a body, None for the base, and of one of its points, None for its origin."""
+
+
+def _at(model: Mbs, end: End) -> Vec:
+    """Where an end is in its body's frame (m)."""
+    point = model.points().get(end)
+    return ZERO if point is None else point.coordinates
+
+
+def _purposes(simulation: Simulation) -> dict[str, tuple[str, str]]:
+    """What a sensor or external force is (by its name), and the URDF link it belongs to."""
+    known = [
+        *((one.point.sensor, f"{one.kind} '{one.name}'", one.link) for one in simulation.sensors),
+        *((one.point.extforce, "contact", one.link) for one in simulation.contacts),
+        *(
+            (one.point.extforce, f"wrench, user model '{one.model.name}'", "")
+            for one in simulation.wrenches
+        ),
+    ]
+    return {named.name: (purpose, link) for named, purpose, link in known if named is not None}
+
+
+def _stops(model: Mbs) -> dict[str, tuple[float | None, float | None]]:
+    """The limits (rad or m) of joints, from the user models ``q_min`` and ``q_max``."""
+    values = {
+        one.name: {p.name: float(p.values[0]) for p in one.parameters if p.values}
+        for one in model.user_models
+        if one.name in ("q_min", "q_max")
+    }
+    low, high = values.get("q_min", {}), values.get("q_max", {})
+    return {name: (low.get(name), high.get(name)) for name in model.numbers() if name in low | high}
+
+
+def marks(simulation: Simulation, model: Mbs) -> dict[str, Any]:
+    """What the 3D model shows beside shapes."""
+    purposes = _purposes(simulation)
+    turned = {
+        sensor.point.sensor.name: sensor.rotation
+        for sensor in simulation.sensors
+        if sensor.point.sensor is not None
+    }
+    dots = []
+    for (body, _), point in model.points().items():
+        if point.sensor is not None:
+            name = point.sensor.name
+            dots.append((body, point.coordinates, "sensors", turned.get(name)))
+        if point.extforce is not None:
+            contact = purposes.get(point.extforce.name, ("", ""))[0] == "contact"
+            dots.append((body, point.coordinates, "contacts" if contact else "forces", None))
+    return {
+        "points": dots,
+        "lines": [
+            (one.kind, *((end[0], _at(model, end)) for end in (one.endpoint1, one.endpoint2)))
+            for one in (*model.cuts, *model.links)
+            if not one.is_draft
+        ],
+        "stops": list(_stops(model).items()),
+    }
+
+
+def tables(simulation: Simulation, model: Mbs) -> str:
+    """Tables of points, loops, stops and user models; those of what there is."""
+    parts = [
+        _point_table(simulation, model),
+        _force_torque_table(simulation),
+        _connection_table(model),
+        _user_model_tables(model),
+    ]
+    return "".join(parts) or '<p class="note">None.</p>'
+
+
+def _point_table(simulation: Simulation, model: Mbs) -> str:
+    purposes = _purposes(simulation)
+    rows: list[Row] = []
+    for (body, _), point in model.points().items():
+        for one, kind in ((point.sensor, "sensor"), (point.extforce, "external force")):
+            if one is None:
+                continue
+            cells: list[Cell] = [
+                one.name, kind, ", ".join(one.measures), body or "base", point.name,
+                point.coordinates,
+            ]  # fmt: skip
+            cells += purposes.get(one.name, ("", "")) if purposes else ()
+            rows.append(({"data-body": body or ""}, cells))
+    head = ("name", "kind", "measures", "body", "point", "at [m]")
+    known = ("what it is", "URDF link") if purposes else ()
+    return titled("Sensors, contacts and external forces", (*head, *known), rows, right=(5,))
+
+
+def _force_torque_table(simulation: Simulation) -> str:
+    rows: list[Row] = [
+        ({"data-link": one.link}, (one.name, one.link, ", ".join(j.name for j in one.joints)))
+        for one in simulation.force_torques
+    ]
+    head = ("sensor", "URDF link", "driven joints whose Qc it reads")
+    return titled("Force-torque sensors", head, rows)
+
+
+def _connection_table(model: Mbs) -> str:
+    placed = place(model).bodies
+
+    def where(end: End) -> Vec:
+        pose = placed[end[0]]
+        return add(pose.xyz, rotate(pose.rot, _at(model, end)))
+
+    def words(end: End) -> str:
+        return "/".join((end[0] or "base", *([end[1]] if end[1] else [])))
+
+    def row(one: Connection) -> Row:
+        ends = one.endpoint1, one.endpoint2
+        apart = "not chosen yet" if one.is_draft else dist(*map(where, ends))
+        about = {"data-body": one.endpoint2[0] or ""}
+        return about, (one.name, one.kind, *map(words, ends), one.length, apart)
+
+    rows = [row(one) for one in (*model.cuts, *model.links)]
+    head = ("name", "kind", "from", "to", "length [m]", "apart at the start [m]")
+    return titled("Loops and springs", head, rows, right=(4, 5))
+
+
+def _user_model_tables(model: Mbs) -> str:
+    """One table with a row for each joint and a column for each model whose parameters are
+    joints; one of all other parameters."""
+    numbers = model.numbers()
+    kinds: dict[str, dict[str, str]] = {}
+    others: list[Row] = []
+    for one in model.user_models:
+        values = {p.name: ", ".join(map(_short, p.values)) for p in one.parameters}
+        if values and values.keys() <= numbers.keys():
+            kinds[one.name] = values
+        else:
+            others += [plain(one.name, name, value) for name, value in values.items()]
+    rows: list[Row] = [
+        ({"data-joint": name}, (name, *(values.get(name) for values in kinds.values())))
+        for name in numbers
+        if any(name in values for values in kinds.values())
+    ]
+    head = ("joint", *kinds)
+    return titled("User models: one value a joint", head, rows, right=range(1, len(head))) + titled(
+        "Other user models", ("user model", "parameter", "value"), others, right=(2,)
+    )
+
+
+def _short(value: str) -> str:
+    """Six digits of a number; another text as it is."""
+    try:
+        return f"{float(value) + 0.0:.6g}"
+    except ValueError:
+        return value

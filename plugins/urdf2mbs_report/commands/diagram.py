@@ -1,0 +1,48 @@
+"""`diagram`: the 2D diagram of an .mbs as a picture."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from urdf2mbs.commands.printing import beside, print_json
+from urdf2mbs.commands.settings import add_printing, path
+from urdf2mbs.commands.streams import is_stream, read_model, saving
+from urdf2mbs.messages.diagnostics import counted
+
+EXAMPLES = (
+    "urdf2mbs diagram robot.mbs",
+    "urdf2mbs diagram robot.mbs -o picture.svg",
+)
+
+
+def add_options(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "model", type=path, metavar="MODEL.mbs", help="the file, or - for standard input"
+    )
+    command.add_argument(
+        "-o", "--output", type=path, metavar="OUT.svg",
+        help="default: beside the model; - for standard output",
+    )  # fmt: skip
+    add_printing(command)
+
+
+def carry_out(arguments: argparse.Namespace) -> int:
+    from urdf2mbs_report.draw import draw
+
+    model: Path = arguments.model
+    mbs = read_model(model)
+    picture = draw(mbs).encode()
+    default = model if is_stream(model) else beside(model, ".svg")
+    output: Path = arguments.output or default
+    with saving(arguments, is_stream(output)) as save:
+        save(output, picture)
+    if is_stream(output):
+        return 0
+    if arguments.json:
+        print_json({"model": mbs.name, "output": str(output)})
+    else:
+        print(f"{mbs.name}: diagram of {counted(len(mbs.bodies), 'body')} written to {output}")
+        print(f"Next: open {output} in a browser, and {model} in MBSysPad: they look alike")
+        print(f"      is it the robot? urdf2mbs verify ROBOT {model}")
+    return 0

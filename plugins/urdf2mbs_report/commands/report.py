@@ -1,0 +1,123 @@
+"""`report`: one HTML page to look at."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from urdf2mbs.commands.printing import beside, near, print_json, tell
+from urdf2mbs.commands.progress import Progress
+from urdf2mbs.commands.settings import (
+    ALONE,
+    FLAGS,
+    add_fields,
+    add_printing,
+    add_running,
+    choose_fields,
+    path,
+    robot_or_config,
+)
+from urdf2mbs.commands.streams import is_stream, read_model, saving
+from urdf2mbs.disk.files import is_file, read
+from urdf2mbs.engine.pipeline import Pipeline
+from urdf2mbs.messages.diagnostics import ConfigError, counted
+from urdf2mbs_report.summary import report
+
+if TYPE_CHECKING:
+    from urdf2mbs_report.page import Page
+
+Save = Callable[[Path, bytes], None]
+
+EXAMPLES = (
+    "urdf2mbs report robot.yaml",
+    "urdf2mbs report robot.urdf -o look.html",
+    "urdf2mbs report project/dataR/model.mbs",
+)
+
+
+def add_options(command: argparse.ArgumentParser) -> None:
+    add_printing(command)
+    add_running(command)
+    command.add_argument(
+        "config", type=path, metavar="CONFIG.yaml",
+        help="or a .urdf or .xacro file, with the options below; or an .mbs, of any origin",
+    )  # fmt: skip
+    command.add_argument(
+        "-o", "--output", type=path, metavar="OUT.html",
+        help="default: beside the output; - for standard output",
+    )  # fmt: skip
+    add_fields(command, *ALONE)
+
+
+def carry_out(arguments: argparse.Namespace) -> int:
+    with saving(arguments, is_stream(arguments.output)) as save:
+        if arguments.config.suffix.lower() == ".mbs":
+            return _report_model(arguments, save)
+        return _report_robot(arguments, save)
+
+
+def _report_robot(arguments: argparse.Namespace, save: Save) -> int:
+    """Convert, and write the page."""
+    from urdf2mbs_report.page import make
+
+    config, lines = robot_or_config(arguments)
+    pipeline = Pipeline(config, lines, installed_plugins=not arguments.no_plugins)
+    with Progress(arguments) as progress:
+        pipeline.watch(progress)
+        conversion = pipeline.run()
+        progress.at = "the page"
+        page = make(conversion)
+    found, model = report(conversion), conversion.settings.output
+    output = arguments.output or beside(model, ".html")
+    save(output, page.data)
+    _tell(arguments, page, f"{found.robot}: report", output, f" ({found.verdict})")
+    if not arguments.json:
+        tell(conversion, found, arguments.verbose)
+        _tell_next(output)
+        written = is_file(model) and read(model) == conversion.files.get(model)
+        if not written and not is_stream(output):
+            print("      the .mbs itself is written by: urdf2mbs run, or urdf2mbs convert")
+    return 0 if conversion.rejected is None else 3
+
+
+def _report_model(arguments: argparse.Namespace, save: Save) -> int:
+    """Write the page of an .mbs alone: there is no URDF to convert or to compare."""
+    from urdf2mbs_report.page import make_of_model
+
+    file: Path = arguments.config
+    for field in choose_fields(arguments, ALONE):
+        flag = FLAGS[field].flag
+        raise ConfigError("usage", f"{flag} is for a robot; '{file}' is an .mbs already")
+    model = read_model(file)
+    output = arguments.output or beside(file, ".html")
+    page = make_of_model(model, file)
+    save(output, page.data)
+    _tell(arguments, page, f"{model.name}: page of the model", output)
+    if not arguments.json:
+        _tell_next(output)
+    return 0
+
+
+def _tell(
+    arguments: argparse.Namespace, page: Page, what: str, output: Path, more: str = ""
+) -> None:
+    """Say where the page is, and how large."""
+    if arguments.json:
+        print_json({"page": str(output), "sizes": page.sizes, "missing": page.missing})
+        return
+    sizes = page.sizes
+    place = "standard output" if is_stream(output) else near(output)
+    print(f"{what} written to {place}{more}")
+    print(
+        f"  {sizes['all'] / 1e6:.2f} MB: three.js {sizes['viewer'] / 1e6:.2f}, "
+        f"meshes {sizes['meshes'] / 1e6:.2f}"
+    )
+    if page.missing:
+        print(f"  {counted(len(page.missing), 'mesh')} not drawn; the page names them")
+
+
+def _tell_next(output: Path) -> None:
+    if not is_stream(output):
+        print(f"Next: open {near(output)} in a browser; it is one file, which you can send on")

@@ -1,0 +1,282 @@
+"""What the report's 3D view draws, as plain data: an .mbs file, a URDF, and their meshes.
+
+The two sides know nothing of each other.  The .mbs's shapes are what its .wrl files hold; the
+URDF's are its own mesh files.  Triangles that both sides have are stored once.
+"""
+
+from __future__ import annotations
+
+import base64
+import gzip
+from collections.abc import Callable, Mapping
+from functools import partial
+from pathlib import Path, PurePosixPath
+from typing import TYPE_CHECKING, Any
+
+import msgspec
+
+from urdf2mbs.disk.files import is_file, read, size
+from urdf2mbs.mbs import model as mbs
+from urdf2mbs.mbs.kinematics import place
+from urdf2mbs_meshes import reader as meshes
+from urdf2mbs_meshes import vrml_reader
+from urdf2mbs_meshes.model import MeshError, Part, distinct
+from urdf2mbs.messages.diagnostics import ConversionError
+from urdf2mbs.spatial import add, rotate
+from urdf2mbs.urdf import model as urdf
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+IMAGES = {b"\x89PNG": "image/png", b"\xff\xd8\xff": "image/jpeg", b"GIF8": "image/gif"}
+
+#: So many bytes of a URDF's mesh files are read for a page at most.
+MOST = 256 * 2**20
+
+#: Gives a file by its url or name; None: it is not there.
+Fetch = Callable[[str], bytes | None]
+
+
+class Store:
+    """The meshes of one page: each mesh a list of parts, each array stored once."""
+
+    def __init__(self) -> None:
+        self.meshes: list[list[dict[str, Any]]] = []
+        self.textures: list[str] = []
+        self.missing: dict[str, str] = {}
+        """Meshes that cannot be drawn, and why."""
+        self.in_part: dict[str, str] = {}
+        """The .wrl files that are drawn in part, and what is left out."""
+        self._arrays: dict[bytes, int] = {}
+        self._known: dict[tuple[str, str], int | None] = {}
+        self._offset = 0
+        self._left = MOST
+
+    def wrl(self, url: str, fetch: Fetch, path: Path | None = None) -> int | None:
+        """The number of the mesh that an .mbs's ``url`` shows, None where it cannot be drawn.
+
+        A file of another format than .wrl is read from its ``path``.
+        """
+        if path is not None and path.suffix.lower() in meshes.FORMATS:
+            return self.source(url, path)
+        return self._once("wrl", url, partial(self._read_wrl, url, fetch))
+
+    def source(self, filename: str, path: Path | None) -> int | None:
+        """The same for a URDF's mesh file, drawn as RViz draws it."""
+        return self._once("source", filename, partial(self._read_source, path))
+
+    def _once(
+        self, kind: str, name: str, make: Callable[[], tuple[list[Part], Fetch]]
+    ) -> int | None:
+        if (kind, name) not in self._known:
+            self._known[kind, name] = None
+            try:
+                parts, fetch = make()
+                self.meshes.append([self._part(part, fetch) for part in _joined(parts)])
+                self._known[kind, name] = len(self.meshes) - 1
+            except MeshError as error:
+                self.missing[name] = str(error)
+        return self._known[kind, name]
+
+    def _read_wrl(self, url: str, fetch: Fetch) -> tuple[list[Part], Fetch]:
+        data = fetch(url)
+        if data is None:
+            raise MeshError("the .wrl is not there ('output: {project: DIR}' makes it)")
+        mesh = vrml_reader.read(data)
+        if mesh.problems:
+            self.in_part[url] = "; ".join(dict.fromkeys(mesh.problems))
+        folder = PurePosixPath(url.replace("\\", "/")).parent
+        return mesh.parts, lambda name: fetch(str(folder / name))
+
+    def _read_source(self, path: Path | None) -> tuple[list[Part], Fetch]:
+        if path is None:
+            raise MeshError("the mesh file is not there")
+        if size(path) > self._left:
+            raise MeshError(f"the files of all meshes are more than {MOST >> 20} MiB")
+        try:
+            mesh = meshes.read(path, up_axis=False)
+            self._left -= mesh.size
+        except ConversionError as error:
+            raise MeshError(f"{error.message}; {error.hint}") from None
+        return mesh.parts, mesh.textures.get
+
+    def _part(self, part: Part, fetch: Fetch) -> dict[str, Any]:
+        import numpy as np
+
+        corners = part.points.astype(np.float32)[part.triangles].reshape(-1, 3) + np.float32(0.0)
+        points, triangles = distinct(corners)
+        look = part.material
+        out: dict[str, Any] = {
+            "points": self._array(points.view(np.uint32)),
+            "triangles": self._array(triangles.astype(np.uint32)),
+            "color": look.diffuse,
+            "transparency": look.transparency,
+        }
+        if look.texture and part.uv is not None:
+            texture = fetch(look.texture) or b""
+            kind = next((IMAGES[start] for start in IMAGES if texture.startswith(start)), None)
+            if kind is not None:
+                out["texture"] = self._texture(texture, kind)
+                out["uv"] = self._array(part.uv.astype(np.float32).reshape(-1, 2).view(np.uint32))
+        if part.colors is not None:
+            colors = np.asarray(part.colors)
+            if colors.ndim == 2:
+                colors = np.repeat(colors[:, None, :], 3, axis=1)
+            if colors.shape[-1] == 4 and look.transparency is None:
+                out["transparency"] = 1.0 - float(colors[..., 3].mean()) / 255
+            rgba = np.full((len(corners), 4), 255, np.uint8)
+            rgba[:, :3] = colors[..., :3].reshape(-1, 3)
+            out["colors"] = self._array(rgba.view("<u4"))
+        return out
+
+    def _array(self, values: NDArray[np.uint32]) -> tuple[int, int]:
+        """Keep an array of 32-bit words; gives its place (bytes) and its length (words)."""
+        data = values.astype("<u4").tobytes()
+        if data not in self._arrays:
+            self._arrays[data] = self._offset
+            self._offset += len(data)
+        return self._arrays[data], values.size
+
+    def _texture(self, data: bytes, kind: str) -> int:
+        url = f"data:{kind};base64,{base64.b64encode(data).decode()}"
+        if url not in self.textures:
+            self.textures.append(url)
+        return self.textures.index(url)
+
+    def packed(self) -> str:
+        """All arrays, for the page to unpack: gzip, then base64."""
+        return base64.b64encode(gzip.compress(b"".join(self._arrays), 9, mtime=0)).decode()
+
+
+def _joined(parts: list[Part]) -> list[Part]:
+    """The parts, those that look the same as one: a browser draws few large ones faster."""
+    import numpy as np
+
+    alike: dict[Any, list[Part]] = {}
+    for number, part in enumerate(parts):
+        plain = part.uv is None and part.colors is None
+        alike.setdefault((part.material, part.smooth) if plain else number, []).append(part)
+    joined = []
+    for group in alike.values():
+        starts = np.cumsum([0, *(len(part.points) for part in group)])
+        triangles = [part.triangles + start for part, start in zip(group, starts, strict=False)]
+        points = np.concatenate([part.points for part in group])
+        whole = msgspec.structs.replace(
+            group[0], points=points, triangles=np.concatenate(triangles)
+        )
+        joined.append(whole if len(group) > 1 else group[0])
+    return joined
+
+
+def mbs_side(
+    model: mbs.Mbs,
+    store: Store,
+    fetch: Fetch,
+    find: Callable[[str], Path | None] = lambda url: None,
+) -> dict[str, Any]:
+    """The .mbs's own joints and shapes; ``find`` gives the file of a url that is no .wrl."""
+
+    def drawn(shape: mbs.Shape) -> dict[str, Any]:
+        out = {**msgspec.structs.asdict(shape), "origin": None}
+        if shape.url is not None:
+            out["mesh"] = store.wrl(shape.url, fetch, find(shape.url))
+        return out
+
+    points = model.points()
+
+    def own(body: mbs.Body) -> dict[str, Any]:
+        at = None if body.point is None else points[body.parent, body.point].coordinates
+        return _some(body, "name", "parent", "mass", "com", "inertia") | {
+            "at": at or (0.0, 0.0, 0.0),
+            "joints": [_some(joint, "name", "type", "nature", "q") for joint in body.joints],
+            "shapes": [drawn(shape) for shape in body.shapes],
+        }
+
+    base = {"name": model.base.name, "shapes": [drawn(shape) for shape in model.base.shapes]}
+    return {"base": base, "bodies": [own(body) for body in model.bodies]}
+
+
+def _some(one: Any, *names: str) -> dict[str, Any]:
+    """Some attributes of an object, by their names."""
+    return {name: getattr(one, name) for name in names}
+
+
+def urdf_side(
+    robot: urdf.Robot, store: Store, find: Callable[[str], Path | None]
+) -> dict[str, Any]:
+    """The URDF's links and joints, the joints in an order in which parents come first."""
+
+    def visual(given: urdf.Visual) -> dict[str, Any]:
+        material = given.material
+        if material is not None and material.color is None:
+            material = robot.materials.get(material.name)
+        return {**placed(given), "color": material and material.color}
+
+    def placed(given: urdf.Visual | urdf.Collision) -> dict[str, Any]:
+        out = _some(given.origin, "xyz", "rpy") | {"geometry": given.geometry}
+        if isinstance(given.geometry, urdf.Mesh):
+            name = given.geometry.filename
+            out["mesh"] = store.source(name, find(name))
+        return out
+
+    def moved(joint: urdf.Joint) -> dict[str, Any]:
+        limit, mimic = joint.limit, joint.mimic
+        known = limit is not None and None not in (limit.lower, limit.upper)
+        return {
+            **_some(joint, "name", "type", "parent", "child", "axis"),
+            **_some(joint.origin, "xyz", "rpy"),
+            "limit": (limit.lower, limit.upper) if limit and known else None,
+            "mimic": mimic and (mimic.joint, mimic.multiplier, mimic.offset),
+        }
+
+    return {
+        "root": robot.root(),
+        "links": [
+            {
+                "name": link.name,
+                "visuals": [visual(given) for given in link.visuals],
+                "collisions": [placed(given) for given in link.collisions],
+            }
+            for link in robot.links.values()
+        ],
+        "joints": [moved(joint) for joint in robot.depth_first()],
+    }
+
+
+def path_of(url: str, project: Path) -> Path:
+    """The file that a url names: ``PRJPATH`` is the project's folder; the folder around it is
+    tried, too, since some models name their project after ``PRJPATH``."""
+    plain = url.replace("\\", "/")
+    inside = Path(plain.replace("PRJPATH", str(project), 1))
+    around = Path(plain.replace("PRJPATH", str(project.absolute().parent), 1))
+    return around if not is_file(inside) and is_file(around) else inside
+
+
+def lookup(files: Mapping[Path, bytes], project: Path) -> Fetch:
+    """Fetches what ``PRJPATH`` urls name: what is about to be written, else what lies there."""
+
+    def fetch(url: str) -> bytes | None:
+        path = path_of(url, project)
+        if path in files:
+            return files[path]
+        try:
+            return read(path)
+        except (OSError, ValueError):
+            return None
+
+    return fetch
+
+
+def extent(model: mbs.Mbs) -> float:
+    """The longest side of the box around all frames, points and shapes (m); 1 where there is
+    no extent."""
+    poses = place(model).bodies
+    places = [point.coordinates for point in model.base.points]
+    for body in model.bodies:
+        pose = poses[body.name]
+        inside = [(0.0, 0.0, 0.0), *(point.coordinates for point in body.points)]
+        inside += [shape.position for shape in body.shapes]
+        places += [add(pose.xyz, rotate(pose.rot, xyz)) for xyz in inside]
+    sides = [max(column) - min(column) for column in zip(*places, strict=True)]
+    return max(sides, default=0.0) or 1.0

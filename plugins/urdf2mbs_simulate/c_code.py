@@ -1,0 +1,308 @@
+"""A project's C: equations and user functions in a library, compiled once, called through ctypes.
+
+The library works on the memory of MbsData.  User functions that are in Python are called back.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import platform
+import re
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Callable
+from functools import cache
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from urdf2mbs_equations import FUNCTIONS
+from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
+from urdf2mbs_project.code.c import STATES
+from urdf2mbs_simulate.data import MbsData
+from urdf2mbs_simulate.equations import cache_folder, equations, keep
+from urdf2mbs_simulate.python_code import NEAR, PythonCode
+
+HERE = Path(__file__).parent
+HEADERS = HERE / "mbsysc"
+#: Equations of 2025 and later call ``user_call_X``, which here is ``user_X``.
+FLAGS = (
+    "-std=gnu99", "-O2", "-w", "-shared", "-fPIC",
+    *(f"-Duser_call_{name}=user_{name}" for name in (
+        "ExtForces", "Link3DForces", "LinkForces", "DrivenJoints", "cons_hJ", "cons_jdqd")),
+)  # fmt: skip
+
+_double, _int = ctypes.c_double, ctypes.c_int
+_row = ctypes.POINTER(_double)
+_table = ctypes.POINTER(_row)
+
+ROWS = ("q", "qd", "qdd", "q0", "Qq", "Qc", "ux", "uxd")
+MORE_ROWS = ("m", "lrod", "Z", "Zd", "Fl")
+TABLES = ("l", "In", "frc", "trq")
+
+
+class _Data(ctypes.Structure):
+    """MbsData of ``mbsysc/mbs_data.h``."""
+
+    _fields_ = [
+        ("njoint", _int), ("process", _int), ("flag_stop", _int),
+        *((name, _row) for name in ROWS),
+        ("dpt", _row * 4), ("xfidpt", ctypes.POINTER(_int)), ("SWr", _table), ("l3DWr", _table),
+        ("g", _double * 4), ("user_model", _row), ("DonePart", _int), ("tsim", _double),
+        *((name, _row) for name in MORE_ROWS), *((name, _table) for name in TABLES),
+        ("nqu", _int), ("nqv", _int), ("Nux", _int),
+        ("qu", ctypes.POINTER(_int)), ("qv", ctypes.POINTER(_int)), ("guess", _row),
+        ("qd0", _row), ("Lambda", _row),
+    ]  # fmt: skip
+
+
+_AT: Any = ctypes.CFUNCTYPE(None, _double)
+_AT_POINT: Any = ctypes.CFUNCTYPE(None, _double, _int)
+
+
+#: The functions that ``runtime.c`` calls in Python.
+_HOOKS: dict[str, Any] = {
+    "output": ctypes.CFUNCTYPE(None, _double, ctypes.c_char_p), "pushes": _AT,
+    "joint_forces": _AT, "driven_joints": _AT, "derivative": _AT,
+    "ext_forces": _AT_POINT, "link_3d_forces": _AT_POINT,
+    "link_force": ctypes.CFUNCTYPE(_double, _double, _double, _double, _int),
+    "cons_hJ": _AT, "cons_jdqd": _AT,
+}  # fmt: skip
+
+
+class _Hooks(ctypes.Structure):
+    _fields_ = list(_HOOKS.items())
+
+
+class SensorInC(ctypes.Structure):
+    """MbsSensor of ``mbsysc/mbs_sensor.h``."""
+
+    _fields_ = [
+        *((name, _double * size)
+          for name, size in (("P", 4), ("R", 16), ("V", 4), ("OM", 4), ("A", 4), ("OMP", 4))),
+        ("J", _row * 7),
+    ]  # fmt: skip
+
+
+@cache
+def compiler() -> str | None:
+    """The C compiler: ``$CC``, else cc, gcc or clang; None where there is none."""
+    names = [os.environ["CC"]] if os.environ.get("CC") else ["cc", "gcc", "clang"]
+    return next(filter(None, map(shutil.which, names)), None)
+
+
+def vector(array: Any) -> Any:
+    """An array in C."""
+    return array.ctypes.data_as(_row)
+
+
+def table(array: Any) -> Any:
+    """A table in C."""
+    return (_row * len(array))(*map(vector, array))
+
+
+class Memory:
+    """The arrays of MbsData as C has them."""
+
+    def __init__(self, data: MbsData) -> None:
+        self.kept = dict(vars(data))  # C works on these arrays, whatever user code puts there
+        self.c = c = _Data(njoint=data.njoint, nqu=data.nqu, nqv=data.nqv, Nux=data.Nux, DonePart=1)
+        self.at = ctypes.byref(c)
+        for name in (*ROWS, *MORE_ROWS, "qd0", "Lambda"):
+            setattr(c, name, vector(getattr(data, name)))
+        for name in (*TABLES, "SWr", "l3DWr"):
+            setattr(c, name, table(getattr(data, name)))
+        for name in ("qu", "qv", "xfidpt"):
+            numbers = getattr(data, name)
+            setattr(c, name, (_int * len(numbers))(*map(int, numbers)))
+        c.dpt = table(data.dpt)
+        c.g = (_double * 4)(*data.g)
+
+
+class CCode(PythonCode):
+    """The functions of a simulation, in C but for user functions that are in Python."""
+
+    def __init__(self, data: MbsData, *, user_in_c: bool = True) -> None:
+        sources = sorted(data.user_path.glob("*.c")) if user_in_c else []
+        self.in_c = bool(sources)
+        super().__init__(data)
+        self.name = "C" if self.in_c else "C, user functions in Python"
+        self.has_loop = self.in_c or self.has_loop
+        self.raised: BaseException | None = None
+        self.library = _library(data, self.rows, sources)
+        self.memory = memory = Memory(data)
+        self.c, self.at = memory.c, memory.at
+        # arguments that are made once, since this is called some ten thousand times a second
+        self.y, self.f = np.empty((2, 2 * data.nqu + data.Nux))
+        self.jac = np.zeros((sum(self.rows) + 1, data.njoint + 1))
+        self.h, self.phi = np.zeros(sum(self.rows) + 1), np.zeros(data.njoint + 1)
+        self.model = self._user_models()
+        self.c.guess, self.c.user_model = vector(self.guess), vector(self.model)
+        self.buffers = vector(self.y), vector(self.f)
+        self.rows_at, self.phi_at = (vector(self.h), table(self.jac)), vector(self.phi)
+        self.function = self.library.accelerate
+        self.function.argtypes = [ctypes.c_void_p, _double, _row, _row]
+        self.hooks = _Hooks.in_dll(self.library, "hooks")
+        ctypes.memset(ctypes.byref(self.hooks), 0, ctypes.sizeof(self.hooks))  # of an earlier run
+        self._set_hooks()
+
+    def accelerate(self, t: float, y: Any) -> Any:
+        self.y[:] = y
+        self.data.tsim = t
+        failed = self.function(self.at, t, *self.buffers)
+        self._check()
+        return np.full(len(y), np.nan) if failed else self.f.copy()
+
+    def slopes(self, t: float, y: Any) -> Any:
+        self.y[:] = y
+        found = np.empty((len(y), len(y)))
+        failed = self.library.slopes(
+            self.at, _double(t), *self.buffers, _double(NEAR), found.ctypes.data_as(_row)
+        )
+        self._check()
+        return np.full(found.shape, np.nan) if failed else found.T.copy()
+
+    def solve(self) -> bool:
+        failed = bool(self.library.mbs_accelred(self.at, _double(self.data.tsim)))
+        self._check()
+        return failed
+
+    def jacobian(self) -> Any:
+        self.jac[:] = 0.0
+        self.library.constrain(self.at, *self.rows_at)
+        self._check()
+        return self.jac
+
+    def inverse(self) -> Any:
+        self.library.mbs_invdyna(self.phi_at, self.at, _double(self.data.tsim))
+        return self.phi.copy()
+
+    def call(self, name: str, dirdyn: Any) -> None:
+        if not self.in_c:
+            super().call(name, dirdyn)
+            return
+        given = ctypes.c_void_p.in_dll(self.library, "dirdyn")
+        getattr(self.library, name)(self.at, ctypes.byref(given))
+        self._check()
+        self.data.flag_stop |= self.c.flag_stop
+
+    def _check(self) -> None:
+        """Raise what a function of Python has raised, which C cannot."""
+        if self.raised is not None:
+            raise self.raised
+
+    def _user_models(self) -> Any:
+        """The struct of ``user_model.h``: the numbers one after the other.
+
+        Raises ConversionError where it has more than numbers.
+        """
+        numbers = []
+        for model in self.data.mbs.user_models if self.in_c else ():
+            for parameter in model.parameters if model.name not in STATES else ():
+                if parameter.type != "scalar":
+                    raise ConversionError(
+                        "user-model-in-c",
+                        f"'{model.name}.{parameter.name}' is a {parameter.type}, and C user "
+                        "functions get numbers only",
+                        file=str(self.data.mbs_file), hint="take user functions in Python",
+                    )  # fmt: skip
+                numbers.append(self.data.user_model[model.name][parameter.name])
+        return np.array([*numbers, 0.0])
+
+    # --- functions in Python ---
+
+    def _set_hooks(self) -> None:
+        data = self.data
+        self._hook("output", lambda value, name: data.set_output(value, name.decode()))
+        if self.in_c:
+            if data.pushes:
+                self._hook("pushes", data.push)
+            return
+        motion = SensorInC.in_dll(self.library, "motion")
+        p, v, om, a, omp = (
+            np.ctypeslib.as_array(getattr(motion, name)) for name in ("P", "V", "OM", "A", "OMP")
+        )
+        r = np.ctypeslib.as_array(motion.R).reshape(4, 4)
+
+        def copied(table: Any, function: Callable[..., Any]) -> Callable[[float, int], None]:
+            def call(t: float, number: int) -> None:
+                table[number] = function(p, r, v, om, a, omp, data, t, number)
+
+            return call
+
+        user = self.rows[1] + 1
+        h, jdqd, jac = (
+            np.ctypeslib.as_array((_double * size).in_dll(self.library, name))
+            for name, size in (
+                ("rows_h", user), ("rows_jdqd", user), ("rows_jac", user * (data.njoint + 1)),
+            )
+        )  # fmt: skip
+        jac = jac.reshape(user, data.njoint + 1)
+        self._hook("joint_forces", lambda t: data.user_JointForces(data, t))
+        self._hook("driven_joints", lambda t: data.user_DrivenJoints(data, t))
+        self._hook("derivative", lambda t: data.user_derivatives(data))
+        self._hook("ext_forces", copied(data.SWr, data.user_ExtForces))
+        self._hook("link_3d_forces", copied(data.l3DWr, data.user_Link3DForces))
+        self._hook("link_force", lambda z, zd, t, k: float(data.user_LinkForces(z, zd, data, t, k)))
+        self._hook("cons_hJ", lambda t: data.user_cons_hJ(h, jac, data, t))
+        self._hook("cons_jdqd", lambda t: data.user_cons_jdqd(jdqd, data))
+
+    def _hook(self, name: str, function: Callable[..., Any]) -> None:
+        def call(*words: Any) -> Any:
+            try:
+                return function(*words)
+            except BaseException as error:
+                self.raised = self.raised or error
+                return 0.0
+
+        setattr(self.hooks, name, _HOOKS[name](call))
+
+
+def _library(data: MbsData, rows: tuple[int, int], sources: list[Path]) -> Any:
+    """The equations and user functions of a simulation."""
+    files = equations(data, ["accelred", "invdyna"], "c")
+    texts = [file.read_text("utf-8", "replace") for file in (*files.values(), *sources)]
+    called = re.findall(r"\bmbs_(\w+)\(", re.sub(r"(?s)/\*.*?\*/|//[^\n]*", "", "".join(texts)))
+    files = equations(data, sorted({*called} & {*FUNCTIONS}), "c")
+    defines = [f"-DRUN_JOINTS={data.njoint}", f"-DRUN_CUTS={rows[0]}", f"-DRUN_USER_ROWS={rows[1]}"]
+    defines += ["-DUSER_IN_C"] * bool(sources)
+    return compiled(data, [HERE / "runtime.c", *files.values(), *sources], *defines)
+
+
+def compiled(data: MbsData, sources: list[Path], *defines: str) -> Any:
+    """C files as a library; it is kept in the cache by its checksum."""
+    found = compiler()
+    if found is None:
+        raise ConfigError(
+            "usage", "there is no C compiler: neither cc nor gcc nor clang",
+            hint="install one, or take Python: --language python",
+        )  # fmt: skip
+    headers = [*HEADERS.glob("*.h"), *data.user_path.glob("*.h")]
+    key = sha256(" ".join([found, platform.machine(), *FLAGS, *defines]).encode())
+    for file in (*sources, *sorted(headers)):
+        key.update(b"\0" + file.read_bytes())
+    library = cache_folder() / "libraries" / f"{key.hexdigest()[:32]}.so"
+    if not library.is_file():
+        with tempfile.TemporaryDirectory(prefix="urdf2mbs-") as folder:
+            made = Path(folder, library.name)
+            done = subprocess.run(
+                [found, *FLAGS, *defines, f"-I{HEADERS}", f"-I{data.user_path}",
+                 f"-I{data.symbolic_path}", "-o", made, *sources, "-lm"],
+                check=False, capture_output=True, text=True, encoding="utf-8", errors="replace",
+            )  # fmt: skip
+            if done.returncode:
+                raise _not_compiled(done.stderr)
+            keep(library, made.read_bytes())
+    return ctypes.CDLL(str(library))
+
+
+def _not_compiled(said: str) -> ConversionError:
+    """The compiler's first error, with its file and line."""
+    found = re.search(r"(?m)^(.+?):(\d+):(?:\d+:)? (?:fatal )?error: (.*)$", said)
+    if found is None:
+        return ConversionError("not-compiled", f"the C compiler says: {said.strip()[-500:]}")
+    return ConversionError("not-compiled", found[3], file=found[1], line=int(found[2]))

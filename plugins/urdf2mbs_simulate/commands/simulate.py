@@ -1,0 +1,190 @@
+"""`simulate`: let a robot move, and write Robotran's result files."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from contextlib import suppress
+from functools import partial
+from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING
+
+import msgspec
+
+from urdf2mbs.commands.printing import near, print_json, tell_diagnostics
+from urdf2mbs.commands.settings import (
+    ALONE,
+    add_fields,
+    add_printing,
+    add_running,
+    path,
+    robot_or_config,
+)
+from urdf2mbs.engine.pipeline import Pipeline
+from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, counted
+
+if TYPE_CHECKING:
+    from urdf2mbs_simulate.results import Results
+
+EXAMPLES = (
+    "urdf2mbs simulate robot.yaml",
+    "urdf2mbs simulate project --time 5 --push chest:20,0,0@0.5..0.6",
+    "urdf2mbs simulate robot.urdf -o robot_project --language python",
+)
+
+
+def add_options(command: argparse.ArgumentParser) -> None:
+    add_printing(command)
+    add_running(command)
+    command.add_argument(
+        "config", type=path, metavar="SOURCE",
+        help="a project's folder, an .mbs, a CONFIG.yaml, or a .urdf or .xacro file with the "
+        "options below",
+    )  # fmt: skip
+    command.add_argument(
+        "-o", "--output", type=path, metavar="DIR|PAGE.html",
+        help="the project that is made of a robot or an .mbs output (default: NAME_robotran); or a "
+        "page that plays the motion",
+    )  # fmt: skip
+    command.add_argument("--time", type=float, default=2.0, metavar="S", help="default: 2 s")
+    command.add_argument(
+        "--push", action="append", default=[], metavar="LINK:FX,FY,FZ@T1..T2",
+        help="a force (N) on a link, in the axes of the base, from T1 to T2 (s)",
+    )  # fmt: skip
+    command.add_argument(
+        "--method", default="LSODA", choices=("LSODA", "RK45", "DOP853", "RK23", "Radau", "BDF"),
+        help="scipy's integrator (default: LSODA)",
+    )  # fmt: skip
+    command.add_argument(
+        "--tolerance", type=float, default=1e-6, metavar="R", help="relative (default: 1e-6)"
+    )
+    command.add_argument(
+        "--rate", type=float, default=100.0, metavar="N", help="frames a second (default: 100)"
+    )
+    command.add_argument(
+        "--language", choices=("c", "python"), help="default: c, where there is a compiler"
+    )
+    add_fields(command, *ALONE)
+
+
+def carry_out(arguments: argparse.Namespace) -> int:
+    from urdf2mbs.commands.progress import Progress
+    from urdf2mbs_simulate.project import model_of, simulate
+
+    _check(arguments)
+    model = model_of(arguments.config)
+    if model is None:
+        model = _make(arguments)
+    elif arguments.output is not None and not _is_page(arguments.output):
+        raise ConfigError("usage", f"--output: '{arguments.config}' is a project already")
+    begin = perf_counter()
+    with Progress(arguments) as progress:
+
+        def watch(time: float) -> None:
+            progress.at = f"{time:.3g} of {arguments.time:g} s"
+
+        progress.at = "compiling"
+        results = simulate(
+            model, time=arguments.time, push=arguments.push, method=arguments.method, watch=watch,
+            language=arguments.language, rate=arguments.rate, rtol=arguments.tolerance,
+        )  # fmt: skip
+    seconds = perf_counter() - begin
+    files = results.write()
+    if _is_page(arguments.output):
+        files.insert(0, _write_page(model, results, arguments))
+    if arguments.json:
+        print_json(_described(results, files, seconds))
+    else:
+        _tell(results, files, seconds)
+    return 1 if results.stopped else 0
+
+
+def _is_page(output: Path | None) -> bool:
+    return output is not None and output.suffix.lower() == ".html"
+
+
+def _write_page(model: Path, results: Results, arguments: argparse.Namespace) -> Path:
+    """Write the page of the model; it plays the results that were just written."""
+    from urdf2mbs.disk.output import write_files
+    from urdf2mbs_report.page import make_of_model
+
+    page = make_of_model(results.data.mbs, model)
+    write_files({arguments.output: page.data}, force=arguments.force)
+    return Path(arguments.output)
+
+
+def _check(arguments: argparse.Namespace) -> None:
+    for name in ("time", "rate", "tolerance"):
+        value = getattr(arguments, name)
+        if not 0.0 < value < 1e9:
+            raise ConfigError("usage", f"--{name} {value:g}: a number above 0 is wanted")
+
+
+def _make(arguments: argparse.Namespace) -> Path:
+    """The project of a robot or of a config; gives its .mbs."""
+    import yaml
+
+    from urdf2mbs.commands.init import HOLD, find
+    from urdf2mbs.commands.progress import Progress
+    from urdf2mbs_simulate.project import make, with_project
+    from urdf2mbs.urdf.reader import stem
+
+    config, lines = robot_or_config(arguments)
+    alone = config.output is None and not config.passes
+    named = None if _is_page(arguments.output) else arguments.output
+    folder = named or Path(f"{stem(Path(config.source))}_robotran")
+    pipeline = partial(Pipeline, lines=lines, installed_plugins=not arguments.no_plugins)
+    config = with_project(config, folder)
+    converter = pipeline(config)
+    with Progress(arguments) as progress:
+        converter.watch(progress)
+        conversion = converter.run()
+    if alone and (feet := find(conversion).feet):
+        passes = {"contacts": {"links": feet}, "posture": {"hold": yaml.safe_load(HOLD)}}
+        with suppress(ConversionError):  # such as: the shapes of its feet cannot be found
+            config = msgspec.structs.replace(config, passes=passes)
+            conversion = pipeline(config).run(before=conversion)
+            if not arguments.json:
+                print(f"it stands on {', '.join(feet)}, held by a controller, as init proposes")
+    if not arguments.json:
+        tell_diagnostics(conversion.diagnostics, arguments.verbose)
+    return make(conversion, force=arguments.force)
+
+
+def _described(results: Results, files: list[Path], seconds: float) -> dict[str, object]:
+    return {
+        "model": results.data.mbs_name, "language": results.language, "stopped": results.stopped,
+        "time": float(results.time[-1]), "frames": len(results.time), "wall_time": seconds,
+        "files": [str(file) for file in files],
+    }  # fmt: skip
+
+
+def _tell(results: Results, files: list[Path], seconds: float) -> None:
+    """What moved, how fast it was computed, and where the motion is."""
+    data, time = results.data, float(results.time[-1])
+    joints = counted(data.nqu, "independent joint")
+    print(f"{data.mbs_name}: {time:g} s of {joints} simulated in {seconds:.2f} s")
+    print(f"  equations and user functions in {results.language}")
+    if not data.user_path.is_dir():
+        print("  no user functions: gravity alone moves it")
+    if results.stopped:
+        print(f"a user function has stopped the run at {time:g} s (flag_stop)", file=sys.stderr)
+    moved = abs(results.q[:, 1:] - results.q[0, 1:]).max(axis=0)
+    if moved.size:
+        name = results.joints[int(moved.argmax())]
+        joint = data.mbs.joints()[name]
+        unit = "m" if joint.type.startswith("T") else "rad"
+        print(f"  joint '{name}' moved most: {moved.max():.3g} {unit}")
+        base = [joint for body in data.mbs.bodies if body.parent is None for joint in body.joints]
+        if joint in base and joint.nature == "independent" and not data.extforce_id:
+            print("  nothing holds it: 'base: fixed' bolts it down, "
+                  "'passes: {contacts: {links: [FOOT]}}' gives it a ground")  # fmt: skip
+    for file in files:
+        if file.suffix in (".csv", ".anim", ".html"):
+            print(f"  {near(file)}")
+    page = _is_page(files[0])
+    see = f"open {near(files[0])}" if page else "add '-o PAGE.html' to see it move"
+    print(f"Next: {see}; plot {near(files[-1])}; MBSysPad plays the .anim")
+    print(f"      other results are in {os.path.relpath(files[-1].parent)}")

@@ -1,0 +1,289 @@
+"""Direct dynamics: scipy's integrators drive the project's equations and user functions.
+
+The state is q and qd of the independent joints, and the user states.  ``accelred`` closes the loops
+by Newton's method (coordinate reduction) and gives the accelerations.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+from warnings import catch_warnings, filterwarnings
+
+import numpy as np
+
+from urdf2mbs.messages.diagnostics import ConfigError
+from urdf2mbs_project.code import starters
+from urdf2mbs_simulate.data import MbsData
+from urdf2mbs_simulate.equations import SimulationError
+from urdf2mbs_simulate.push import add_pushes
+from urdf2mbs_simulate.python_code import PythonCode, loaded, shown
+from urdf2mbs_simulate.results import Recorder, Results
+
+#: scipy's method that takes explicit steps, and implicit ones where the forces are stiff.
+METHOD = "LSODA"
+#: scipy's methods, and Robotran's names for the same.
+IMPLICIT = (METHOD, "Radau", "BDF")
+METHODS = (*IMPLICIT, "RK45", "DOP853", "RK23")
+ROBOTRAN = {"RK4": "RK45", "Dopri5": "RK45"}
+
+#: The options of MbsDirdyn, by Robotran's names, with the values that they have here.
+OPTIONS: dict[str, Any] = {
+    "t0": 0.0, "tf": 5.0, "dt0": 1e-3, "dt_max": np.inf, "integrator": METHOD,
+    "rtoler": 1e-6, "atoler": 1e-8, "framerate": 100.0, "language": None,
+    "save2file": 1, "resfilename": "dirdyn", "respath": None, "animpath": None,
+}  # fmt: skip
+#: A run ends where STEPS steps advance less than LEAST seconds: a force has diverged.
+STEPS, LEAST = 2000, 0.002
+#: Others of Robotran's, which change nothing here.
+WITHOUT_EFFECT = frozenset([
+    "save_anim", "saveperiod", "realtime", "verbose", "accelred", "n_freeze", "flag_oneshot",
+    "flag_waypoint", "delta_t_wp", "flag_baumgarte_stabilization", "baumgarte_alpha",
+    "baumgarte_beta",
+])  # fmt: skip
+
+
+class MbsPart:
+    """Partition: it is that of the .mbs, and the loops must close at the start."""
+
+    def __init__(self, mbs_data: MbsData) -> None:
+        self.mbs_data = mbs_data
+
+    def set_options(self, **_: Any) -> None:
+        """The partition of the .mbs needs none of Robotran's options."""
+
+    def run(self) -> None:
+        """Close the loops at the start; mbs_data.DonePart is 1 then."""
+        data = self.mbs_data
+        with loaded(data), shown(data):
+            data.DonePart = int(close(data, PythonCode(data)))
+
+
+class MbsDirdyn:
+    """A direct dynamics: set its options, and run it."""
+
+    def __init__(self, mbs_data: MbsData) -> None:
+        self.mbs_data = mbs_data
+        self.options = dict(OPTIONS)
+        self.watch: Callable[[float], None] = lambda _: None
+        """Called with the time after each step."""
+
+    def set_options(self, **options: Any) -> None:
+        """By Robotran's names; see ``OPTIONS``.  ``integrator`` is one of scipy's methods, and
+        ``dt0`` its first step (s)."""
+        for name, value in options.items():
+            if name in OPTIONS:
+                self.options[name] = value
+            elif name not in WITHOUT_EFFECT:
+                raise ConfigError("usage", f"MbsDirdyn has no option '{name}'")
+
+    def get_options(self, name: str) -> Any:
+        return self.options[name]
+
+    def run(self) -> Results:
+        """Integrate from t0 to tf; the results are written if ``save2file`` is set.
+
+        Raises ConversionError where a step cannot be taken, the loops cannot be closed, or user
+        code raises; it names time, joint and force, or file and line.
+        """
+        data, options = self.mbs_data, self.options
+        with loaded(data), shown(data), catch_warnings():
+            filterwarnings("ignore", "lsoda:", UserWarning)  # the error says more
+            add_pushes(data)
+            code = choose_code(data, options["language"])
+            results = integrate(data, code, options, self)
+        if options["save2file"]:
+            folders = options["respath"], options["animpath"]
+            results.write(options["resfilename"], *(folder and Path(folder) for folder in folders))
+        return results
+
+
+def choose_code(data: MbsData, language: str | None) -> PythonCode:
+    """C where there is a compiler, unless a language is given.
+
+    User functions are those in C, where the project has them; by itself only if those in Python
+    are as urdf2mbs wrote them.
+    """
+    from urdf2mbs_simulate.c_code import CCode, compiler
+
+    if language not in (None, "c", "python"):
+        raise ConfigError("usage", f"there is no language '{language}'", hint="c, or python")
+    if language == "python" or (language is None and compiler() is None):
+        written = {file.suffix for file in data.user_path.glob("user_JointForces.*")}
+        if written == {".c"}:
+            raise ConfigError(
+                "usage", "the user functions of this project are in C only",
+                hint="install a C compiler, and leave --language python out",
+            )  # fmt: skip
+        return PythonCode(data)
+    return CCode(data, user_in_c=language == "c" or not _has_own_python(data))
+
+
+def _has_own_python(data: MbsData) -> bool:
+    """True if somebody has changed or written user functions in Python."""
+    written = starters("python", data.mbs_name)
+    return any(
+        written.get(f"userfctR/{file.name}") != file.read_bytes()
+        for file in data.user_path.glob("user_*.py")
+    )
+
+
+def close(data: MbsData, code: PythonCode) -> bool:
+    """Solve the constraints at the present position; False if that cannot be done."""
+    closed = bool(np.isfinite(code.accelerate(data.tsim, code.state())).all())
+    code.guess[:] = data.q[code.dependent]
+    return closed
+
+
+def integrate(
+    data: MbsData, code: PythonCode, options: dict[str, Any], dirdyn: MbsDirdyn
+) -> Results:
+    """Step from t0 to tf.  After each step: the user's loop; then the frames that it has passed."""
+    time, end = float(options["t0"]), float(options["tf"])
+    if not time < end < np.inf or not all(options[x] > 0 for x in ("framerate", "rtoler", "dt0")):
+        raise ConfigError("usage", f"a run from {time:g} to {end:g} s, with {options}, is none")
+    data.tsim = time
+    if not (np.isfinite(code.state()).all() and close(data, code)):
+        raise _no_partition(data)
+    code.call("user_dirdyn_init", dirdyn)
+    from scipy.integrate import DOP853, RK23, RK45  # which takes 0.2 s
+
+    recorder, y = Recorder(data, code), code.state()
+    frames = np.linspace(time, end, max(1, round((end - time) * options["framerate"])) + 1)
+    recorder.add(time, y)
+    count, steps, before = 1, 0, time
+    for stop in [*_breaks(data, time, end), end]:
+        # a force that begins at this time has not begun at the end of the step before
+        last = stop if stop == end else np.nextafter(stop, time)
+        solver = _solver(code, time, y, last, options)
+        while solver.status == "running" and not data.flag_stop:
+            _step(data, code, solver)
+            time, y = float(solver.t), solver.y
+            dirdyn.watch(time)
+            steps += 1
+            if steps % STEPS == 0:
+                if time - before < min(LEAST, options["dt_max"]):
+                    said = f"{STEPS} steps lead from {before:g} s to {time:g} s only"
+                    raise _stuck(data, code, time, y, said)
+                before = time
+            if not isinstance(solver, (RK23, RK45, DOP853)):  # these have computed it last
+                code.accelerate(time, y)
+            code.guess[:] = data.q[code.dependent]
+            if code.has_loop:
+                code.react()
+                code.call("user_dirdyn_loop", dirdyn)
+                if hasattr(solver, "f"):
+                    solver.f = code.accelerate(time, y)  # the loop may have changed the forces
+            passed = int(np.searchsorted(frames, time, side="right"))
+            if passed > count:
+                between = solver.dense_output()
+                for frame in frames[count:passed]:
+                    recorder.add(float(frame), y if frame == time else between(frame))
+                count = passed
+        time = stop
+    code.call("user_dirdyn_finish", dirdyn)
+    return recorder.results()
+
+
+def _solver(code: PythonCode, time: float, y: Any, end: float, options: dict[str, Any]) -> Any:
+    """One of scipy's, from a time and state."""
+    name = ROBOTRAN.get(options["integrator"], options["integrator"])
+    if name not in METHODS:
+        raise ConfigError(
+            "usage", f"there is no integrator '{name}'", hint=f"there are {', '.join(METHODS)}"
+        )
+    from scipy import integrate as scipy_integrate  # which takes 0.2 s
+
+    slopes = _kept_slopes(code) if name == METHOD else code.slopes
+    more = {"jac": slopes} if name in IMPLICIT else {}
+    return getattr(scipy_integrate, name)(
+        code.accelerate, time, y, end, rtol=options["rtoler"], atol=options["atoler"],
+        max_step=options["dt_max"], first_step=min(options["dt0"], end - time), **more,
+    )  # fmt: skip
+
+
+def _kept_slopes(code: PythonCode) -> Callable[[float, Any], Any]:
+    """The slopes for LSODA, which asks whenever its step changes, and does with old ones.
+
+    New ones are made where it asks at a time again, for they did not do, and else at every 10th
+    time; VODE (Brown, Byrne, Hindmarsh, SIAM J. Sci. Stat. Comput. 10, 1989) keeps them for 50
+    steps.
+    """
+    last, asked, kept = -np.inf, 0, np.empty(0)
+
+    def slopes(t: float, y: Any) -> Any:
+        nonlocal last, asked, kept
+        if t <= last or asked % 10 == 0:
+            asked, kept = 0, code.slopes(t, y)
+        last, asked = t, asked + 1
+        return kept.copy()
+
+    return slopes
+
+
+def _step(data: MbsData, code: PythonCode, solver: Any) -> None:
+    """One step of a solver.  Raises ConversionError where none is short enough."""
+    time, y = solver.t, solver.y.copy()
+    with suppress(ValueError):  # the implicit methods raise it where a number is not finite
+        solver.step()
+        if solver.status != "failed" and np.isfinite(solver.y).all():
+            return
+    raise _stuck(data, code, time, y, f"no step from {time:g} s is short enough")
+
+
+def _stuck(data: MbsData, code: PythonCode, time: float, y: Any, said: str) -> SimulationError:
+    """It names the joint that accelerates most at a state, and the largest forces."""
+    from urdf2mbs.mbs.singular import TooLargeError, find_singular
+
+    code.accelerate(time, y)
+    joint = max(data.joint_id, key=lambda name: abs(data.qdd[data.joint_id[name]]))
+    number = data.joint_id[joint]
+    text = (
+        f"{said}: joint '{joint}' has {data.qd[number]:.3g} rad/s or m/s and "
+        f"{data.qdd[number]:.3g} rad/s^2 or m/s^2, and its force is {data.Qq[number]:.3g} N m or N"
+    )
+    if data.extforce_id:
+        sizes = np.linalg.norm(data.SWr[1:, 1:4], axis=1)
+        force = list(data.extforce_id)[int(sizes.argmax())]
+        text += f"; the largest external force is '{force}' with {sizes.max():.3g} N"
+    for push in data.pushes:
+        if push.start <= time < push.stop:
+            text += f"; the push on '{push.link}' is {np.linalg.norm(push.force):.3g} N"
+    hint = "take softer contacts, stops and gains, smaller forces, or an implicit method: "
+    with suppress(TooLargeError):
+        for found in find_singular(data.mbs)[:1]:
+            text += f"; at the start, nothing that has mass resists joint '{found.joint}'"
+            hint = f"start elsewhere, {hint}"
+    return SimulationError(
+        "step-failed", text, file=str(data.mbs_file), hint=f"{hint}--method Radau"
+    )
+
+
+def _breaks(data: MbsData, time: float, end: float) -> list[float]:
+    """The times at which a force begins or ends: no step goes over one."""
+    times = {t for push in data.pushes for t in (push.start, push.stop)} | {
+        float(model[name])
+        for model in data.user_model.values()
+        if {"start", "stop"} <= model.keys()
+        for name in ("start", "stop")
+    }
+    return sorted(t for t in times if time < t < end)
+
+
+def _no_partition(data: MbsData) -> SimulationError:
+    names = list(data.joint_id)
+    dependent = ", ".join(names[number - 1] for number in data.qv[1:])
+    lost = np.flatnonzero(~np.isfinite(data.q + data.qd))
+    hint: str | None = "choose another start position, or other dependent joints"
+    text = f"no acceleration can be found at {data.tsim:g} s"
+    if lost.size:
+        text = f"the start position or speed of '{names[lost[0] - 1]}' is not a number"
+        hint = None
+    elif not data.m.any():
+        text = "no body has a mass, so no force has an effect"
+        hint = "in the config: 'passes: {estimate-inertia: {total_mass: KG}}'"
+    elif dependent:
+        text += f": {dependent} cannot be dependent together at this position"
+    return SimulationError("partition", text, file=str(data.mbs_file), hint=hint)

@@ -1,0 +1,98 @@
+"""The files of equations that a simulation runs: the project's own, else made anew and kept."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterable
+from functools import cache
+from hashlib import sha256
+from pathlib import Path
+
+from urdf2mbs.disk import files
+from urdf2mbs.mbs.equations_fit import fits
+from urdf2mbs.messages.diagnostics import ConversionError
+from urdf2mbs_simulate.data import MbsData
+
+SUFFIX = {"python": "py", "c": "c"}
+
+
+class SimulationError(ConversionError, RuntimeError):
+    """A project that cannot be simulated; Robotran raises a RuntimeError, and main.py knows it."""
+
+
+def equations(data: MbsData, names: Iterable[str], language: str) -> dict[str, Path]:
+    """The file of each function.
+
+    A function that the project does not have is made for its model, and kept in ``cache_folder``.
+
+    Raises ConversionError where equations of the project are of another model.
+    """
+    found: dict[str, Path] = {}
+    for name in names:
+        file = data.symbolic_path / _file(data, name, language)
+        if not file.is_file():
+            found[name] = _made(data, name, language)
+            continue
+        if fits(files.beginning(file, 2000), data.model) is False:
+            raise ConversionError(
+                "equations-of-another-model",
+                f"the equations are not of the model '{data.mbs_file}'", file=str(file),
+                hint=f"make them anew: urdf2mbs equations {data.mbs_file}",
+            )  # fmt: skip
+        found[name] = file
+    return found
+
+
+def _file(data: MbsData, name: str, language: str) -> str:
+    return f"mbs_{name}_{data.mbs_name}.{SUFFIX[language]}"
+
+
+def _made(data: MbsData, name: str, language: str) -> Path:
+    """A file of the cache; it is made if it is not there."""
+    from urdf2mbs_equations import generate
+
+    key = sha256(b"\0".join([_generator(), data.model, language.encode()]))
+    file = cache_folder() / "equations" / key.hexdigest()[:32] / _file(data, name, language)
+    if not file.is_file():
+        made = generate(
+            data.mbs, data.model, data.mbs_file.name, language=language, functions=[name]
+        )
+        if name in made.left_out:
+            why = made.left_out[name]
+            hint = "give what it moves mass and inertia, or let the pass estimate-inertia do so"
+            raise ConversionError(
+                "equations-not-generated", f"there is no {name}: {why}", file=str(data.mbs_file),
+                hint=hint if why.startswith("no matter") else None,
+            )  # fmt: skip
+        keep(file, made.files[file.name])
+    return file
+
+
+@cache
+def _generator() -> bytes:
+    """A checksum of the code that makes equations: what older code has made is not used."""
+    import urdf2mbs_equations
+
+    (folder,) = urdf2mbs_equations.__path__
+    sources = sorted(path for path in Path(folder).iterdir() if path.is_file())
+    return sha256(b"".join(path.read_bytes() for path in sources)).digest()
+
+
+def cache_folder() -> Path:
+    """Where the system keeps what programs can make again."""
+    if sys.platform == "win32":
+        place = os.environ.get("LOCALAPPDATA") or "~/AppData/Local"
+    elif sys.platform == "darwin":
+        place = "~/Library/Caches"
+    else:
+        place = os.environ.get("XDG_CACHE_HOME") or "~/.cache"
+    return Path(place).expanduser() / "urdf2mbs"
+
+
+def keep(file: Path, data: bytes) -> None:
+    """Write a file of the cache whole or not at all, whoever writes it at the same time."""
+    file.parent.mkdir(parents=True, exist_ok=True)
+    part = file.with_name(f".{file.name}.{os.getpid()}.part")
+    part.write_bytes(data)
+    part.replace(file)

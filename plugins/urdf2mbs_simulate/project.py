@@ -1,0 +1,118 @@
+"""``simulate``: from a config, a project, a robot or an .mbs to its motion."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from urdf2mbs.conversion import Conversion
+from urdf2mbs.disk.files import absolute, is_folder
+from urdf2mbs.disk.output import write
+from urdf2mbs.engine.config import Config, Project, config_of
+from urdf2mbs.engine.pipeline import Pipeline
+from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, counted
+from urdf2mbs_simulate.c_code import compiler
+from urdf2mbs_simulate.data import MbsData
+from urdf2mbs_simulate.dirdyn import METHOD, MbsDirdyn
+from urdf2mbs_simulate.push import Push, parse
+from urdf2mbs_simulate.results import Results
+from urdf2mbs.urdf.reader import stem
+
+
+def simulate(
+    source: Config | str | os.PathLike[str],
+    *,
+    time: float = 2.0,
+    push: Sequence[Push | str] = (),
+    method: str = METHOD,
+    language: str | None = None,
+    rate: float = 100.0,
+    rtol: float = 1e-6,
+    atol: float = 1e-8,
+    watch: Callable[[float], None] | None = None,
+    **fields: Any,
+) -> Results:
+    """Simulate a Robotran project for ``time`` seconds.
+
+    ``source`` is a project's folder, an .mbs, a robot or a config.  A config's project is made
+    where its ``output`` says, else in a temporary folder.  ``fields`` are as in ``convert``.
+
+    ``push``: forces on links, such as ``chest:20,0,0@0.5..0.6`` (N, s).  ``method`` is one of
+    scipy's integrators, with its ``rtol`` and ``atol``; the results have ``rate`` frames a second.
+    ``language``: ``c`` or ``python``; by itself C where there is a compiler.  ``watch`` is called
+    with the time (s) after each step.
+
+    The results are in memory; ``Results.write()`` writes them.  Raises ConversionError.
+    """
+    model, keep = project_of(source, fields)
+    data = MbsData(model)
+    data.pushes = [parse(one) if isinstance(one, str) else one for one in push]
+    dirdyn = MbsDirdyn(data)
+    dirdyn.set_options(
+        tf=time, integrator=method, language=language, framerate=rate, rtoler=rtol, atoler=atol,
+        save2file=0,
+    )  # fmt: skip
+    dirdyn.watch = watch or dirdyn.watch
+    results = dirdyn.run()
+    results.keep = keep
+    return results
+
+
+def project_of(source: Config | str | os.PathLike[str], fields: dict[str, Any]) -> tuple[Path, Any]:
+    """The .mbs of what ``simulate`` is given, and a temporary folder that must be kept, or None."""
+    model = None if isinstance(source, Config) else model_of(Path(source))
+    if model is not None:
+        return model, None
+    config, lines = config_of(source, **fields)
+    keep = None
+    if not isinstance(config.output, Project):
+        keep = tempfile.TemporaryDirectory(prefix="urdf2mbs-")
+        config = with_project(config, Path(keep.name, stem(Path(config.source))))
+    return make(Pipeline(config, lines).run()), keep
+
+
+def model_of(place: Path) -> Path | None:
+    """The .mbs of a project's folder, or the .mbs itself; None: it is a robot or a config.
+
+    Raises ConfigError for a folder that is no project.
+    """
+    if place.suffix.lower() == ".mbs":
+        return place
+    if not is_folder(place):
+        return None
+    beside = (".rejected.mbs", ".orphaned.mbs")
+    models = [file for file in place.glob("dataR/*.mbs") if not file.name.endswith(beside)]
+    if len(models) != 1:
+        raise ConfigError(
+            "project-unknown",
+            f"the folder '{place}' is no Robotran project: its dataR has "
+            f"{counted(len(models), 'model')} (.mbs; those called rejected or orphaned are none)",
+            hint="name the .mbs itself",
+        )
+    return models[0]
+
+
+def with_project(config: Config, folder: Path) -> Config:
+    """The config of a project: that of the config itself, else one in ``folder``."""
+    if isinstance(config.output, Project):
+        return config
+    languages: list[Any] = ["python", *(["c"] if compiler() else [])]
+    return msgspec.structs.replace(config, output=Project(str(absolute(folder)), languages))
+
+
+def make(conversion: Conversion, *, force: bool = False) -> Path:
+    """Write a project; gives its .mbs.  Raises ConversionError if it is not the same robot."""
+    write(conversion, force=force)
+    if conversion.rejected is not None:
+        error = ConversionError(
+            "not-the-same", f"the .mbs is not the same robot: see '{conversion.rejected}'",
+            hint="urdf2mbs report, in place of simulate, shows where they differ",
+        )  # fmt: skip
+        error.exit_code = 3
+        raise error
+    return conversion.settings.output

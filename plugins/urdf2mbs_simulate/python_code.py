@@ -1,0 +1,232 @@
+"""A project's Python: its equations and user functions, loaded from their files."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+import traceback
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+
+from urdf2mbs_equations import FUNCTIONS, OWN
+from urdf2mbs.messages.diagnostics import ConversionError
+from urdf2mbs_simulate.data import MbsData
+from urdf2mbs_simulate.equations import SimulationError, equations
+
+Function = Callable[..., Any]
+
+#: The difference (rad, m, and their rates) by which a derivative is taken.
+NEAR = 1e-7
+
+#: The user functions, and the files that they are in.
+USER = {
+    **{
+        f"user_{name}": f"user_{name}"
+        for name in ("JointForces", "DrivenJoints", "ExtForces", "LinkForces", "Link3DForces",
+                     "cons_hJ", "cons_jdqd")
+    },
+    "user_derivatives": "user_Derivative",
+    **{f"user_dirdyn_{when}": "user_dirdyn" for when in ("init", "loop", "finish")},
+}  # fmt: skip
+KNOWN = frozenset([*USER, *(f"mbs_{name}" for name in (*FUNCTIONS, *OWN))])
+
+
+def function(data: MbsData, name: str) -> Function:
+    """``mbs_X`` of the equations, or ``user_X``: what the user has not does nothing."""
+    if name.startswith("mbs_"):
+        name = name.removeprefix("mbs_")
+        module = load(equations(data, [name], "python")[name])
+        return cast(Function, getattr(module, "sensor" if name == "gensensor" else name))
+    file = data.user_path / f"{USER[name]}.py"
+    if not file.is_file():
+        return default(data, name)
+    with shown(data):
+        return cast(Function, getattr(load(file), name))
+
+
+def default(data: MbsData, name: str) -> Function:
+    """A user function that the user has not: it gives zeros, or does nothing."""
+    zeros: dict[str, Function] = {
+        "user_ExtForces": lambda *words: data.SWr[words[-1]],
+        "user_Link3DForces": lambda *words: data.l3DWr[words[-1]],
+        "user_LinkForces": lambda *_: 0.0,
+    }
+    return zeros.get(name, _nothing)
+
+
+def _nothing(*_: Any) -> None:
+    """The user has no such function."""
+
+
+def load(file: Path) -> Any:
+    """The module in a file."""
+    spec = importlib.util.spec_from_file_location(file.stem, file)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@contextmanager
+def loaded(data: MbsData) -> Iterator[None]:
+    """While user code runs: its folder is on Python's path, and MBsysPy is this runtime.
+
+    Afterwards all is as it was.  Another project may have modules of the same names: those of this
+    one are kept in ``data.modules`` meanwhile.
+    """
+    path, before = list(sys.path), dict(sys.modules)
+    own = {file.stem for file in data.user_path.glob("*.py")}
+    for name in own & before.keys():
+        file = getattr(before[name], "__file__", None)
+        if file is None or Path(file).parent != data.user_path:
+            del sys.modules[name]
+    sys.path.insert(0, str(data.user_path))
+    sys.modules.update({**data.modules, "MBsysPy": sys.modules["urdf2mbs_simulate"]})
+    try:
+        yield
+    finally:
+        sys.path[:] = path
+        data.modules = {name: sys.modules[name] for name in own & sys.modules.keys()}
+        for name in {*own, "MBsysPy"}:
+            sys.modules.pop(name, None)
+            if name in before:
+                sys.modules[name] = before[name]
+
+
+@contextmanager
+def shown(data: MbsData) -> Iterator[None]:
+    """An exception of user code becomes an error that names its file and line."""
+    try:
+        yield
+    except ConversionError:
+        raise
+    except Exception as error:
+        rows = [
+            (row.filename, row.lineno)
+            for row in traceback.extract_tb(error.__traceback__)
+            if Path(row.filename).parent == data.user_path
+        ]
+        if isinstance(error, SyntaxError) and error.filename:
+            rows.append((error.filename, error.lineno))
+        if not rows:
+            raise
+        raise SimulationError(
+            "user-function-failed",
+            f"at {data.tsim:g} s: {type(error).__name__}: {error}",
+            file=rows[-1][0], line=rows[-1][1],
+        ) from error  # fmt: skip
+
+
+class PythonCode:
+    """The functions of a simulation, in Python."""
+
+    name = "Python"
+
+    def __init__(self, data: MbsData) -> None:
+        self.data = data
+        self.free, self.dependent = data.qu[1:], data.qv[1:]
+        self.rows = count_rows(data)
+        self.guess = data.q[self.dependent]
+        self.has_loop = data.user_dirdyn_loop is not _nothing
+
+    def state(self) -> Any:
+        """q and qd of the independent joints, and ux."""
+        data = self.data
+        return np.concatenate([data.q[self.free], data.qd[self.free], data.ux[1:]])
+
+    def accelerate(self, t: float, y: Any) -> Any:
+        """The derivative of the state.
+
+        Not a number where the loops cannot be closed; Newton's method starts from ``guess``.
+        """
+        data, free, n = self.data, self.free, len(self.free)
+        data.tsim = t
+        data.q[free], data.qd[free], data.ux[1:] = y[:n], y[n : 2 * n], y[2 * n :]
+        data.q[self.dependent] = self.guess
+        if self.solve():
+            return np.full(len(y), np.nan)
+        if data.Nux:
+            data.user_derivatives(data)
+        return np.concatenate([data.qd[free], data.qdd[free], data.uxd[1:]])
+
+    def slopes(self, t: float, y: Any) -> Any:
+        """The derivative of ``accelerate`` by the state, by differences: (states, states).
+
+        Implicit integrators that are left to themselves scale their differences by a rate that
+        vanishes in a robot at rest: what they then find is rounding, and their steps stay short.
+        """
+        here, found = self.accelerate(t, y), np.empty((len(y), len(y)))
+        for k in range(len(y)):
+            there = y.copy()
+            there[k] += NEAR * max(1.0, abs(y[k]))
+            found[:, k] = (self.accelerate(t, there) - here) / (there[k] - y[k])
+        return found
+
+    def solve(self) -> bool:
+        """Set all qdd, and q and qd of dependent joints; True where the loops cannot be closed."""
+        try:
+            return bool(self.data.mbs_accelred(self.data, self.data.tsim))
+        except np.linalg.LinAlgError:
+            return True
+
+    def react(self) -> None:
+        """Set Lambda and Qc for the state and accelerations that were computed last:
+        M qdd + c = Qq + Jac' Lambda, and Qc in driven joints."""
+        data = self.data
+        if not (data.nqv or data.nqc):
+            return
+        rest = self.inverse() - data.Qq
+        if data.nqv:
+            jac = self.jacobian()[1:]
+            data.Lambda[1:] = np.linalg.solve(jac[:, self.dependent].T, rest[self.dependent])
+            rest -= jac.T @ data.Lambda[1:]
+        data.Qc[data.qc[1:]] = rest[data.qc[1:]]
+
+    def jacobian(self) -> Any:
+        """Of all constraints by joints, from index 1."""
+        data, (cuts, user) = self.data, self.rows
+        h, jac = np.zeros(cuts + user + 1), np.zeros((cuts + user + 1, data.njoint + 1))
+        if cuts:
+            data.mbs_cons_hJ(h, jac, data)
+        if user:
+            data.user_cons_hJ(h[cuts:], jac[cuts:], data, data.tsim)
+        return jac
+
+    def inverse(self) -> Any:
+        """The forces that the joints need for the present state and accelerations."""
+        phi = np.zeros(self.data.njoint + 1)
+        self.data.mbs_invdyna(phi, self.data, self.data.tsim)
+        return phi
+
+    def call(self, name: str, dirdyn: Any) -> None:
+        """Call user_dirdyn_init, _loop or _finish."""
+        getattr(self.data, name)(self.data, dirdyn)
+
+
+def count_rows(data: MbsData) -> tuple[int, int]:
+    """How many equations the cuts make, and how many the user's functions: as many as the cuts
+    leave dependent joints for."""
+    cuts = 0
+    if data.mbs.cuts:
+        from urdf2mbs_equations import count_equations
+
+        cuts = count_equations(data.mbs)
+    user = data.nqv - cuts
+    said = data.user_constraints
+    if said is None:
+        here = any(list(data.user_path.glob(f"user_cons_hJ.{end}")) for end in ("py", "c"))
+        said = user if here else 0
+    if user != said:
+        raise SimulationError(
+            "partition",
+            f"{data.nqv} joints are dependent, and there are {cuts} equations of cuts and "
+            f"{said} of user_cons_hJ: there must be as many",
+            file=str(data.mbs_file),
+            hint="is the .mbs without the user functions of its project?",
+        )
+    return cuts, user

@@ -1,0 +1,292 @@
+"""Equations that people call: ``load_equations("atlas.mbs").mass_matrix(q)``."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+from typing import Any
+
+import numpy as np
+
+from urdf2mbs.engine.config import Config
+from urdf2mbs.mbs.model import BASE
+from urdf2mbs.messages.diagnostics import ConfigError
+from urdf2mbs_simulate.c_code import CCode, Memory, SensorInC, compiled, compiler, table, vector
+from urdf2mbs_simulate.data import MbsData, MbsSensor
+from urdf2mbs_simulate.equations import SimulationError, equations
+from urdf2mbs_simulate.project import project_of
+from urdf2mbs_simulate.python_code import USER, PythonCode, default, loaded
+
+#: Functions that are also given the time.
+TIMED = frozenset(["dirdyna", "invdyna"])
+#: Stands for a zero in each joint.
+ZERO = object()
+
+
+def load_equations(
+    source: Config | str | os.PathLike[str],
+    *,
+    language: str | None = None,
+    math: Any = None,
+    **fields: Any,
+) -> Robot:
+    """The equations of motion of an .mbs, a project's folder, a robot or a config.
+
+    ``language``: ``c`` or ``python``; by itself C where there is a compiler.  ``math``: a module
+    with ``sin``, ``cos`` and ``sqrt`` for other numbers than floats: ``numpy`` for many states at
+    once (q is then (joints, states)), ``casadi``, ``jax.numpy``; the equations are then Python.
+    ``fields`` are as in ``simulate``.  Raises ConversionError.
+    """
+    if language not in (None, "c", "python"):
+        raise ConfigError("usage", f"there is no language '{language}'", hint="c, or python")
+    if language == "c" and math is not None:
+        raise ConfigError("usage", "C has floats only: leave language or math out")
+    model, keep = project_of(source, fields)
+    if language is None:
+        language = "python" if math is not None or compiler() is None else "c"
+    return Robot(MbsData(model), language, math, keep)
+
+
+class Robot:
+    """A model's equations of motion: M qdd + c = tau.
+
+    Positions q, velocities qd, accelerations qdd and forces tau have one number for each joint, in
+    the order of ``joints`` (rad or m, their rates, N m or N).  Vectors are in the axes of the base.
+    ``mass_matrix``, ``bias`` and ``inverse_dynamics`` are those of the tree: all joints move as
+    they are told, and cuts are open.  Only ``forward_dynamics`` closes loops.  Of the project's
+    user functions only those for constraints are called.  A wrong number of values is a ValueError.
+
+    With ``math``, results are arrays of objects; with numpy, arrays with the states last.
+    """
+
+    def __init__(self, data: MbsData, language: str, math: Any = None, keep: Any = None) -> None:
+        self.data, self.language, self.math, self.keep = data, language, math, keep
+        self.kind: Any = float if math is None else object
+        if math is not None:
+            data.math = math
+            for name in ("q", "qd", "qdd", "Qq"):
+                setattr(data, name, np.full(data.njoint + 1, 0.0, object))
+        self.joints = list(data.joint_id)
+        self.bodies = list(data.body_id)
+        for name in USER:
+            if not name.startswith("user_cons_"):
+                setattr(data, name, default(data, name))
+        self.memory = Memory(data) if language == "c" else None
+        self.functions: dict[str, Any] = {}
+        self.code: PythonCode | None = None
+
+    def mass_matrix(self, q: Any) -> Any:
+        """M, joints by joints."""
+        self._set(q=q, qd=ZERO)
+        return self._fill("dirdyna", (self._size, self._size), (self._size,))[0]
+
+    def bias(self, q: Any, qd: Any) -> Any:
+        """c: the forces that hold the joints at constant velocities, against gravity."""
+        self._set(q=q, qd=qd)
+        return self._fill("dirdyna", (self._size, self._size), (self._size,))[1]
+
+    def inverse_dynamics(self, q: Any, qd: Any, qdd: Any) -> Any:
+        """The forces of the joints."""
+        self._set(q=q, qd=qd, qdd=qdd)
+        return self._fill("invdyna", (self._size,))[0]
+
+    def forward_dynamics(self, q: Any, qd: Any, tau: Any) -> Any:
+        """The accelerations of the joints.
+
+        Positions and velocities of dependent joints are computed, by Newton's method from the
+        ``q`` that is given; their ``qd`` and ``tau`` count for nothing where cuts rule them.
+        Driven joints have no acceleration, and their ``tau`` counts for nothing.
+
+        Raises LinAlgError where loops cannot be closed.
+        """
+        if self.math is not None and self.data.nqv:
+            raise TypeError("loops are closed for floats only: leave math out")
+        if self.code is None:
+            self.code = self._load_code()
+        self._set(q=q, qd=qd, Qq=tau, qdd=ZERO)
+        with loaded(self.data):
+            failed = self.code.solve()
+        if failed:
+            raise np.linalg.LinAlgError("the loops cannot be closed from these positions")
+        return self._result(self.data.qdd[1:].copy())
+
+    def inverse_dynamics_derivatives(self, q: Any, qd: Any, qdd: Any) -> tuple[Any, Any, Any]:
+        """The derivatives of ``inverse_dynamics`` by q, qd and qdd: a row for each force."""
+        self._set(q=q, qd=qd, qdd=qdd)
+        shape = self._size, self._size
+        by_q, by_qd, by_qdd = self._fill("derivatives", shape, shape, shape)
+        return by_q, by_qd, by_qdd
+
+    def regressor(self, q: Any, qd: Any, qdd: Any) -> Any:
+        """Y of Y p = tau, for the p of ``parameters``."""
+        self._set(q=q, qd=qd, qdd=qdd)
+        return self._fill("regressor", (self._size, 10 * len(self.bodies) + 1))[0]
+
+    def parameters(self) -> Any:
+        """Ten numbers for each body, in the order of ``bodies``: mass (kg), first moments x, y, z
+        (kg m), inertia xx, xy, xz, yy, yz, zz about the body's origin (kg m^2)."""
+        data, numbers = self.data, [self.data.body_id[body] for body in self.bodies]
+        mass, centre = data.m[numbers], data.l[1:, numbers].T
+        outer = centre[:, :, None] * centre[:, None, :]
+        about = np.trace(outer, axis1=1, axis2=2)[:, None, None] * np.eye(3) - outer
+        inertia = data.In[1:, numbers].T + (mass[:, None, None] * about).reshape(-1, 9)
+        first = mass[:, None] * centre
+        return np.column_stack([mass, first, inertia[:, [0, 1, 2, 4, 5, 8]]]).ravel()
+
+    def forward_dynamics_derivatives(self, q: Any, qd: Any, tau: Any) -> tuple[Any, Any, Any]:
+        """The derivatives of ``forward_dynamics`` by q, qd and tau: a row for each acceleration.
+
+        Rows of driven joints are zero.  Raises ValueError for models with dependent joints.
+        """
+        if self.data.nqv:
+            raise ValueError("the model has dependent joints: derivatives are those of a tree")
+        if self.math is not None:
+            raise TypeError("forward dynamics is differentiated for floats only: leave math out")
+        qdd = self.forward_dynamics(q, qd, tau)
+        by_q, by_qd, _ = self.inverse_dynamics_derivatives(q, qd, qdd)
+        mass = self.mass_matrix(q)
+        free = self.data.qu[1:] - 1
+        inverse = np.zeros_like(mass)
+        inverse[np.ix_(free, free)] = np.linalg.inv(mass[np.ix_(free, free)])
+        return -inverse @ by_q, -inverse @ by_qd, inverse
+
+    def position(self, place: str | tuple[str, str], q: Any) -> Any:
+        """Where the origin of a body, or a point is (m).
+
+        ``place`` is the name of a body or of a point; (body, point) where names are not unique.
+        """
+        self._set(q=q, qd=ZERO, qdd=ZERO)
+        return self._point(place)[0]
+
+    def jacobian(self, place: str | tuple[str, str], q: Any) -> Any:
+        """The velocity of a body's origin or a point, and the spin of the body, by qd: (6, joints).
+
+        Rows 0 to 2 are linear, 3 to 5 angular.
+        """
+        self._set(q=q, qd=ZERO, qdd=ZERO)
+        return self._point(place)[1]
+
+    def energy(self, q: Any, qd: Any) -> Any:
+        """Kinetic energy, and that of gravity, which is 0 at the base's origin: two numbers (J)."""
+        self._set(q=q, qd=qd)
+        return self._fill("energy", (3,))[0]
+
+    def centre_of_mass(self, q: Any) -> Any:
+        """The centre of mass (m)."""
+        self._set(q=q)
+        return self._fill("com", (4,))[0]
+
+    def momentum(self, q: Any, qd: Any) -> Any:
+        """Linear momentum (kg m/s), and angular momentum about the centre of mass (kg m^2/s): six
+        numbers."""
+        self._set(q=q, qd=qd)
+        return np.concatenate(self._fill("momentum", (4,), (4,)))
+
+    # --- calls ---
+
+    @property
+    def _size(self) -> int:
+        return self.data.njoint + 1
+
+    def _set(self, **state: Any) -> None:
+        """Put values into the data: ZERO, or a number for each joint."""
+        count = len(self.joints)
+        for name, values in state.items():
+            array = getattr(self.data, name)
+            if values is ZERO:
+                array[1:] = 0.0
+                continue
+            given = np.asarray(values) if self.math is None else values
+            shape = given.shape if hasattr(given, "shape") else (len(given),)
+            if shape[0:1] != (count,) or (self.math is None and len(shape) > 1):
+                what = "tau" if name == "Qq" else name
+                raise ValueError(f"{what} has the shape {shape}, and the model has {count} joints")
+            if self.math is not None:  # such as symbols, or a row of states for each joint
+                for k in range(count):
+                    array[k + 1] = given[k]
+            elif given.dtype.kind in "fiu":
+                array[1:] = given
+            else:
+                raise TypeError(f"{name} must be real numbers, and is of type {given.dtype}")
+
+    def _result(self, array: Any) -> Any:
+        """An array of objects, or with numpy of numbers, the states last."""
+        if self.math is not np:
+            return array
+        states = np.broadcast_arrays(*array.ravel(), self.data.q[1])[:-1]
+        return np.array(states, float).reshape(*array.shape, *np.shape(self.data.q[1]))
+
+    def _fill(self, name: str, *shapes: tuple[int, ...]) -> list[Any]:
+        """What a function of the equations fills, from index 0."""
+        arrays = [np.full(shape, 0.0, self.kind) for shape in shapes]
+        time = (0.0,) if name in TIMED else ()
+        if self.memory is None:
+            getattr(self.data, f"mbs_{name}")(*arrays, self.data, *time)
+        else:
+            given = [vector(array) if array.ndim == 1 else table(array) for array in arrays]
+            self._c(name)(*given, self.memory.at, *map(ctypes.c_double, time))
+        return [self._result(array[(slice(1, None),) * array.ndim]) for array in arrays]
+
+    def _c(self, name: str) -> Any:
+        """A function of the equations in C, compiled when it is first asked for."""
+        if name not in self.functions:
+            library = compiled(self.data, list(equations(self.data, [name], "c").values()))
+            self.functions[name] = getattr(library, f"mbs_{name}")
+        return self.functions[name]
+
+    def _load_code(self) -> PythonCode:
+        data = self.data
+        python = (data.user_path / "user_cons_hJ.py").is_file()
+        if not python and (data.user_path / "user_cons_hJ.c").is_file():
+            raise SimulationError(
+                "usage", "the constraints of this project's user functions are in C only",
+                file=str(data.user_path), hint="write user_cons_hJ.py and user_cons_jdqd.py, too",
+            )  # fmt: skip
+        with loaded(data):
+            return PythonCode(data) if self.memory is None else CCode(data, user_in_c=False)
+
+    def _point(self, place: str | tuple[str, str]) -> tuple[Any, Any]:
+        """Position and Jacobian of a place."""
+        body, at = self._find(place)
+        jac = np.full((7, self._size), 0.0, self.kind)
+        if body is None:
+            return at, self._result(jac[1:, 1:])
+        sensor: Any = MbsSensor(self.data)
+        number = self.data.body_id[body]
+        if self.memory is None:
+            for name in ("P", "R", "V", "OM", "A", "OMP"):
+                setattr(sensor, name, getattr(sensor, name).astype(self.kind))
+            sensor.J = jac
+            sensor.comp_gen_sensor(number)
+            origin, axes = sensor.P[1:], sensor.R[1:, 1:]
+        else:
+            sensor = SensorInC()
+            sensor.J = table(jac)
+            self._c("gensensor")(ctypes.byref(sensor), self.memory.at, number)
+            origin = np.array(sensor.P[1:])
+            axes = np.array(sensor.R).reshape(4, 4)[1:, 1:]
+        arm = axes.T @ at
+        jac = jac[1:, 1:]
+        for k in range(3):  # the spin x arm
+            i, j = (k + 1) % 3, (k + 2) % 3
+            jac[k] += jac[3 + i] * arm[j : j + 1] - jac[3 + j] * arm[i : i + 1]
+        return self._result(origin + arm), self._result(jac)
+
+    def _find(self, place: str | tuple[str, str]) -> tuple[str | None, Any]:
+        """The body that a place is on (None: the base), and where it is in its axes (m)."""
+        data = self.data
+        if place in data.body_id:
+            return str(place), np.zeros(3)
+        found = [
+            (body, number)
+            for body, numbers in data.points_id.items()
+            for name, number in numbers.items()
+            if place in (name, (body, name))
+        ]
+        if len(found) != 1:
+            if found:
+                raise ValueError(f"the model has {len(found)} points '{place}': give (body, point)")
+            known = ", ".join(self.bodies)
+            raise ValueError(f"the model has no body and no point '{place}'; its bodies: {known}")
+        body, number = found[0]
+        return None if body == BASE else body, data.dpt[1:, number].copy()
