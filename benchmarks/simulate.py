@@ -19,12 +19,12 @@ from typing import Any
 import msgspec
 import yaml
 from robots import REAL, ROBOTS
+from urdf2mbs_project.commands.init import HOLD, find
+from urdf2mbs_simulate.project import make, simulate
+from urdf2mbs_simulate.runtime import Results
 
-from urdf2mbs.commands.init import HOLD, find
 from urdf2mbs.engine.config import Project, config_of
 from urdf2mbs.engine.pipeline import Pipeline
-from urdf2mbs_simulate import Results
-from urdf2mbs_simulate.project import make, simulate
 
 CONFIGS = Path(__file__).resolve().parents[1] / "configs"
 SOURCES = {

@@ -25,6 +25,7 @@ from codes import CATALOGUE, ROWS
 from installed import PLUGIN, install
 from lxml import etree
 from making import passes_of
+from urdf2mbs_many.sweep import members
 
 from urdf2mbs.cli import main
 from urdf2mbs.commands import COMMANDS
@@ -36,7 +37,6 @@ from urdf2mbs.engine.config import Config, load, parse
 from urdf2mbs.engine.hookspecs import Pass, hookimpl
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.engine.plugins import Plugins
-from urdf2mbs_many.sweep import members
 from urdf2mbs.testing import TINY
 from urdf2mbs.urdf.elements import ATTRIBUTES
 

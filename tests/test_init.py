@@ -11,10 +11,10 @@ import pytest
 import yaml
 from proving import SOLID, joint, link, robot
 from robots import BROKEN, CONVERTIBLE, RealRobot
+from urdf2mbs_project.commands.init import in_words, init
 
 from urdf2mbs import convert
 from urdf2mbs.cli import main
-from urdf2mbs.commands.init import in_words, init
 from urdf2mbs.engine.config import load
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.messages.diagnostics import ConversionError

@@ -1,48 +1,39 @@
 """URDF and xacro robots to Robotran ``.mbs`` multibody systems, provably the same robot."""
 
 # Python imports these names when they are first used, so that help comes at once.  A type checker
-# and an editor read them here.
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from urdf2mbs.api import Result as Result
-    from urdf2mbs.api import Verdict as Verdict
-    from urdf2mbs.api import convert as convert
-    from urdf2mbs.api import verify as verify
-    from urdf2mbs.engine.config import Config as Config
-    from urdf2mbs_many import Outcome as Outcome
-    from urdf2mbs_many import convert_many as convert_many
-    from urdf2mbs.messages.diagnostics import ConfigError as ConfigError
-    from urdf2mbs.messages.diagnostics import ConversionError as ConversionError
-    from urdf2mbs.messages.diagnostics import Diagnostic as Diagnostic
-    from urdf2mbs_simulate.project import simulate as simulate
-    from urdf2mbs_simulate.push import Push as Push
-    from urdf2mbs_simulate.results import Results as Results
-    from urdf2mbs_simulate.robot import Robot as Robot
-    from urdf2mbs_simulate.robot import load_equations as load_equations
+# and an editor read them in ``__init__.pyi``.
 
 #: The names of each module.
 _NAMES = {
     "api": ["Result", "Verdict", "convert", "verify"],
     "engine.config": ["Config"],
-    "many": ["Outcome", "convert_many"],
     "messages.diagnostics": ["ConfigError", "ConversionError", "Diagnostic"],
-    "runtime.project": ["simulate"],
-    "runtime.push": ["Push"],
-    "runtime.results": ["Results"],
-    "runtime.robot": ["Robot", "load_equations"],
 }
-__all__ = sorted(name for names in _NAMES.values() for name in names)
 
 
 def __getattr__(name: str) -> object:
     from importlib import import_module
+    from importlib.util import find_spec
 
     for module, names in _NAMES.items():
         if name in names:
-            value = globals()[name] = getattr(import_module(f"urdf2mbs.{module}"), name)
-            return value
-    raise AttributeError(f"module 'urdf2mbs' has no attribute '{name}'")
+            value: object = getattr(import_module(f"urdf2mbs.{module}"), name)
+            break
+    else:
+        is_module = name.startswith("_") or find_spec(f"urdf2mbs.{name}") is not None
+        value = None if is_module else _of_plugins().find(name)
+        if value is None:
+            raise AttributeError(f"module 'urdf2mbs' has no attribute '{name}'")
+    globals()[name] = value
+    return value
+
+
+def _of_plugins():  # type: ignore[no-untyped-def]
+    from urdf2mbs.engine.plugins import plugins_of
+
+    return plugins_of((), installed=False)
 
 
 def __dir__() -> list[str]:
-    return [*globals(), *__all__]
+    own = [name for names in _NAMES.values() for name in names]
+    return [*globals(), *own, *_of_plugins().api]

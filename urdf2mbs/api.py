@@ -13,6 +13,7 @@ from urdf2mbs.disk import files
 from urdf2mbs.disk.output import write
 from urdf2mbs.engine.config import Config, config_of
 from urdf2mbs.engine.pipeline import Pipeline
+from urdf2mbs.engine.plugins import plugins_of
 from urdf2mbs.mbs.model import LinkFrame, Mbs
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.messages.diagnostics import ConfigError, Diagnostic
@@ -21,13 +22,14 @@ from urdf2mbs.proof.match import Match, fixed_to_world, floating_joints, match, 
 from urdf2mbs.proof.pair import TOLERANCE
 from urdf2mbs.proof.verdict import Difference, Proof
 from urdf2mbs.ranges import LARGEST_TOLERANCE
-from urdf2mbs_report.summary import Report, report
+from urdf2mbs.summary import Report, report
 from urdf2mbs.urdf.changes import describe
-from urdf2mbs_xacro.descriptions import PREFIX
 from urdf2mbs.urdf.model import Robot
+from urdf2mbs.urdf.reader import is_name
 
-#: The passes that make the robot which the others convert; those that change it do so when asked.
-_ROBOT = ("expand", "snap", "estimate-inertia", "insert-base", "rotors")
+#: The passes that make the robot which the others convert.  Passes of plugins that change the
+#: robot join them, and do so when asked.
+_ROBOT = ("expand", "insert-base")
 
 
 class Result:
@@ -145,9 +147,7 @@ def verify(
         )
     robot, other = os.fspath(source), os.fspath(model)
     if files.is_folder(Path(other, "dataR")):
-        from urdf2mbs_simulate.project import model_of
-
-        other = os.fspath(model_of(Path(other)) or "")
+        other = os.fspath(files.model_of(Path(other)) or "")
     if robot.lower().endswith(".mbs"):
         if not _is_robot(other):
             raise ConfigError(
@@ -178,8 +178,9 @@ def _verify(
     """Compare a URDF with an .mbs; ``other`` is the robot that the .mbs was just made of."""
     base = fields.get("base", "auto")
     floats = "floating" if floating_joints(mbs) else "fixed"
-    asked = {name: options for name, options in certified.passes.items() if name in _ROBOT}
-    given = {"source": source, "pipeline": _ROBOT, "passes": asked}
+    passes = plugins_of((), installed=False).join(_ROBOT)
+    asked = {name: options for name, options in certified.passes.items() if name in passes}
+    given = {"source": source, "pipeline": passes, "passes": asked}
     fields = {**fields, "base": floats if base == "auto" else base}
     conversion = Pipeline(*config_of(given, **fields), installed_plugins=False).run()
     robot, gravity = conversion.robot, conversion.settings.config.gravity
@@ -248,7 +249,7 @@ def _certified(model: str) -> _Certified:
 
 def _is_robot(file: str) -> bool:
     """True for the name of a URDF or xacro file; an .mbs may have any ending."""
-    return file.startswith(PREFIX) or Path(file).suffix.lower() in (".urdf", ".xacro", ".xml")
+    return is_name(file) or Path(file).suffix.lower() in (".urdf", ".xacro", ".xml")
 
 
 def _unseen(robot: Robot, mbs: Mbs, found: Match) -> dict[str, str]:

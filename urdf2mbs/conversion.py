@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Iterator
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal, TypeVar
 
 import msgspec
 
@@ -13,14 +13,13 @@ from urdf2mbs.engine.config import Config
 from urdf2mbs.mbs import model
 from urdf2mbs.messages.diagnostics import ConfigError, Diagnostic, nearest
 from urdf2mbs.proof.verdict import Proof
-from urdf2mbs_project.simulation import Simulation
-from urdf2mbs.spatial import Pose, Turn, Vec, compose, rpy_turns
+from urdf2mbs.spatial import IDENTITY, Pose, Rot, Turn, Vec, compose, rpy_turns
 from urdf2mbs.urdf.changes import RobotChange
-from urdf2mbs.urdf.model import Joint, Robot
+from urdf2mbs.urdf.model import Extension, Joint, Robot
 from urdf2mbs.urdf.packages import Packages
+from urdf2mbs.urdf.reader import Expansion
 
-if TYPE_CHECKING:
-    from urdf2mbs_xacro.xacro import Expansion
+S = TypeVar("S")
 
 
 class Settings(msgspec.Struct, frozen=True):
@@ -137,6 +136,50 @@ def follow(robot: Robot, name: str, free: Collection[str] = ()) -> tuple[str, fl
     return name, multiplier, offset
 
 
+class File(bytes):
+    """A file that a conversion makes; plain bytes are a file of kind ``ours``."""
+
+    kind: Literal["ours", "starter", "obsolete", "orphans", "base"]
+    """``ours``: written anew by each conversion.  ``starter``: written only where there is nothing
+    yet, and the user's from then on.  ``obsolete``: an earlier conversion wrote it, and it fits no
+    more; removed if nobody has changed it.  ``orphans`` and ``base`` of a merge: written with the
+    output, before it and after it."""
+    replaces: bytes | None
+    """The edited file, as a merge has read it.  The new file holds the work of people, too, and is
+    not recorded as ours."""
+
+    def __new__(
+        cls, data: bytes = b"",
+        kind: Literal["ours", "starter", "obsolete", "orphans", "base"] = "ours",
+        *, replaces: bytes | None = None,
+    ) -> File:  # fmt: skip
+        file = super().__new__(cls, data)
+        file.kind, file.replaces = kind, replaces
+        return file
+
+
+class Use(msgspec.Struct, frozen=True):
+    """What a sensor or an external force of the .mbs is for."""
+
+    what: str
+    """Such as "contact", or "imu 'head'"."""
+    link: str = ""
+    """The URDF link that it belongs to."""
+    rotation: Rot = IDENTITY
+    """The axes of a sensor in the body frame, since a point has none."""
+
+
+class Summary(msgspec.Struct):
+    """What a plugin has to say of a conversion that is done."""
+
+    lines: list[str] = []
+    """For the command line."""
+    uses: dict[str, Use] = {}
+    """By the name of the sensor or the external force."""
+    tables: list[tuple[str, tuple[str, ...], list[tuple[str, ...]]]] = []
+    """For a page: the title, the heads of the columns, and the rows."""
+
+
 class Conversion(msgspec.Struct, eq=False, dict=True):  # plugins keep attributes of their own
     """One robot on its way from URDF to .mbs; every pass reads and writes this.
 
@@ -171,25 +214,20 @@ class Conversion(msgspec.Struct, eq=False, dict=True):  # plugins keep attribute
     """Where each URDF link's frame is, by link name (filled by assign-names)."""
     meshes: dict[str, str] = {}
     """Mesh files as the URDF names them, and the stem that each one's .wrl gets."""
+    kept: dict[str, set[str]] = {}
+    """Code of a note of ``left-out``: the URDF joints whose property has found a place."""
+    used: list[Extension] = []
+    """The elements of other programs in which a pass has found something."""
+    stop_frequency: float | None = None
+    """Stiffness (Hz) of the soft stops of a project; None: it has no stops."""
+    driven: list[model.Joint] = []
+    """The followers that user code moves, on purpose."""
     files: dict[Path, bytes] = {}
-    """What will be written, once all passes are done."""
-    starters: dict[Path, bytes] = {}
-    """What is written only where there is nothing yet: it belongs to the user from then on."""
-    obsolete: set[Path] = set()
-    """What an earlier conversion wrote, and fits no more: removed if nobody has changed it."""
-    ahead: dict[Path, bytes] = {}
-    """What is written with the output, and before it: orphans of a merge."""
-    behind: dict[Path, bytes] = {}
-    """What is written with the output, and after it: the base of the next merge."""
-    replaces: dict[Path, bytes] = {}
-    """Edited files that a merge replaces, with the bytes that it read.  The new files hold the
-    work of people, too, and are not recorded as ours."""
+    """What is written once all passes are done; each may be a ``File``."""
     edited: dict[str, None] = {}
     """The files whose edits make the .mbs another robot than the URDF's."""
     added: dict[str, str] = {}
     """What people added to the .mbs: each thing, and where."""
-    simulation: Simulation = msgspec.field(default_factory=Simulation)
-    """What a project's code is made from."""
     diagnostics: list[Diagnostic] = []
     rejected: Path | None = None
     """Where the .mbs goes instead, when ``check`` found that it is not the same robot."""
@@ -203,6 +241,42 @@ class Conversion(msgspec.Struct, eq=False, dict=True):  # plugins keep attribute
     """What passes add to the report, each under its own name; no pass reads it."""
     progress: Callable[[str], None] = lambda text: None
     """Called by passes that take long, with what they are at."""
+    hook: Any = None
+    """The hooks of all plugins."""
+    states: dict[type, Any] = {}
+    """What plugins know, by class."""
+
+    def state(self, kind: type[S]) -> S:
+        """The plugin's own object of this class; made when it is asked for first.
+
+        A method ``sections()`` of the class gives what of the object belongs to sections that
+        passes read and write: section by section, what changes when the section does.
+        """
+        if kind not in self.states:
+            self.states[kind] = kind()
+        found: S = self.states[kind]
+        return found
+
+    def __getattr__(self, name: str) -> Any:
+        if name != "simulation":
+            raise AttributeError(f"a conversion has no '{name}'")
+        import warnings
+
+        from urdf2mbs import plugin
+
+        warnings.warn(
+            "conversion.simulation is called conversion.state(simulation.Simulation) now",
+            DeprecationWarning, stacklevel=2,
+        )  # fmt: skip
+        return self.state(getattr(plugin, name).Simulation)
+
+    def files_of(self, *kinds: str) -> dict[Path, bytes]:
+        """The files of these kinds."""
+        return {
+            path: data
+            for path, data in self.files.items()
+            if getattr(data, "kind", "ours") in kinds
+        }
 
     @property
     def expanded(self) -> bytes | None:

@@ -44,6 +44,11 @@ Force = Annotated[float, Meta(ge=-1e9, le=1e9)]
 Gain = Annotated[float, Meta(ge=0.0, le=1e12)]
 
 
+def rounded(value: float, digits: int = 2) -> float:
+    """A number that urdf2mbs chooses, to so many digits: the robot does not state the number."""
+    return float(f"{value:.{digits}g}")
+
+
 def in_words(number: Mapping[str, Any]) -> str:
     """The range of a number in a JSON schema, such as "a number above 0, at most 0.001"."""
     kind = "a number" if number["type"] == "number" else "a whole number"

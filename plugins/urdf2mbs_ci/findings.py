@@ -27,6 +27,14 @@ SCHEMA = "https://json.schemastore.org/sarif-2.1.0.json"
 DIFFERS = "not-the-same"
 
 
+def add_options(command: argparse.ArgumentParser) -> None:
+    """The options of ``verify`` for a CI."""
+    command.add_argument(
+        "--ci", action="store_true", help="print a line for each finding, with file and line"
+    )
+    add_sarif(command)
+
+
 def add_sarif(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--sarif", type=path, metavar="FILE", help="write all findings as SARIF 2.1.0, too"

@@ -3,10 +3,29 @@
 See ``docs/how-equations-are-made.md``.
 """
 
-from urdf2mbs_equations.constraints import constant_gaps, count_equations, drops_row
-from urdf2mbs_equations.files import FUNCTIONS, NEVER_CLOSES, OWN, Equations, generate
+from __future__ import annotations
 
-__all__ = [
-    "FUNCTIONS", "NEVER_CLOSES", "OWN", "Equations", "constant_gaps", "count_equations",
-    "drops_row", "generate",
-]  # fmt: skip
+from typing import TYPE_CHECKING
+
+from urdf2mbs.plugin import Command, PassEntry, hookimpl
+
+if TYPE_CHECKING:
+    from urdf2mbs.plugin import Conversion
+
+
+def _are_there(conversion: Conversion, given: bool) -> bool:
+    """True if equations are asked for, or those of an earlier model may be there."""
+    settings = conversion.settings
+    folder = settings.project or settings.output.parent
+    return given or (folder / "symbolicR").is_dir()
+
+
+@hookimpl
+def urdf2mbs_passes() -> list[PassEntry]:
+    return [PassEntry("equations", "urdf2mbs_equations", after=("check",), work=_are_there)]
+
+
+@hookimpl
+def urdf2mbs_commands() -> list[Command]:
+    does = "write Robotran's equations for an .mbs file"
+    return [Command("equations", does, "urdf2mbs_equations.commands.equations")]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from urdf2mbs.mbs.model import Mbs
 from urdf2mbs_equations.pairs import in_pairs
 from urdf2mbs_equations.routine import (
     Absent,
@@ -14,7 +15,6 @@ from urdf2mbs_equations.routine import (
     arrays,
 )
 from urdf2mbs_equations.writer import CASES, Writer
-from urdf2mbs.mbs.model import Mbs
 
 #: The parameters of each function.
 _FORCES = "double **frc, double **trq"

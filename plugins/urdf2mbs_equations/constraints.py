@@ -15,11 +15,11 @@ from dataclasses import dataclass
 from itertools import chain
 from typing import NamedTuple
 
+from urdf2mbs.mbs.model import Connection, Mbs
 from urdf2mbs_equations.graph import Expr, Scalar
 from urdf2mbs_equations.kinematics import Motion, common, ends, motion
 from urdf2mbs_equations.tree import Frame, Tree
 from urdf2mbs_equations.vectors import NONE, Vector
-from urdf2mbs.mbs.model import Connection, Mbs
 
 #: The order of Robotran's equations; within a kind, that of the file.
 ORDER = ("ball", "rod", "solid")

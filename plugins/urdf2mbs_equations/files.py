@@ -7,12 +7,15 @@ from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 
+from urdf2mbs.mbs.model import SENSOR_MEASURES, Mbs, Sensor
+from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic, quoted
 from urdf2mbs_equations.accelerations import Massless, accelerations
 from urdf2mbs_equations.c import CWriter
 from urdf2mbs_equations.constraints import constant_gaps, constraints
 from urdf2mbs_equations.derivatives import derivatives
 from urdf2mbs_equations.dynamics import joint_forces, mass_matrix
 from urdf2mbs_equations.energy import first_moment, kinetic
+from urdf2mbs_equations.equations_fit import fingerprint
 from urdf2mbs_equations.graph import Expr, Scalar
 from urdf2mbs_equations.kinematics import Motion, motion
 from urdf2mbs_equations.loads import extforces, links, links3d
@@ -24,9 +27,6 @@ from urdf2mbs_equations.routine import Absent, Cases, Count, Loops, Made, Refuse
 from urdf2mbs_equations.standalone import headers
 from urdf2mbs_equations.tree import Tree, is_fixed
 from urdf2mbs_equations.writer import Writer
-from urdf2mbs.mbs.equations_fit import fingerprint
-from urdf2mbs.mbs.model import SENSOR_MEASURES, Mbs, Sensor
-from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic, quoted
 
 #: What is generated, by Robotran's names.
 FUNCTIONS = (

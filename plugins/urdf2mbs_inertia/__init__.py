@@ -1,0 +1,25 @@
+"""Masses and inertias that a URDF lacks or rounds: estimates, round angles, rotors of motors."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from urdf2mbs.plugin import PassEntry, hookimpl
+
+if TYPE_CHECKING:
+    from urdf2mbs.plugin import Conversion
+
+
+def _has_rotors(conversion: Conversion, given: bool) -> bool:
+    """True if the robot states the inertia of motors."""
+    return given or any(extension.rotors for extension in conversion.robot.extensions)
+
+
+@hookimpl
+def urdf2mbs_passes() -> list[PassEntry]:
+    package = "urdf2mbs_inertia"
+    return [
+        PassEntry("snap", package, after=("expand",)),
+        PassEntry("estimate-inertia", package, after=("expand", "snap")),
+        PassEntry("rotors", package, after=("insert-base",), work=_has_rotors),
+    ]

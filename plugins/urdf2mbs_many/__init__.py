@@ -1,6 +1,15 @@
 """Many robots: several configs, a folder of robots, or a sweep, on all cores or on a cluster."""
 
-from urdf2mbs_many.convert import convert_many
-from urdf2mbs_many.job import Outcome
+from urdf2mbs.plugin import hookimpl
 
-__all__ = ["Outcome", "convert_many"]
+
+@hookimpl
+def urdf2mbs_api() -> dict[str, str]:
+    package = "urdf2mbs_many"
+    return {
+        "Outcome": f"{package}.job:Outcome",
+        "convert_many": f"{package}.convert:convert_many",
+        "carry_out_folder": f"{package}.commands.many:carry_out_folder",
+        "carry_out_many": f"{package}.commands.many:carry_out_many",
+        "sweep": f"{package}.sweep",
+    }

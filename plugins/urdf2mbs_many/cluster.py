@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Generator
 from typing import Any
 
-from urdf2mbs_many.job import Job, Outcome, convert_one, died, failed
 from urdf2mbs.messages.diagnostics import ConfigError, Diagnostic
+from urdf2mbs_many.job import Job, Outcome, convert_one, died, failed
 
 #: Seconds until a scheduler that does not answer is not there.
 PATIENCE = 10

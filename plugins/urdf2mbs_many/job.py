@@ -10,9 +10,9 @@ import msgspec
 from urdf2mbs.disk.output import write
 from urdf2mbs.engine.config import Config, Lines, Project
 from urdf2mbs.engine.pipeline import Pipeline
-from urdf2mbs_many.sweep import in_words
 from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic
-from urdf2mbs_report.summary import Report, report
+from urdf2mbs.summary import Report, report
+from urdf2mbs_many.sweep import in_words
 
 
 class Job(msgspec.Struct, frozen=True):

@@ -10,9 +10,9 @@ import numpy as np
 import PIL.Image  # noqa: F401  (without it trimesh drops textures in silence)
 import trimesh
 
+from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs_meshes import gltf
 from urdf2mbs_meshes.model import UP_AXES, Material, Mesh, add
-from urdf2mbs.messages.diagnostics import ConfigError
 
 # What is wrong with a file is said by us; without a handler its log goes to standard error.
 logging.getLogger("trimesh").addHandler(logging.NullHandler())

@@ -17,10 +17,10 @@ from collada.polylist import Polylist
 from collada.triangleset import TriangleSet
 from lxml import etree
 
-from urdf2mbs_meshes.model import MOST_PARTS, UP_AXES, Mesh, MeshError, TooLargeError, add
-from urdf2mbs_meshes.model import Material as Look
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.xml.parser import safe_parser
+from urdf2mbs_meshes.model import MOST_PARTS, UP_AXES, Mesh, MeshError, TooLargeError, add
+from urdf2mbs_meshes.model import Material as Look
 
 #: The elements that say how shapes look.
 LOOKS = ("library_images", "library_effects", "library_materials", "bind_material")

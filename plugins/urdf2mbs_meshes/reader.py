@@ -12,9 +12,9 @@ from pathlib import Path
 import msgspec
 
 from urdf2mbs.disk import files
+from urdf2mbs.messages.diagnostics import ConfigError, counted
 from urdf2mbs_meshes import stl
 from urdf2mbs_meshes.model import Mesh, MeshError, Part
-from urdf2mbs.messages.diagnostics import ConfigError, counted
 
 #: What can be read, by the end of the file's name in small letters.
 FORMATS = (".stl", ".dae", ".obj", ".ply", ".glb", ".gltf")

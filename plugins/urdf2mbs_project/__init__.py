@@ -1,0 +1,99 @@
+"""A Robotran project: user models, contacts, sensors, loops, mimic, and its code in Python and C."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from urdf2mbs.plugin import Command, PassEntry, Summary, always, hookimpl, in_project
+
+if TYPE_CHECKING:
+    from urdf2mbs.plugin import Conversion, urdf
+    from urdf2mbs.urdf.values import Reading
+
+#: The plugins that this plugin needs: contacts read meshes; a project carries a test whether its
+#: equations fit the model, and ``loops`` names the rows that the equations leave out.
+NEEDS = ("meshes", "equations")
+
+
+def _of_elements(conversion: Conversion, given: bool) -> bool:
+    """True if the robot has elements of other programs."""
+    return given or bool(conversion.robot.extensions)
+
+
+def _follows(conversion: Conversion, given: bool) -> bool:
+    """True if a joint follows another."""
+    return given or any(joint.mimic for joint in conversion.robot.joints.values())
+
+
+def _starts(conversion: Conversion, given: bool) -> bool:
+    """True if zero may be no start position: it is beyond limits, or others are stated."""
+    return in_project(conversion, given or bool(conversion.robot.extensions)) or any(
+        not (joint.limit.lower or 0.0) <= 0.0 <= (joint.limit.upper or 0.0)
+        for joint in conversion.robot.joints.values()
+        if joint.limit is not None
+    )
+
+
+def _senses(conversion: Conversion, given: bool) -> bool:
+    """True if there may be sensors."""
+    measured = any(step.measured for step in conversion.steps())
+    return _of_elements(conversion, given or measured)
+
+
+def _holds(conversion: Conversion, given: bool) -> bool:
+    """True in a project, or if a controller holds joints."""
+    return in_project(conversion, given or "posture" in conversion.settings.config.passes)
+
+
+@hookimpl
+def urdf2mbs_passes() -> list[PassEntry]:
+    passes: list[tuple[str, tuple[str, ...], Any]] = [
+        ("force-torque", ("prune-massless",), _of_elements),
+        ("mimic", ("decompose-joints",), _follows),
+        ("actuators", ("decompose-joints", "mimic"), _of_elements),
+        ("posture", ("collect-anchors",), _starts),
+        ("joint-laws", ("joint-parameters",), in_project),
+        ("loops", ("joint-parameters", "joint-laws"), _of_elements),
+        ("contacts", ("joint-parameters", "loops"), None),
+        ("sensors", ("joint-parameters", "contacts"), _senses),
+        ("forces", ("joint-parameters", "sensors"), None),
+        ("time-step", ("joint-parameters", "forces"), _holds),
+        ("find-singular", ("emit", "merge"), always),
+        ("project", ("check", "equations"), in_project),
+    ]
+    package = "urdf2mbs_project"
+    return [
+        PassEntry(name, package, after, *([] if work is None else [work]))
+        for name, after, work in passes
+    ]
+
+
+@hookimpl
+def urdf2mbs_commands() -> list[Command]:
+    does = "write a config for a robot, to start from"
+    return [Command("init", does, "urdf2mbs_project.commands.init")]
+
+
+@hookimpl
+def urdf2mbs_api() -> dict[str, str]:
+    return {"simulation": "urdf2mbs_project.simulation"}
+
+
+@hookimpl
+def urdf2mbs_extension(
+    elements: list[tuple[Any, urdf.Extension]], reading: Reading, robot: urdf.Robot
+) -> None:
+    from urdf2mbs_project.gazebo import Extensions
+
+    extensions = Extensions(reading, robot)
+    for element, extension in elements:
+        extensions.read(element, extension)
+
+
+@hookimpl
+def urdf2mbs_summary(conversion: Conversion) -> Summary | None:
+    if not conversion.states:
+        return None
+    from urdf2mbs_project.summary import summarise
+
+    return summarise(conversion)

@@ -24,7 +24,6 @@ from lxml import etree
 
 from urdf2mbs.messages.diagnostics import ConversionError, nearest
 from urdf2mbs.spatial import HERE, ZERO, Pose, compose, from_rpy, inverse, rotate, transpose
-from urdf2mbs.urdf.elements import plain
 from urdf2mbs.urdf.model import ClosingJoint, Dynamics, Extension, Sensor
 
 if TYPE_CHECKING:
@@ -59,13 +58,10 @@ class Extensions:
         joints = {joint.name: links[joint.child] for joint in self.robot.joints.values()}
         return {**joints, **links, MODEL: HERE}
 
-    def read(self, element: Any) -> Extension:
-        """An element of another program, with the sensors, joints and motors in it."""
-        tag, self.reading.owner = plain(element.tag), ("robot", "")
-        xml = etree.tostring(element, encoding=str, with_tail=False)
-        extension = Extension(tag, xml, element.get("reference"), element.sourceline)
+    def read(self, element: Any, extension: Extension) -> None:
+        """Read the sensors, joints and motors in an element of another program."""
+        tag, self.reading.owner = extension.tag, ("robot", "")
         if tag == "contact":
-            extension.reference = element.getparent().get("name")
             self.reading.owner = ("link", extension.reference or "")
             for friction in element.iterchildren("lateral_friction"):
                 number = self.number(friction, "<lateral_friction>", friction.get("value"))
@@ -81,7 +77,6 @@ class Extensions:
             self.read_numbers(element, extension)
         elif tag in ("transmission", "ros2_control"):
             self.read_motors(element, extension)
-        return extension
 
     def read_motors(self, element: Any, extension: Extension) -> None:
         """Add the motors, rotors and start positions of a ``<transmission>`` or a

@@ -8,18 +8,12 @@ still change a name, and then the new one is seen here.
 from __future__ import annotations
 
 from math import hypot
+from typing import Any
 
 import msgspec
 
 from urdf2mbs.mbs.model import Connection, Joint, Mbs, Point, UserModel
 from urdf2mbs.spatial import IDENTITY, ZERO, Rot, Vec, cross, dot, rotate, unit
-from urdf2mbs.urdf.model import Extension
-
-
-def rounded(value: float, digits: int = 2) -> float:
-    """A number that urdf2mbs chooses, to so many digits: the robot does not state the number."""
-    return float(f"{value:.{digits}g}")
-
 
 #: What Robotran can compute at a point.  What is not asked for is zero there, or not set.
 MEASURES = ("Pos", "Rot", "Vit", "Om", "Acc", "Omp")
@@ -172,10 +166,16 @@ class Simulation(msgspec.Struct):
     """A step (s) that a fixed-step integrator can take."""
     shortened_by: str = "no force"
     """What makes the step as short as it is, such as "damping of joint 'wrist'"."""
-    used: list[Extension] = []
-    """The elements of other programs in which a pass has found something."""
-    kept: dict[str, set[str]] = {}
-    """Code of a note that ``emit`` would give: the joints whose property has found a place."""
+
+    def sections(self) -> dict[str, Any]:
+        """What of it belongs to sections that passes read and write."""
+        return {
+            "couplings": [
+                (coupling.leader.type, coupling.follower.type, coupling.multiplier, coupling.offset)
+                for coupling in (*self.couplings, *self.driven)
+            ],
+            "forces": [len(made) for made in (self.contacts, self.wrenches, self.springs) if made],
+        }
 
     @property
     def across(self) -> tuple[Vec, Vec]:

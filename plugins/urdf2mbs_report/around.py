@@ -8,11 +8,11 @@ from __future__ import annotations
 from math import dist
 from typing import Any, TypeAlias
 
+from urdf2mbs.conversion import Summary, Use
 from urdf2mbs.mbs.kinematics import place
 from urdf2mbs.mbs.model import Connection, Mbs
-from urdf2mbs_report.table import Cell, Row, plain, titled
-from urdf2mbs_project.simulation import Simulation
 from urdf2mbs.spatial import ZERO, Vec, add, rotate
+from urdf2mbs_report.table import Cell, Row, plain, titled
 
 End: TypeAlias = "tuple[str | None, str | None]"
 """The names of a body, None for the base, and of one of its points, None for its origin."""
@@ -22,19 +22,6 @@ def _at(model: Mbs, end: End) -> Vec:
     """Where an end is in its body's frame (m)."""
     point = model.points().get(end)
     return ZERO if point is None else point.coordinates
-
-
-def _purposes(simulation: Simulation) -> dict[str, tuple[str, str]]:
-    """What a sensor or external force is (by its name), and the URDF link it belongs to."""
-    known = [
-        *((one.point.sensor, f"{one.kind} '{one.name}'", one.link) for one in simulation.sensors),
-        *((one.point.extforce, "contact", one.link) for one in simulation.contacts),
-        *(
-            (one.point.extforce, f"wrench, user model '{one.model.name}'", "")
-            for one in simulation.wrenches
-        ),
-    ]
-    return {named.name: (purpose, link) for named, purpose, link in known if named is not None}
 
 
 def _stops(model: Mbs) -> dict[str, tuple[float | None, float | None]]:
@@ -48,22 +35,17 @@ def _stops(model: Mbs) -> dict[str, tuple[float | None, float | None]]:
     return {name: (low.get(name), high.get(name)) for name in model.numbers() if name in low | high}
 
 
-def marks(simulation: Simulation, model: Mbs) -> dict[str, Any]:
+def marks(said: Summary, model: Mbs) -> dict[str, Any]:
     """What the 3D model shows beside shapes."""
-    purposes = _purposes(simulation)
-    turned = {
-        sensor.point.sensor.name: sensor.rotation
-        for sensor in simulation.sensors
-        if sensor.point.sensor is not None
-    }
     dots = []
     for (body, _), point in model.points().items():
         if point.sensor is not None:
-            name = point.sensor.name
-            dots.append((body, point.coordinates, "sensors", turned.get(name)))
+            use = said.uses.get(point.sensor.name)
+            dots.append((body, point.coordinates, "sensors", use and use.rotation))
         if point.extforce is not None:
-            contact = purposes.get(point.extforce.name, ("", ""))[0] == "contact"
-            dots.append((body, point.coordinates, "contacts" if contact else "forces", None))
+            use = said.uses.get(point.extforce.name)
+            kind = "contacts" if use is not None and use.what == "contact" else "forces"
+            dots.append((body, point.coordinates, kind, None))
     return {
         "points": dots,
         "lines": [
@@ -75,19 +57,21 @@ def marks(simulation: Simulation, model: Mbs) -> dict[str, Any]:
     }
 
 
-def tables(simulation: Simulation, model: Mbs) -> str:
+def tables(said: Summary, model: Mbs) -> str:
     """Tables of points, loops, stops and user models; those of what there is."""
     parts = [
-        _point_table(simulation, model),
-        _force_torque_table(simulation),
+        _point_table(said, model),
+        *(
+            titled(title, head, [({"data-link": row[1]}, row) for row in rows])
+            for title, head, rows in said.tables
+        ),
         _connection_table(model),
         _user_model_tables(model),
     ]
     return "".join(parts) or '<p class="note">None.</p>'
 
 
-def _point_table(simulation: Simulation, model: Mbs) -> str:
-    purposes = _purposes(simulation)
+def _point_table(said: Summary, model: Mbs) -> str:
     rows: list[Row] = []
     for (body, _), point in model.points().items():
         for one, kind in ((point.sensor, "sensor"), (point.extforce, "external force")):
@@ -97,20 +81,12 @@ def _point_table(simulation: Simulation, model: Mbs) -> str:
                 one.name, kind, ", ".join(one.measures), body or "base", point.name,
                 point.coordinates,
             ]  # fmt: skip
-            cells += purposes.get(one.name, ("", "")) if purposes else ()
+            use = said.uses.get(one.name, Use(""))
+            cells += (use.what, use.link) if said.uses else ()
             rows.append(({"data-body": body or ""}, cells))
     head = ("name", "kind", "measures", "body", "point", "at [m]")
-    known = ("what it is", "URDF link") if purposes else ()
+    known = ("what it is", "URDF link") if said.uses else ()
     return titled("Sensors, contacts and external forces", (*head, *known), rows, right=(5,))
-
-
-def _force_torque_table(simulation: Simulation) -> str:
-    rows: list[Row] = [
-        ({"data-link": one.link}, (one.name, one.link, ", ".join(j.name for j in one.joints)))
-        for one in simulation.force_torques
-    ]
-    head = ("sensor", "URDF link", "driven joints whose Qc it reads")
-    return titled("Force-torque sensors", head, rows)
 
 
 def _connection_table(model: Mbs) -> str:

@@ -18,17 +18,16 @@ from typing import Any
 
 import msgspec
 
-from urdf2mbs.conversion import Conversion
-from urdf2mbs_report.draw import draw
+from urdf2mbs.conversion import Conversion, Summary
 from urdf2mbs.disk.files import project_of
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, counted
+from urdf2mbs.summary import of_plugins, report
 from urdf2mbs_report import around, sections
+from urdf2mbs_report.draw import draw
 from urdf2mbs_report.motion import motion
 from urdf2mbs_report.scene import Store, extent, lookup, mbs_side, path_of, urdf_side
-from urdf2mbs_report.summary import report
-from urdf2mbs_project.simulation import Simulation
 
 #: The package that brings three.js, and where in it three.js is.
 THREE = ("jupyter-threejs-sage", "jupyter_threejs_sage/static/r130/three.min.js")
@@ -78,7 +77,7 @@ def make(conversion: Conversion) -> Page:
             "notes": _notes(store, stand_ins),
             "joints": sections.joints(model, conversion),
             "bodies": sections.bodies(model, conversion),
-            "around": around.tables(conversion.simulation, model),
+            "around": around.tables(of_plugins(conversion), model),
             "names": sections.names(conversion),
             "left_out": sections.lost(conversion),
             "proof": sections.proof(conversion),
@@ -111,7 +110,7 @@ def _both_sides(
         ],
         "coordinates": list(conversion.names.coordinates.items()),
         "joints": list(conversion.names.joints.items()),
-        "marks": around.marks(conversion.simulation, model),
+        "marks": around.marks(of_plugins(conversion), model),
     }
     for url in list(store.missing):  # a mesh that neither side has is one mesh
         filename = filenames.get(PurePosixPath(url).stem, url)
@@ -130,7 +129,7 @@ def make_of_model(model: Mbs, file: Path) -> Page:
     """
     project = project_of(file.absolute())
     store = Store()
-    none = Simulation()
+    none = Summary()
     drawn = mbs_side(model, store, lookup({}, project), lambda url: path_of(url, project))
     data = _data(model, store, drawn) | {
         "marks": around.marks(none, model),

@@ -12,9 +12,9 @@ import msgspec
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.proof.verdict import NOT_CHECKED
-from urdf2mbs_report.summary import left_out, verdict
-from urdf2mbs_report.table import Cell, Html, Row, plain, table, titled
 from urdf2mbs.spatial import HERE
+from urdf2mbs.summary import left_out, verdict
+from urdf2mbs_report.table import Cell, Html, Row, plain, table, titled
 
 #: Messages about what the URDF has and the .mbs has no place for.
 LEFT_OUT = ("collision", "extension", "texture", "rotors-left-out", "loop-left-out")

@@ -1,10 +1,29 @@
-"""A runtime for Robotran projects, with the names of Robotran's own, MBsysPy.
+"""Let a robot move: a runtime for Robotran projects, with the names of Robotran's own, MBsysPy.
 
-``workR/main.py`` and user functions use it as they use MBsysPy.  See ``docs/simulate.md``.
+``workR/main.py`` and user functions use it, by the name ``urdf2mbs.runtime``, as they use MBsysPy.
+See ``docs/simulate.md``.
 """
 
-from urdf2mbs_simulate.data import MbsData, MbsSensor
-from urdf2mbs_simulate.dirdyn import MbsDirdyn, MbsPart
-from urdf2mbs_simulate.results import Results
+from urdf2mbs.plugin import Command, hookimpl
 
-__all__ = ["MbsData", "MbsDirdyn", "MbsPart", "MbsSensor", "Results"]
+NEEDS = ("project", "equations", "report")
+
+
+@hookimpl
+def urdf2mbs_commands() -> list[Command]:
+    does = "let a robot, a project or an .mbs move, and write Robotran's results"
+    return [Command("simulate", does, "urdf2mbs_simulate.commands.simulate")]
+
+
+@hookimpl
+def urdf2mbs_api() -> dict[str, str]:
+    package = "urdf2mbs_simulate"
+    return {
+        "Push": f"{package}.push:Push",
+        "Results": f"{package}.results:Results",
+        "Robot": f"{package}.robot:Robot",
+        "compiler": f"{package}.c_code:compiler",
+        "load_equations": f"{package}.robot:load_equations",
+        "runtime": f"{package}.runtime",
+        "simulate": f"{package}.project:simulate",
+    }

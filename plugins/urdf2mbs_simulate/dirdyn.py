@@ -13,9 +13,9 @@ from typing import Any
 from warnings import catch_warnings, filterwarnings
 
 import numpy as np
+from urdf2mbs_project.code import starters
 
 from urdf2mbs.messages.diagnostics import ConfigError
-from urdf2mbs_project.code import starters
 from urdf2mbs_simulate.data import MbsData
 from urdf2mbs_simulate.equations import SimulationError
 from urdf2mbs_simulate.push import add_pushes
@@ -235,7 +235,7 @@ def _step(data: MbsData, code: PythonCode, solver: Any) -> None:
 
 def _stuck(data: MbsData, code: PythonCode, time: float, y: Any, said: str) -> SimulationError:
     """It names the joint that accelerates most at a state, and the largest forces."""
-    from urdf2mbs.mbs.singular import TooLargeError, find_singular
+    from urdf2mbs_project.singular import TooLargeError, find_singular
 
     code.accelerate(time, y)
     joint = max(data.joint_id, key=lambda name: abs(data.qdd[data.joint_id[name]]))

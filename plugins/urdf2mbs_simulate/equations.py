@@ -9,8 +9,9 @@ from functools import cache
 from hashlib import sha256
 from pathlib import Path
 
+from urdf2mbs_equations.equations_fit import fits
+
 from urdf2mbs.disk import files
-from urdf2mbs.mbs.equations_fit import fits
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs_simulate.data import MbsData
 
@@ -50,7 +51,7 @@ def _file(data: MbsData, name: str, language: str) -> str:
 
 def _made(data: MbsData, name: str, language: str) -> Path:
     """A file of the cache; it is made if it is not there."""
-    from urdf2mbs_equations import generate
+    from urdf2mbs_equations.files import generate
 
     key = sha256(b"\0".join([_generator(), data.model, language.encode()]))
     file = cache_folder() / "equations" / key.hexdigest()[:32] / _file(data, name, language)

@@ -11,17 +11,17 @@ from typing import Any
 import msgspec
 
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.disk.files import absolute, is_folder
+from urdf2mbs.disk.files import absolute, model_of
 from urdf2mbs.disk.output import write
 from urdf2mbs.engine.config import Config, Project, config_of
 from urdf2mbs.engine.pipeline import Pipeline
-from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, counted
+from urdf2mbs.messages.diagnostics import ConversionError
+from urdf2mbs.urdf.reader import stem
 from urdf2mbs_simulate.c_code import compiler
 from urdf2mbs_simulate.data import MbsData
 from urdf2mbs_simulate.dirdyn import METHOD, MbsDirdyn
 from urdf2mbs_simulate.push import Push, parse
 from urdf2mbs_simulate.results import Results
-from urdf2mbs.urdf.reader import stem
 
 
 def simulate(
@@ -74,27 +74,6 @@ def project_of(source: Config | str | os.PathLike[str], fields: dict[str, Any]) 
         keep = tempfile.TemporaryDirectory(prefix="urdf2mbs-")
         config = with_project(config, Path(keep.name, stem(Path(config.source))))
     return make(Pipeline(config, lines).run()), keep
-
-
-def model_of(place: Path) -> Path | None:
-    """The .mbs of a project's folder, or the .mbs itself; None: it is a robot or a config.
-
-    Raises ConfigError for a folder that is no project.
-    """
-    if place.suffix.lower() == ".mbs":
-        return place
-    if not is_folder(place):
-        return None
-    beside = (".rejected.mbs", ".orphaned.mbs")
-    models = [file for file in place.glob("dataR/*.mbs") if not file.name.endswith(beside)]
-    if len(models) != 1:
-        raise ConfigError(
-            "project-unknown",
-            f"the folder '{place}' is no Robotran project: its dataR has "
-            f"{counted(len(models), 'model')} (.mbs; those called rejected or orphaned are none)",
-            hint="name the .mbs itself",
-        )
-    return models[0]
 
 
 def with_project(config: Config, folder: Path) -> Config:

@@ -9,8 +9,8 @@ import msgspec
 import numpy as np
 
 from urdf2mbs.messages.diagnostics import ConfigError, nearest
-from urdf2mbs_simulate.data import MbsData, MbsSensor
 from urdf2mbs.spatial import ZERO, Vec
+from urdf2mbs_simulate.data import MbsData, MbsSensor
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _FORM = re.compile(

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
+from urdf2mbs_equations.files import FUNCTIONS, OWN
 
-from urdf2mbs_equations import FUNCTIONS, OWN
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs_simulate.data import MbsData
 from urdf2mbs_simulate.equations import SimulationError, equations
@@ -213,7 +213,7 @@ def count_rows(data: MbsData) -> tuple[int, int]:
     leave dependent joints for."""
     cuts = 0
     if data.mbs.cuts:
-        from urdf2mbs_equations import count_equations
+        from urdf2mbs_equations.constraints import count_equations
 
         cuts = count_equations(data.mbs)
     user = data.nqv - cuts

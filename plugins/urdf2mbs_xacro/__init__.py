@@ -1,0 +1,58 @@
+"""xacro without ROS, and robots by their name in the package ``robot_descriptions``."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from urdf2mbs.plugin import hookimpl
+
+if TYPE_CHECKING:
+    from urdf2mbs.urdf.packages import Packages
+    from urdf2mbs.urdf.reader import Expansion, Located
+
+#: What the name of a robot of ``robot_descriptions`` begins with.
+PREFIX = "robot_descriptions:"
+_COMMENT = rb"(?s)<!--.*?(?:-->|\Z)"
+
+
+@hookimpl
+def urdf2mbs_locate(source: str) -> Located | None:
+    if not source.startswith(PREFIX):
+        return None
+    from urdf2mbs_xacro.descriptions import locate
+
+    return locate(source)
+
+
+@hookimpl
+def urdf2mbs_read(
+    source: Path, data: bytes, packages: Packages, args: Mapping[str, str], trust: bool
+) -> Expansion | None:
+    if source.suffix.lower() != ".xacro" and not has_xacro(data, str(source)):
+        return None
+    from urdf2mbs_xacro.xacro import expand
+
+    return expand(source, packages, args, trust=trust)
+
+
+def has_xacro(data: bytes, file: str) -> bool:
+    """True if xacro must expand elements of a URDF, or values of its links and joints."""
+    # xacro itself leaves a comment and a declaration in what it writes
+    text = re.sub(rb"xmlns:xacro\s*=\s*(\"[^\"]*\"|'[^']*')", b"", re.sub(_COMMENT, b"", data))
+    if b"xacro" not in text and b"$" not in text:
+        return False
+    from lxml import etree
+
+    from urdf2mbs.urdf import xml
+    from urdf2mbs.urdf.elements import is_instruction
+
+    root, _ = xml.parse(data, file)
+    return any(map(is_instruction, root.iter(etree.Element))) or any(
+        "${" in value or "$(" in value
+        for child in root.iterchildren("{*}link", "{*}joint", "{*}material")
+        for element in child.iter(etree.Element)
+        for value in element.values()
+    )

@@ -12,25 +12,12 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-import msgspec
-
 from urdf2mbs.messages.diagnostics import ConfigError, nearest
-
-PREFIX = "robot_descriptions:"
-
-
-class Description(msgspec.Struct):
-    """Where the package ``robot_descriptions`` has put a robot, and how it is read."""
-
-    source: Path
-    """A .urdf or .xacro file, in the cache."""
-    packages: dict[str, Path]
-    """Those whose folder has another name, or is elsewhere."""
-    xacro_args: dict[str, str]
-    """Those that make the robot of this name from an .xacro file."""
+from urdf2mbs.urdf.reader import Located
+from urdf2mbs_xacro import PREFIX
 
 
-def locate(source: str) -> Description:
+def locate(source: str) -> Located:
     """The file of ``robot_descriptions:NAME``; fetches it where the cache does not have it.
 
     :raises ConfigError: ``unknown-description``, ``description-no-urdf``,
@@ -57,7 +44,7 @@ def locate(source: str) -> Description:
         )
     args = {} if hasattr(found, "URDF_PATH") else getattr(found, "XACRO_ARGS", {})
     packages = getattr(found, "XACRO_PACKAGE_PATHS", {})
-    return Description(
+    return Located(
         Path(path),
         {key: Path(folder) for key, folder in packages.items()},
         {key: str(value) for key, value in args.items()},

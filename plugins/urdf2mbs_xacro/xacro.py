@@ -15,16 +15,17 @@ from glob import glob
 from importlib.util import find_spec, module_from_spec
 from pathlib import Path
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal
 from xml.parsers.expat import ExpatError
 
 from urdf2mbs.disk import files
 from urdf2mbs.disk.files import read as read_file
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, Diagnostic, nearest
 from urdf2mbs.urdf import written, xml
-from urdf2mbs_xacro.expressions import MOST, TRUST, Guard, tokenize, too_large
 from urdf2mbs.urdf.packages import absolute, workspace
-from urdf2mbs.urdf.xacro_errors import EVALUATING, explain, missing_package
+from urdf2mbs.urdf.reader import Expansion
+from urdf2mbs_xacro.expressions import MOST, TRUST, Guard, tokenize, too_large
+from urdf2mbs_xacro.xacro_errors import EVALUATING, explain, missing_package
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -49,16 +50,6 @@ _REPLACED = (
 
 #: ``$(find NAME)`` gives this and the name if the package was not found.
 _NOWHERE = "package://"
-
-
-class Expansion(NamedTuple):
-    """What xacro made of a file."""
-
-    text: bytes
-    """The output of the ``xacro`` command, in UTF-8."""
-    files: list[str]
-    """All files that were read, the source first."""
-    warnings: list[Diagnostic]
 
 
 class _Args(dict[str, str]):

@@ -13,9 +13,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from lxml import etree
 from mbs.models import everything, few
-
 from urdf2mbs_edits.diff.changes import Change, Differences, differences
 from urdf2mbs_edits.diff.words import in_words, line
+
 from urdf2mbs.mbs.model import Body, Connection, Joint, Mbs, Parameter, Point, Sensor, Shape, View
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.mbs.writer import write

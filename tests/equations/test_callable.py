@@ -15,11 +15,11 @@ from hypothesis import strategies as st
 from oracle.generated import Data, error, random_state
 from oracle.pin import Truth, pin
 from robots import CONVERTIBLE
+from urdf2mbs_simulate.c_code import FLAGS
 
 from urdf2mbs import Robot, load_equations
 from urdf2mbs.mbs.model import BASE
 from urdf2mbs.mbs.reader import read
-from urdf2mbs_simulate.c_code import FLAGS
 
 if TYPE_CHECKING:
     from pathlib import Path

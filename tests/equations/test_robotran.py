@@ -15,9 +15,10 @@ import pytest
 from equations.test_loops import written
 from oracle.generated import HEADER, Data, PythonEquations
 from passes.test_loops import BALL, FOUR_BAR, at, link
+from urdf2mbs_equations.constraints import constant_gaps
+from urdf2mbs_equations.files import Equations, generate
 
 from urdf2mbs.cli import main
-from urdf2mbs_equations import Equations, constant_gaps, generate
 from urdf2mbs.mbs.model import Body, Connection, Joint, Mbs, Point
 from urdf2mbs.mbs.model import Sensor as Measures
 from urdf2mbs.mbs.reader import read

@@ -11,6 +11,7 @@ from xml.sax.saxutils import escape, quoteattr
 
 import pytest
 from lxml import etree
+from urdf2mbs_report.page import make
 
 from urdf2mbs.api import convert
 from urdf2mbs.cli import main
@@ -18,7 +19,6 @@ from urdf2mbs.disk.output import write
 from urdf2mbs.engine.config import Config, Lines, typed
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.mbs.reader import read
-from urdf2mbs_report.page import make
 from urdf2mbs.testing import TINY
 
 pytestmark = pytest.mark.slow

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 from mbs.models import everything
-
+from urdf2mbs_equations.files import generate
 from urdf2mbs_report.draw import draw
-from urdf2mbs_equations import generate
+
 from urdf2mbs.mbs.model import Point, Sensor
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.mbs.writer import write

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 from mbs.models import everything
+from urdf2mbs_equations.equations_fit import check_equations, fingerprint, fits
+from urdf2mbs_equations.files import generate
 
-from urdf2mbs_equations import generate
-from urdf2mbs.mbs.equations_fit import check_equations, fingerprint, fits
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.mbs.writer import write
 from urdf2mbs.testing import TINY, convert_text

@@ -14,10 +14,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from lxml import etree
 from mbs.models import everything, few
+from urdf2mbs_edits.unknown import unknown
 
 from urdf2mbs.mbs.model import Body, Joint, Mbs, Parameter, Point, Sensor
 from urdf2mbs.mbs.reader import read
-from urdf2mbs.mbs.unknown import unknown
 from urdf2mbs.mbs.writer import write
 
 SHARED = Path(__file__).resolve().parents[3] / "shared"

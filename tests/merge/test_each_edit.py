@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 from mbs.models import everything
+from urdf2mbs_edits.merge.merge import Merged, merge
 
 from urdf2mbs.mbs.model import (
     Body,
@@ -24,7 +25,6 @@ from urdf2mbs.mbs.model import (
 )
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.mbs.writer import write
-from urdf2mbs_edits.merge.merge import Merged, merge
 
 Edit = Callable[[Mbs], Any]
 

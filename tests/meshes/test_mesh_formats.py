@@ -29,7 +29,6 @@ from meshes.samples import (
 )
 from meshes.samples import write as write_sample
 from PIL import Image
-
 from urdf2mbs_meshes.model import Mesh, MeshError
 from urdf2mbs_meshes.reader import read
 from urdf2mbs_meshes.vrml import write

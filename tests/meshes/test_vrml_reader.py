@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from meshes.wrl import HEAD, SQUARE, of
-
 from urdf2mbs_meshes import reader, vrml
 from urdf2mbs_meshes.model import MeshError, Part
 from urdf2mbs_meshes.vrml_reader import read as read_mesh

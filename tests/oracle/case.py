@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from urdf2mbs_project.simulation import Simulation
 
 from oracle.mbs import GROUND, Evaluator
 from oracle.multibody import Multibody, Place, State, translation
@@ -59,7 +60,7 @@ class Case:
     def __init__(self, conversion: Any, data: Any, code: Any) -> None:
         """``data`` and ``code``: the runtime's MbsData and PythonCode."""
         self.conversion, self.data, self.code, self.mbs = conversion, data, code, data.mbs
-        self.simulation, self.asked = conversion.simulation, conversion.asked
+        self.simulation, self.asked = conversion.state(Simulation), conversion.asked
         self.gravity, self.robot = conversion.settings.config.gravity, conversion.robot
         self.found: dict[str, tuple[float, str]] = {}
         names, joints = conversion.names.coordinates, data.joint_id

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from numpy.typing import NDArray
+    from urdf2mbs_equations.files import Equations
 
-    from urdf2mbs_equations import Equations
     from urdf2mbs.mbs.model import Mbs
 
     Array = NDArray[np.float64]

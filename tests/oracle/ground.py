@@ -11,9 +11,9 @@ from fnmatch import fnmatchcase
 from typing import Any
 
 import numpy as np
+from urdf2mbs_project.simulation import CONTACT_STATES
 
 from oracle.case import Case
-from urdf2mbs_project.simulation import CONTACT_STATES
 from urdf2mbs.spatial import ZERO, rotate
 from urdf2mbs.urdf.model import Cylinder, Sphere
 

@@ -22,10 +22,10 @@ from meshes.samples import (
     stl_binary_data,
 )
 from meshes.samples import write as write_sample
+from urdf2mbs_meshes.passes.convert_meshes import ConvertMeshes
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.mbs.model import Shape
-from urdf2mbs_meshes.passes.convert_meshes import ConvertMeshes
 
 
 def shapes_of(conversion: Conversion) -> list[Shape]:

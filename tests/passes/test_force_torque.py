@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from proving import SOLID, joint, link, robot
+from urdf2mbs_project.simulation import Simulation
 
 from urdf2mbs.testing import convert_text
 
@@ -23,7 +24,7 @@ def test_three_sensors_of_one_name_are_three() -> None:
     assert "joints that move are left out: a_to_e" in told["force-torque"]
     assert "1 <gazebo>" in told["extension"]
     assert "<sensor>" not in told["extension"]
-    found = [sensor.name for sensor in result.conversion.simulation.force_torques]
+    found = [sensor.name for sensor in result.conversion.state(Simulation).force_torques]
     assert found == ["ft", "to_c_ft", "to_d_ft"]
     result = convert_text(
         text.replace('"ft"', '"one"', 1), passes={"force-torque": {"joints": ["to_c"]}}

@@ -11,14 +11,15 @@ import pytest
 from descriptions import stand_in
 from passes.test_mimic import joint, link
 from proving import codes
+from urdf2mbs_project.mass import Mass
+from urdf2mbs_project.passes.loops import SINGULAR, Cut, _from_sdf, _jacobian, independent_columns
+from urdf2mbs_project.simulation import Simulation
 
 from urdf2mbs.engine.config import load
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.mbs.kinematics import place
-from urdf2mbs.mbs.mass import Mass
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.messages.diagnostics import ConfigError
-from urdf2mbs_project.passes.loops import SINGULAR, Cut, _from_sdf, _jacobian, independent_columns
 from urdf2mbs.spatial import Pose, from_rpy
 from urdf2mbs.testing import convert_text
 from urdf2mbs.urdf.model import ClosingJoint
@@ -185,7 +186,7 @@ def test_the_rows_of_a_cut_are_its_derivatives(kind: str, tmp_path: Path) -> Non
     ends = (cut.endpoint1, cut.endpoint2)
 
     def state() -> tuple[Any, ...]:
-        for coupling in conversion.simulation.couplings:
+        for coupling in conversion.state(Simulation).couplings:
             coupling.follow()
         placement = place(mbs)
         one, two = (np.array(placement.point(mbs, *end)) for end in ends)

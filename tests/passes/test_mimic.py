@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from proving import codes
+from urdf2mbs_project.simulation import Simulation
 
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import convert_text
@@ -58,7 +59,7 @@ def test_followers_are_coupled_by_their_rules_and_start_by_them(
     followers = [result.mbs.joints()[name] for name in ("two", "three")]
     assert [joint.nature for joint in followers] == natures
     assert [joint.q or 0.0 for joint in followers] == pytest.approx(starts, abs=1e-15)
-    simulation = result.conversion.simulation
+    simulation = result.conversion.state(Simulation)
     found = [
         (c.follower.name, c.leader.name, c.multiplier, c.offset)
         for c in (*simulation.couplings, *simulation.driven)

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 import yaml
 from passes.test_time_step import convert_project, joint, link, messages
+from urdf2mbs_project.simulation import Simulation
 
 from urdf2mbs import Result
 from urdf2mbs.messages.diagnostics import ConfigError
@@ -90,7 +91,7 @@ def test_the_hint_has_the_middle_ready_to_paste(tmp_path: Path) -> None:
 def test_only_the_joints_that_are_named_are_held() -> None:
     options = {"posture": {"hold": {"joints": ["wrist_*"]}}}
     result = convert_text(TINY, passes=options)
-    names = [held.joint.name for held in result.conversion.simulation.hold]
+    names = [held.joint.name for held in result.conversion.state(Simulation).hold]
     assert names == ["wrist_roll", "wrist_pitch"]
 
 

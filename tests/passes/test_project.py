@@ -14,12 +14,12 @@ from passes.test_mimic import CHAIN
 from project.standin import MbsData, make, user_functions
 from project.test_laws import convert as with_laws
 from proving import codes
+from urdf2mbs_project.code import FOLDER
 
 from urdf2mbs import convert
 from urdf2mbs.engine.config import Config, Lines, typed
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
-from urdf2mbs_project.code import FOLDER
 from urdf2mbs.testing import TINY, convert_text
 
 #: All twelve user functions of MBsysPy, and what is called in each file.

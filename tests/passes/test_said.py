@@ -19,12 +19,13 @@ if __name__ == "__main__":
 import msgspec
 import pytest
 from oracle.rich import PASSES, RICH, joint, limit, link
+from urdf2mbs_project.mass import Mass
+from urdf2mbs_project.passes.time_step import _slopes
+from urdf2mbs_project.simulation import Simulation
+from urdf2mbs_project.stability import reduction_of
 
 from urdf2mbs import Result, convert
-from urdf2mbs.mbs.mass import Mass
 from urdf2mbs.mbs.model import Body, Mbs
-from urdf2mbs_project.passes.time_step import _slopes
-from urdf2mbs_project.code.stability import reduction_of
 
 TEXTS = Path(__file__).with_name("said")
 BALL = '<geometry><sphere radius="0.1"/></geometry>'
@@ -252,7 +253,7 @@ def lines(result: Result) -> Iterator[str]:
             model.name: {of.name: float(of.values[0]) for of in model.parameters}
             for model in result.mbs.user_models
         }
-        reduction = reduction_of(mass, result.conversion.simulation)
+        reduction = reduction_of(mass, result.conversion.state(Simulation))
         for slope in _slopes(result.conversion, mass, reduction, models):
             numbers = [*map(number, (slope.stiffness, slope.damping, abs(slope.row).sum()))]
             yield f"slope {slope.kind} {slope.name}: {numbers}"

@@ -15,17 +15,17 @@ from oracle.mbs import Evaluator
 from oracle.multibody import State, opening
 from project.standin import RungeKutta, make, without_meshes
 from proving import SOLID, models
-
-from urdf2mbs import Result, convert
-from urdf2mbs.mbs.mass import Mass
-from urdf2mbs.mbs.model import Connection
-from urdf2mbs.mbs.reader import read
+from urdf2mbs_project.mass import Mass
 from urdf2mbs_project.passes.time_step import _round_down
-from urdf2mbs_project.code.stability import longest_steps, reduction_of
-from urdf2mbs_simulate import MbsData
+from urdf2mbs_project.simulation import Simulation
+from urdf2mbs_project.stability import longest_steps, reduction_of
 from urdf2mbs_simulate.c_code import CCode
 from urdf2mbs_simulate.python_code import PythonCode, loaded
-from urdf2mbs_project.simulation import Simulation
+from urdf2mbs_simulate.runtime import MbsData
+
+from urdf2mbs import Result, convert
+from urdf2mbs.mbs.model import Connection
+from urdf2mbs.mbs.reader import read
 from urdf2mbs.testing import TINY, convert_text
 
 pin = pytest.importorskip("pinocchio")
@@ -126,7 +126,7 @@ def test_a_stop_counts_as_hit(tmp_path: Path) -> None:
         rates = 2 * pi * frequency * np.roots([1.0, 1.0, 2.0])
         wanted = min(0.4 * longest_steps(rates).min(), 5e-4)
         assert (wanted < 4e-4) == (frequency == 800)
-        found = convert_project(text, tmp_path, **options).conversion.simulation.time_step
+        found = convert_project(text, tmp_path, **options).conversion.state(Simulation).time_step
         assert found == pytest.approx(wanted, rel=rel)
 
 

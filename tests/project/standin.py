@@ -13,7 +13,6 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
-
 import urdf2mbs_simulate
 from urdf2mbs_simulate.dirdyn import close
 from urdf2mbs_simulate.python_code import PythonCode, load, loaded

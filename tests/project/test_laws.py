@@ -9,12 +9,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from urdf2mbs_project.simulation import Simulation
+from urdf2mbs_simulate.c_code import compiler
 
 from urdf2mbs import simulate
 from urdf2mbs.disk.output import write
 from urdf2mbs.engine.config import Config, Lines, typed
 from urdf2mbs.engine.pipeline import Pipeline
-from urdf2mbs_simulate.c_code import compiler
 from urdf2mbs.testing import TINY
 
 PLUGIN = '''
@@ -31,7 +32,7 @@ class Laws(Pass):
                        if step.joint.name == "shoulder"]
         _, point = conversion.add_point("here", "hand", (0.1, 0.0, 0.0), "laws-link", "laws: at")
         point.extforce = mbs.Sensor("breeze", ("Pos", "Vit"))
-        conversion.simulation.laws += [
+        conversion.state(Simulation).laws += [
             simulation.Law("rubber", """
 def rubber(mbs_data, joint):
     return -3.0 * mbs_data.q[joint] ** 3

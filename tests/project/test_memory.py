@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 from project.standin import make
+from urdf2mbs_simulate.c_code import FLAGS, compiler
+from urdf2mbs_simulate.runtime import MbsData, MbsDirdyn
 
 from urdf2mbs import ConversionError
 from urdf2mbs.mbs.model import (
@@ -21,8 +23,6 @@ from urdf2mbs.mbs.model import (
     UserModel,
 )
 from urdf2mbs.mbs.writer import write as write_mbs
-from urdf2mbs_simulate import MbsData, MbsDirdyn
-from urdf2mbs_simulate.c_code import FLAGS, compiler
 from urdf2mbs.testing import TINY
 
 needs_c = pytest.mark.skipif(compiler() is None, reason="no C compiler")

@@ -8,7 +8,6 @@ from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import pytest
-
 from urdf2mbs_simulate.python_code import loaded
 
 

@@ -10,8 +10,7 @@ from conftest import SHARED
 from lxml import etree
 from passes.test_time_step import joint, link
 from project.standin import make, without_meshes
-
-from urdf2mbs_simulate import MbsData, MbsDirdyn
+from urdf2mbs_simulate.runtime import MbsData, MbsDirdyn
 
 mujoco = pytest.importorskip("mujoco")
 SWINGS = '<limit lower="-9" upper="9" effort="0" velocity="1"/><dynamics damping="0.01"/>'

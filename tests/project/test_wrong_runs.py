@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 from passes.test_mimic import CHAIN
 from project.standin import make
+from urdf2mbs_simulate.runtime import MbsData, MbsDirdyn
 
 import urdf2mbs
 from urdf2mbs import ConversionError, simulate
 from urdf2mbs.cli import main
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.writer import write
-from urdf2mbs_simulate import MbsData, MbsDirdyn
 from urdf2mbs.testing import TINY
 
 TINY_FILE = Path(urdf2mbs.__file__).with_name("tiny.urdf")

@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 from proof.test_words import MIMIC
+from urdf2mbs_report.page import make
 
 from urdf2mbs import convert
 from urdf2mbs.api import verify
@@ -20,7 +21,6 @@ from urdf2mbs.mbs.reader import read
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
 from urdf2mbs.proof.compare import compare
 from urdf2mbs.proof.rigid import HERE, distance, inertias_apart
-from urdf2mbs_report.page import make
 from urdf2mbs.testing import TINY, assert_same_robot, convert_text, run_pass
 
 # --- not a number -------------------------------------------------------------------------------

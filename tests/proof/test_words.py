@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from urdf2mbs_report.page import make
 
 from urdf2mbs import convert
 from urdf2mbs.api import verify
@@ -17,7 +18,6 @@ from urdf2mbs.mbs.model import Connection, Joint, Mbs, UserConstraint, UserModel
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.mbs.writer import write
 from urdf2mbs.messages.diagnostics import ConversionError
-from urdf2mbs_report.page import make
 from urdf2mbs.testing import TINY, convert_text
 
 MIMIC = TINY.replace(

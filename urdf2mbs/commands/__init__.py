@@ -10,7 +10,7 @@ import argparse
 import os
 import re
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from errno import ENOSPC
 from importlib import import_module
@@ -19,28 +19,42 @@ from typing import Any, NoReturn
 
 from urdf2mbs.commands.colours import screens
 from urdf2mbs.disk.files import absolute
+from urdf2mbs.engine.hookspecs import Command
+from urdf2mbs.engine.plugins import Plugins, plugins_of
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, memory_full, nearest
 
-#: In the order of the help.
-COMMANDS = {
-    "init": "write a config for a robot, to start from",
-    "run": "convert as a config file says, or as several do",
-    "convert": "convert one robot, or a folder of them, without a config file",
-    "report": "convert, and write one HTML page to look at instead",
-    "simulate": "let a robot, a project or an .mbs move, and write Robotran's results",
-    "lint": "say what is wrong with a robot, without converting it",
-    "verify": "compare a robot with an .mbs file: are they the same?",
-    "diff": "say what differs between two .mbs files",
-    "merge": "merge three versions of an .mbs file, for git",
-    "diagram": "draw the 2D diagram of an .mbs file as an SVG picture",
-    "equations": "write Robotran's equations for an .mbs file",
-    "explain": "show the passes of a config, without running them",
-    "passes": "list every known pass",
-    "new-pass": "write a plugin with one pass, and its test",
-    "schema": "print the JSON schema of a config, for editors",
-    "doctor": "show versions, extras, plugins, ROS packages and Robotran as they are here",
-    "completion": "print a script that completes commands and options in a shell",
-}
+_HERE = "urdf2mbs.commands"
+#: The commands of the core, in the order of the help.
+CORE = [
+    Command("run", "convert as a config file says, or as several do", f"{_HERE}.run"),
+    Command(
+        "convert", "convert one robot, or a folder of them, without a config file",
+        f"{_HERE}.convert",
+    ),
+    Command(
+        "verify", "compare a robot with an .mbs file: are they the same?", f"{_HERE}.verify"
+    ),
+    Command(
+        "explain", "show the passes of a config, or every known pass, without running them",
+        f"{_HERE}.explain",
+    ),
+    Command("new-pass", "write a plugin with one pass, and its test", f"{_HERE}.new_pass"),
+    Command("schema", "print the JSON schema of a config, for editors", f"{_HERE}.schema"),
+    Command(
+        "doctor", "show versions, extras, plugins, ROS packages and Robotran as they are here",
+        f"{_HERE}.doctor",
+    ),
+    Command(
+        "completion", "print a script that completes commands and options in a shell",
+        f"{_HERE}.completion",
+    ),
+]  # fmt: skip
+
+
+def commands_of(plugins: Plugins | None = None) -> dict[str, Command]:
+    """Every command by its name: the core's, and then those of each plugin."""
+    plugins = plugins or plugins_of((), installed=True)
+    return {**{command.name: command for command in CORE}, **plugins.commands}
 
 
 def carry_out(words: Sequence[str]) -> int:
@@ -58,7 +72,7 @@ def carry_out(words: Sequence[str]) -> int:
     with screens(arguments.color, quiet=getattr(arguments, "quiet", False)):
         try:
             absolute(Path())  # raises where the working folder is gone
-            code: int = module_of(arguments.command).carry_out(arguments)
+            code: int = import_module(arguments.module).carry_out(arguments)
             sys.stdout.flush()
             return code
         except BrokenPipeError:  # the reader of our output has seen enough
@@ -100,12 +114,24 @@ def _leave_stdout() -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
+#: Options of the program, which may stand before the command, too.
+_ANYWHERE = ("-v", "--verbose", "-q", "--quiet", "--no-plugins", "--debug", "--color")
+
+
 def parse(words: Sequence[str]) -> argparse.Namespace:
     """The words of a command line; what is wrong with them ends the program, as argparse does."""
+    words = _command_first(words)
+    name = words[0] if words else ""
+    known = {command.name: command for command in CORE}
+    if name not in known:
+        known = commands_of(plugins_of((), installed="--no-plugins" not in words))
     may_ask_for_help = any(word.startswith("-") and "h" in word for word in words)
-    whole = parser(words[:1], texts=may_ask_for_help)
-    if words and not words[0].startswith("-") and words[0] not in COMMANDS:
-        whole.error(f"there is no command '{words[0]}'{_nearest(words[0], COMMANDS)}")
+    whole = parser(known, words[:1], texts=may_ask_for_help or not words)
+    if not words:
+        whole.print_help()
+        whole.exit(2)
+    if not name.startswith("-") and name not in known:
+        whole.error(f"there is no command '{name}'{_nearest(name, known)}")
     arguments, unknown = whole.parse_known_args(words)
     if unknown:  # argparse would show the usage of all commands
         own: argparse.ArgumentParser = arguments.parser
@@ -114,13 +140,27 @@ def parse(words: Sequence[str]) -> argparse.Namespace:
     return arguments
 
 
+def _command_first(words: Sequence[str]) -> list[str]:
+    """The words with the program's options behind the command."""
+    count = 0
+    while count < len(words) and words[count].partition("=")[0] in _ANYWHERE:
+        count += 2 if words[count] == "--color" else 1
+    command, before, behind = words[count : count + 1], words[:count], words[count + 1 :]
+    if [*command] == ["passes"]:
+        print("'passes' is called 'explain' now", file=sys.stderr)
+        command = ["explain"]
+    return [*command, *before, *behind]
+
+
 def _nearest(word: str, known: Iterable[str]) -> str:
     hint = nearest(word, known) if word.startswith("--") or not word.startswith("-") else None
     return f"; {hint}" if hint else ""
 
 
-def parser(named: Iterable[str] = COMMANDS, *, texts: bool = True) -> argparse.ArgumentParser:
-    """All commands in the order of the help, those that are ``named`` with their options.
+def parser(
+    known: Mapping[str, Command], named: Iterable[str], *, texts: bool = True
+) -> argparse.ArgumentParser:
+    """The known commands in the order of the help, those that are ``named`` with their options.
 
     Only the files of the named commands are imported.  Without ``texts`` there is no help, and no
     other command.
@@ -131,37 +171,33 @@ def parser(named: Iterable[str] = COMMANDS, *, texts: bool = True) -> argparse.A
     whole.color = False  # type: ignore[attr-defined]  # no escape code passes a screen
     whole.add_argument("--version", action=_Version, help="show the version and exit")
     commands = whole.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    for name, does in COMMANDS.items():
+    for name, command in known.items():
         if not texts and name not in named:
             continue
-        command = commands.add_parser(
-            name, help=does, formatter_class=argparse.RawDescriptionHelpFormatter
-        )
+        one = commands.add_parser(
+            name, help=command.does, description=f"{command.does[0].upper()}{command.does[1:]}.",
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+        )  # fmt: skip
         if name in named:
-            _add_options(command, name)
+            _add_options(one, command)
             if texts:
                 from urdf2mbs.commands.settings import add_texts
 
-                add_texts(command)
+                add_texts(one)
     return whole
 
 
-def _add_options(command: argparse.ArgumentParser, name: str) -> None:
+def _add_options(own: argparse.ArgumentParser, command: Command) -> None:
     """The options of a command, those that all commands have among them."""
-    module = module_of(name)
-    command.epilog = "examples:" + "".join(f"\n  {line}" for line in module.EXAMPLES)
-    command.set_defaults(command=name, parser=command)
-    command.add_argument("--debug", action="store_true", help="show the traceback of an error")
-    command.add_argument(
+    module = import_module(command.module)
+    own.epilog = "examples:" + "".join(f"\n  {line}" for line in module.EXAMPLES)
+    own.set_defaults(command=command.name, module=command.module, parser=own)
+    own.add_argument("--debug", action="store_true", help="show the traceback of an error")
+    own.add_argument(
         "--color", choices=("auto", "always", "never"), default="auto",
         help="auto: on a terminal only",
     )  # fmt: skip
-    module.add_options(command)
-
-
-def module_of(name: str) -> Any:
-    """The file of a command."""
-    return import_module(f"urdf2mbs.commands.{name.replace('-', '_')}")
+    module.add_options(own)
 
 
 class _Parser(argparse.ArgumentParser):

@@ -11,9 +11,10 @@ from urdf2mbs.commands.printing import tell
 from urdf2mbs.commands.run import carry_out_one, convert_one
 from urdf2mbs.commands.settings import ALONE, add_converting, add_fields, without_config
 from urdf2mbs.commands.streams import STREAM, is_stream, saving
-from urdf2mbs.disk.files import is_file, is_folder
+from urdf2mbs.disk.files import is_folder
+from urdf2mbs.engine.plugins import of_plugin
 from urdf2mbs.messages.diagnostics import ConfigError
-from urdf2mbs_report.summary import report
+from urdf2mbs.summary import report
 from urdf2mbs.urdf.reader import stem
 
 EXAMPLES = (
@@ -53,7 +54,8 @@ def carry_out(arguments: argparse.Namespace) -> int:
     if is_stream(output) or (output is None and is_stream(arguments.robot)):
         return _pass_on(arguments)
     if is_folder(Path(arguments.robot)):
-        return _convert_folder(Path(arguments.robot), output, arguments)
+        code: int = of_plugin("carry_out_folder", "many")(arguments)
+        return code
     if folder:
         output = {"project": output, "language": arguments.language or "python"}
     config, lines = without_config(arguments.robot, output, arguments)
@@ -75,21 +77,3 @@ def _pass_on(arguments: argparse.Namespace) -> int:
         if data is not None:
             save(Path(STREAM), data)
     return 0 if conversion.rejected is None else 3
-
-
-def _convert_folder(folder: Path, output: str | None, arguments: argparse.Namespace) -> int:
-    from urdf2mbs_many.commands.many import carry_out_many
-    from urdf2mbs_many.folder import robots_in
-
-    if output is None:
-        raise ConfigError(
-            "usage", f"'{folder}' is a folder: say where its robots go, such as '-o models/'"
-        )
-    if is_file(Path(output)):
-        raise ConfigError("usage", f"--output: '{output}' is no folder, and '{folder}' is one")
-    robots = robots_in(folder)
-    configs = [
-        without_config(str(source), str(Path(output) / place), arguments)
-        for source, place in robots.items()
-    ]
-    return carry_out_many(configs, arguments)

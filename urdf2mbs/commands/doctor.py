@@ -13,7 +13,7 @@ from pathlib import Path
 
 from urdf2mbs.commands.printing import print_json
 from urdf2mbs.commands.settings import add_json, add_no_plugins
-from urdf2mbs.engine.plugins import GROUP, Plugins, version_of
+from urdf2mbs.engine.plugins import Plugins, version_of
 
 EXAMPLES = (
     "urdf2mbs doctor",
@@ -41,21 +41,20 @@ def carry_out(arguments: argparse.Namespace) -> int:
 
 def examine(*, installed_plugins: bool = True) -> dict[str, dict[str, str]]:
     """Titles, and below each the lines of its table."""
-    from urdf2mbs_simulate.c_code import compiler
-
     needed = [line for line in requires("urdf2mbs") or [] if "extra ==" not in line]
     names = [re.split(r"[^\w.-]", line, maxsplit=1)[0] for line in needed]
     plugins = Plugins(installed=installed_plugins)
+    compiler = plugins.find("compiler")
     listed = {f"broken {number}": str(said) for number, said in enumerate(plugins.broken, start=1)}
     for found in (one for offered in plugins.passes.values() for one in offered):
-        if found.plugin != GROUP:
+        if not found.is_ours:
             listed[found.plugin] = f"{found.package} {found.version}"
     return {
         "urdf2mbs": {
             "urdf2mbs": f"{version('urdf2mbs')} ({Path(__file__).parents[1]})",
             "Python": f"{platform.python_version()} ({sys.executable})",
             "system": f"{platform.system()} {platform.machine()}",
-            "C compiler": compiler() or "none: simulations run in Python",
+            "C compiler": (compiler and compiler()) or "none: simulations run in Python",
             **{name: version_of(name) or "MISSING" for name in names},
             "distributed": version_of("distributed") or "not installed, for run --cluster",
         },

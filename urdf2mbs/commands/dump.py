@@ -65,7 +65,7 @@ class Dump:
 def state(conversion: Conversion) -> dict[str, Any]:
     """All that is known of the robot, as plain data without what has its default value."""
     c = conversion
-    files = {**c.ahead, **c.files, **c.behind}
+    files = c.files_of("orphans", "ours", "base")
     everything = {
         "robot": c.robot, "floating": c.floating, "segments": c.segments, "mbs": c.mbs,
         "names": c.names, "frames": c.frames, "frozen": c.frozen, "meshes": c.meshes,

@@ -1,8 +1,9 @@
-"""`explain`: the passes of a config, without running them."""
+"""`explain`: the passes of a config, or every known pass, without running them."""
 
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 
 import msgspec
 
@@ -15,21 +16,23 @@ from urdf2mbs.commands.settings import (
     path,
     robot_or_config,
 )
+from urdf2mbs.engine.config import Config, Lines
 from urdf2mbs.engine.pipeline import Pipeline
-from urdf2mbs_many.sweep import in_words, members
+from urdf2mbs.engine.plugins import Plugins, of_plugin
 from urdf2mbs.messages.diagnostics import counted
 from urdf2mbs.urdf.reader import read_file
 
 EXAMPLES = (
     "urdf2mbs explain robot.yaml",
     "urdf2mbs explain robot.urdf --pipeline compact",
+    "urdf2mbs explain --plugin our_passes.py",
 )
 
 
 def add_options(command: argparse.ArgumentParser) -> None:
     command.add_argument(
-        "config", type=path, metavar="CONFIG.yaml",
-        help="or a .urdf or .xacro file, with the options below",
+        "config", type=path, metavar="CONFIG.yaml", nargs="?",
+        help="or a .urdf or .xacro file, with the options below; without: every known pass",
     )  # fmt: skip
     add_json(command)
     add_running(command)
@@ -37,9 +40,11 @@ def add_options(command: argparse.ArgumentParser) -> None:
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
+    if arguments.config is None:
+        return _list_all(arguments)
     config, lines = robot_or_config(arguments)
-    first, *others = members(config, lines)
-    pipeline = Pipeline(first.config, lines, installed_plugins=not arguments.no_plugins)
+    config = _first_of_sweep(config, lines)
+    pipeline = Pipeline(config, lines, installed_plugins=not arguments.no_plugins)
     warn_of(pipeline.plugins)
     if lines.file is None:
         read_file(pipeline.settings.source)  # a robot was named, and is to be there
@@ -50,9 +55,6 @@ def carry_out(arguments: argparse.Namespace) -> int:
         ])  # fmt: skip
         return 0
     settings = pipeline.settings
-    if others:
-        count = counted(len(others) + 1, "robot")
-        print(f"sweep   {count}; this is the first: {in_words(first.values)}")
     print(f"source  {settings.source}\noutput  {settings.output}\nbase    {settings.config.base}")
     for name, folder in settings.packages.items():
         print(f"package {name} = {folder}")
@@ -66,9 +68,42 @@ def carry_out(arguments: argparse.Namespace) -> int:
         for rival in pipeline.plugins.passes.get(pass_.name, []):
             if rival.plugin != step.registered.plugin:
                 print(f"   not      {origin(rival)}: 'swap: {{{pass_.name}: {rival.plugin}}}'")
+        if step.registered.after:
+            print(f"   after    {', '.join(step.registered.after)}")
         print(f"   reads    {', '.join(pass_.reads) or '-'}")
         print(f"   writes   {', '.join(pass_.writes) or '-'}")
         options = msgspec.to_builtins(pass_)
         print(f"   options  {', '.join(f'{k}: {v!r}' for k, v in options.items()) or '-'}")
+    print(f"\n{METHOD}")
+    return 0
+
+
+def _first_of_sweep(config: Config, lines: Lines) -> Config:
+    """The config of the first robot, where a config stands for many."""
+    if config.sweep is None:
+        return config
+    sweep = of_plugin("sweep", "many")
+    first, *others = sweep.members(config, lines)
+    count = counted(len(others) + 1, "robot")
+    print(f"sweep   {count}; this is the first: {sweep.in_words(first.values)}")
+    found: Config = first.config
+    return found
+
+
+def _list_all(arguments: argparse.Namespace) -> int:
+    """Print every known pass."""
+    files = [Path(file) for file in arguments.plugins or ()]
+    plugins = Plugins(files, installed=not arguments.no_plugins)
+    warn_of(plugins)
+    passes = [registered for offered in plugins.passes.values() for registered in offered]
+    if arguments.json:
+        print_json([describe(registered) for registered in passes])
+        return 0
+    width = max(len(registered.name) for registered in passes)
+    for registered in passes:
+        kind = registered.kind
+        trade = f"{', '.join(kind.reads) or '-'} -> {', '.join(kind.writes) or '-'}"
+        print(f"{kind.name:{width}}  {kind.summary()}")
+        print(f"{'':{width}}  {trade}; {origin(registered)}")
     print(f"\n{METHOD}")
     return 0

@@ -13,7 +13,7 @@ import msgspec
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.plugins import Plugins, Registered
 from urdf2mbs.messages.diagnostics import Diagnostic, counted, render
-from urdf2mbs_report.summary import Report
+from urdf2mbs.summary import Report, of_plugins
 
 if TYPE_CHECKING:
     from urdf2mbs.proof.verdict import Proof
@@ -36,10 +36,8 @@ def tell(conversion: Conversion, found: Report, verbose: bool) -> None:
         f"  {counted(joints.urdf, 'URDF joint')} -> {joints}; "
         f"{joints.per_degree_of_freedom:.2f} joints for each degree of freedom"
     )
-    if "merge" in conversion.report:
-        counts = {does: len(said) for does, said in conversion.report["merge"]["words"].items()}
-        words = ", ".join(f"{count} {does}" for does, count in counts.items() if count)
-        print(f"  merged with your edits: {words or 'nothing is another'}")
+    for line in of_plugins(conversion).lines:
+        print(f"  {line}")
     if found.proof is not None:
         print(f"  {found.verdict}\n  {proof_in_words(found.proof)}")
         for difference in found.proof.differences:
@@ -142,7 +140,7 @@ def next_steps(conversion: Conversion, found: Report) -> str:
             f"Next: give the links masses: nothing moves by forces; then open {model} in MBSysPad"
         )
     main = settings.project / "workR" / "main.py"
-    run = f"python {near(main)}" if main in conversion.starters else "build workR by its CMakeLists"
+    run = f"python {near(main)}" if main in conversion.files else "build workR by its CMakeLists"
     return (
         f"Next: let it move: urdf2mbs simulate {near(settings.project)}\n"
         f"      in Robotran ({TRIED}): open {model} in MBSysPad; {run} "

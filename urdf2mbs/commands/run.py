@@ -11,8 +11,9 @@ from urdf2mbs.conversion import Conversion
 from urdf2mbs.disk.output import plan, write
 from urdf2mbs.engine.config import Config, Lines
 from urdf2mbs.engine.pipeline import Pipeline
+from urdf2mbs.engine.plugins import of_plugin
 from urdf2mbs.messages.diagnostics import printable, some
-from urdf2mbs_report.summary import Report, report
+from urdf2mbs.summary import Report, report
 
 EXAMPLES = (
     "urdf2mbs run robot.yaml",
@@ -31,9 +32,8 @@ def add_options(command: argparse.ArgumentParser) -> None:
 def carry_out(arguments: argparse.Namespace) -> int:
     configs = [read_config(file, arguments) for file in arguments.config]
     if len(configs) > 1 or configs[0][0].sweep is not None:
-        from urdf2mbs_many.commands.many import carry_out_many
-
-        return carry_out_many(configs, arguments)
+        code: int = of_plugin("carry_out_many", "many")(configs, arguments)
+        return code
     return carry_out_one(*configs[0], arguments)
 
 

@@ -13,7 +13,7 @@ import msgspec
 from urdf2mbs.disk import files
 from urdf2mbs.engine.config import Config, Lines, config_of, load
 from urdf2mbs.messages.diagnostics import ConfigError
-from urdf2mbs_xacro import descriptions
+from urdf2mbs.urdf.reader import is_name
 
 #: The name of the report of many robots.
 REPORT = "urdf2mbs-report.json"
@@ -114,7 +114,7 @@ def robot_or_config(arguments: argparse.Namespace) -> tuple[Config, Lines]:
     """The config of the file that is named: a config or a robot, by the file's ending."""
     file: Path = arguments.config
     robot = file.suffix.lower() not in (".yaml", ".yml", "") and not files.is_folder(file)
-    if robot or str(file) == "-" or str(file).startswith(descriptions.PREFIX):
+    if robot or str(file) == "-" or is_name(str(file)):
         return without_config(str(file), None, arguments)
     for field in choose_fields(arguments, ALONE):
         raise ConfigError(

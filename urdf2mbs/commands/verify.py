@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import argparse
+from contextlib import nullcontext
 from typing import TYPE_CHECKING
 
 import msgspec
 
-from urdf2mbs_ci.findings import add_sarif, collecting, differences
 from urdf2mbs.commands.printing import print_json, proof_in_words, tell_diagnostics
 from urdf2mbs.commands.settings import (
     READING,
@@ -19,6 +19,7 @@ from urdf2mbs.commands.settings import (
 )
 from urdf2mbs.commands.streams import STREAM
 from urdf2mbs.disk import files
+from urdf2mbs.engine.plugins import plugins_of
 from urdf2mbs.messages.diagnostics import counted, printable
 
 if TYPE_CHECKING:
@@ -52,10 +53,9 @@ def add_options(command: argparse.ArgumentParser) -> None:
         "--frames", action="store_true",
         help="a link's frame that is elsewhere in the .mbs is a difference, too",
     )  # fmt: skip
-    command.add_argument(
-        "--ci", action="store_true", help="print a line for each finding, with file and line"
-    )
-    add_sarif(command)
+    findings = plugins_of((), installed=False).find("findings")
+    if findings is not None:
+        findings.add_options(command)
     command.add_argument("--tolerance", type=float, default=1e-9, help="relative (%(default)s)")
 
 
@@ -63,18 +63,20 @@ def carry_out(arguments: argparse.Namespace) -> int:
     from urdf2mbs.api import verify
 
     source = files.take_stdin() if arguments.robot == STREAM else arguments.robot
-    with collecting(arguments.sarif, source) as found:
+    findings = plugins_of((), installed=False).find("findings")
+    with findings.collecting(arguments.sarif, source) if findings else nullcontext() as found:
         verdict = verify(
             source, arguments.model, frames=arguments.frames, gravity=tuple(arguments.gravity),
             tolerance=arguments.tolerance, **choose_fields(arguments),
         )  # fmt: skip
-        found.said += [*verdict.diagnostics, *differences(verdict.differences)]
+        if found is not None:
+            found.said += [*verdict.diagnostics, *findings.differences(verdict.differences)]
     code = 0 if verdict.same else 3
     if arguments.json:
         words = {"same": verdict.same, "verdict": verdict.verdict}
         print_json({**words, **msgspec.to_builtins(verdict)})
         return code
-    if arguments.ci:
+    if found is not None and arguments.ci:
         found.tell(arguments.verbose)
         print(verdict.verdict)
         return code

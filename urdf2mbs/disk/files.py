@@ -14,7 +14,7 @@ from errno import EBADF, EFBIG, EINVAL
 from pathlib import Path
 from typing import IO
 
-from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
+from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, counted
 
 #: The most that is read of one file: a robot, a mesh, an .mbs.
 MOST = 256 * 2**20
@@ -191,3 +191,24 @@ def absolute(path: Path) -> Path:
             f"there can be no file {shown!r}: {getattr(error, 'strerror', None) or error}",
         ) from None
     return Path(whole)
+
+
+def model_of(place: Path) -> Path | None:
+    """The .mbs of a project's folder, or the .mbs itself; None: it is a robot or a config.
+
+    Raises ConfigError for a folder that is no project.
+    """
+    if place.suffix.lower() == ".mbs":
+        return place
+    if not is_folder(place):
+        return None
+    beside = (".rejected.mbs", ".orphaned.mbs")
+    models = [file for file in place.glob("dataR/*.mbs") if not file.name.endswith(beside)]
+    if len(models) != 1:
+        raise ConfigError(
+            "project-unknown",
+            f"the folder '{place}' is no Robotran project: its dataR has "
+            f"{counted(len(models), 'model')} (.mbs; those called rejected or orphaned are none)",
+            hint="name the .mbs itself",
+        )
+    return models[0]

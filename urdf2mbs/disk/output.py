@@ -35,10 +35,10 @@ def write(conversion: Conversion, *, force: bool = False) -> None:
     """
     project = conversion.settings.project
     folders = [] if project is None else [project / name for name in FOLDERS]
+    files = _all_files(conversion)
     write_files(
-        _all_files(conversion), folders,
-        once=conversion.starters, obsolete=conversion.obsolete, force=force,
-        replaces=conversion.replaces,
+        files, folders, once=conversion.files_of("starter"),
+        obsolete=conversion.files_of("obsolete"), force=force, replaces=_replaced(files),
     )  # fmt: skip
 
 
@@ -46,21 +46,30 @@ def plan(conversion: Conversion, *, force: bool = False) -> dict[str, list[Path]
     """The files that ``write`` would write anew, change and remove; raises ConfigError as it."""
     files = _all_files(conversion)
     if not force:
-        check_ours(files, conversion.replaces)
-    files |= _untouched(conversion.starters)
+        check_ours(files, _replaced(files))
+    files |= _untouched(conversion.files_of("starter"))
     there = {path: _read(path) for path in files if path.is_file()}
     return {
         "new": [path for path in files if not os.path.lexists(path)],
         "changed": [path for path, data in there.items() if data != files[path]],
-        "removed": [p for p in conversion.obsolete if p.is_file() and record.is_ours(p)],
+        "removed": [
+            p for p in conversion.files_of("obsolete") if p.is_file() and record.is_ours(p)
+        ],
     }
 
 
 def _all_files(conversion: Conversion) -> dict[Path, bytes]:
     """The files of a conversion, with those that go with the output."""
-    if conversion.settings.output in conversion.files:
-        return {**conversion.ahead, **conversion.files, **conversion.behind}
-    return dict(conversion.files)
+    ours = conversion.files_of("ours")
+    if conversion.settings.output in ours:
+        return {**conversion.files_of("orphans"), **ours, **conversion.files_of("base")}
+    return ours
+
+
+def _replaced(files: Mapping[Path, bytes]) -> dict[Path, bytes]:
+    """The edited files that a merge replaces, as it has read them."""
+    read = {path: getattr(data, "replaces", None) for path, data in files.items()}
+    return {path: data for path, data in read.items() if data is not None}
 
 
 def write_files(

@@ -8,7 +8,7 @@ from pathlib import Path
 import msgspec
 
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.engine.plugins import GROUP, Registered, frames_in, in_words
+from urdf2mbs.engine.plugins import Registered, frames_in, in_words
 from urdf2mbs.messages.diagnostics import ConversionError, memory_full, some
 from urdf2mbs.urdf.model import Robot
 
@@ -22,10 +22,10 @@ def pass_failed(
     who = f"pass '{found.kind.name}'"
     if isinstance(error, MemoryError):
         return memory_full(f"{who} on robot '{_robot(conversion)}'")
-    if found.plugin != GROUP:
+    if not found.is_ours:
         who += f" of plugin '{found.plugin}'"
         return _failed("plugin-failed", who, found.file, conversion, error, _DEBUG)
-    strangers = [f"'{ran.kind.name}' ({ran.plugin})" for ran in before if ran.plugin != GROUP]
+    strangers = [f"'{ran.name}' ({ran.plugin})" for ran in before if not ran.is_ours]
     hint = "this is a mistake in urdf2mbs: please report it with the robot; --debug shows more"
     if strangers:
         hint = f"it may come of what a plugin's pass did before: {', '.join(strangers)}"

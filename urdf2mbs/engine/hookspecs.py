@@ -1,4 +1,4 @@
-"""What a plugin may offer: its passes, and a look at every pass before and after it runs.
+"""The door: what a plugin may offer, ours as anybody's.
 
 docs/passes.md shows each hook at work.  A plugin is any module with functions of these names,
 marked with ``hookimpl`` of ``urdf2mbs.plugin``.
@@ -8,12 +8,19 @@ from __future__ import annotations
 
 import re
 import sys
-from typing import Any, ClassVar
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import msgspec
 import pluggy
 
-from urdf2mbs.conversion import Conversion, Settings
+if TYPE_CHECKING:
+    from urdf2mbs.conversion import Conversion, Settings, Summary
+    from urdf2mbs.urdf.model import Extension, Robot
+    from urdf2mbs.urdf.packages import Packages
+    from urdf2mbs.urdf.reader import Expansion, Located
+    from urdf2mbs.urdf.values import Reading
 
 hookspec = pluggy.HookspecMarker("urdf2mbs")
 hookimpl = pluggy.HookimplMarker("urdf2mbs")
@@ -36,6 +43,9 @@ class Pass(msgspec.Struct, forbid_unknown_fields=True):
     """The sections that the pass needs."""
     writes: ClassVar[tuple[str, ...]] = ()
     """The sections that the pass fills or changes."""
+    after: ClassVar[tuple[str, ...]] = ()
+    """The place of the pass in each preset: behind the first of these passes, which must be there,
+    and behind the others that are there.  None: the config says where the pass stands."""
 
     def __init_subclass__(cls, **settings: Any) -> None:
         super().__init_subclass__(**settings)
@@ -54,10 +64,97 @@ class Pass(msgspec.Struct, forbid_unknown_fields=True):
         return re.split(r"(?<=\.) ", paragraph)[0]
 
 
+def always(conversion: Conversion, given: bool) -> bool:
+    """True for a pass that has work with every robot."""
+    return True
+
+
+def asked(conversion: Conversion, given: bool) -> bool:
+    """True if the config gives the pass options, or names the pass."""
+    return given
+
+
+def in_project(conversion: Conversion, given: bool) -> bool:
+    """True if the output is a project."""
+    return given or conversion.settings.project is not None
+
+
+class PassEntry(msgspec.Struct, frozen=True):
+    """A pass by its name: its file is imported when the pass has work.
+
+    The pass ``my-pass`` of the package ``our`` is the class ``MyPass`` of ``our.passes.my_pass``.
+    """
+
+    name: str
+    package: str
+    after: tuple[str, ...]
+    """As ``Pass.after``."""
+    work: Callable[[Conversion, bool], bool] = asked
+    """True if the pass has something to do with the conversion as it stands.  The second argument
+    is True if the config gives the pass options, or names the pass."""
+
+
+class Command(msgspec.Struct, frozen=True):
+    """A command of the command line; its file is imported when the command is called."""
+
+    name: str
+    does: str
+    """One sentence, with which the help begins."""
+    module: str
+    """Has ``EXAMPLES`` (command lines), ``add_options(parser)`` and ``carry_out(arguments)``, which
+    gives the exit code."""
+
+
 @hookspec
-def urdf2mbs_passes() -> list[type[Pass]]:
-    """The passes that this plugin brings: the classes."""
+def urdf2mbs_passes() -> list[type[Pass] | PassEntry]:
+    """The passes that this plugin brings: the classes, or entries that name them."""
     raise NotImplementedError
+
+
+@hookspec
+def urdf2mbs_commands() -> list[Command]:
+    """The commands that this plugin brings."""
+    raise NotImplementedError
+
+
+@hookspec
+def urdf2mbs_api() -> dict[str, str]:
+    """Functions and classes that others call by name: each name, and ``module:name`` of the thing.
+
+    ``urdf2mbs.NAME`` gives the thing, and ``urdf2mbs`` alone loads no plugin.
+    """
+    raise NotImplementedError
+
+
+@hookspec(firstresult=True)
+def urdf2mbs_locate(source: str) -> Located | None:
+    """The file of a robot that is named as ``KIND:NAME``; None: the kind is not this plugin's."""
+
+
+@hookspec(firstresult=True)
+def urdf2mbs_read(
+    source: Path, data: bytes, packages: Packages, args: Mapping[str, str], trust: bool
+) -> Expansion | None:
+    """The URDF that a robot's file stands for; None: the file is not of this plugin's format.
+
+    ``trust``: the file may do whatever Python can.
+    """
+
+
+@hookspec
+def urdf2mbs_extension(
+    elements: list[tuple[Any, Extension]], reading: Reading, robot: Robot
+) -> None:
+    """Read what elements of other programs say of a robot, such as ``<gazebo>``.
+
+    Each is an element of lxml, and what is kept of the element.  The robot's links and joints are
+    there already.
+    """
+
+
+@hookspec
+def urdf2mbs_summary(conversion: Conversion) -> Summary | None:
+    """What a plugin has to say of a conversion that is done."""
 
 
 @hookspec

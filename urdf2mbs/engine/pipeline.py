@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from time import perf_counter
 from typing import Any
 
-from urdf2mbs.conversion import Conversion
+from urdf2mbs.conversion import Conversion, File
 from urdf2mbs.disk.files import is_file
 from urdf2mbs.engine.config import Config, Lines
 from urdf2mbs.engine.faults import (
@@ -20,16 +20,16 @@ from urdf2mbs.engine.faults import (
 )
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.engine.order import check_order, find_stale
-from urdf2mbs.engine.plugins import FAILURES, GROUP, Registered, hooks_of, plugins_of
+from urdf2mbs.engine.plugins import FAILURES, Registered, hooks_of, plugins_of
 from urdf2mbs.engine.resolve import Configured, resolve
 from urdf2mbs.engine.sections import find_changed, look
 from urdf2mbs.engine.settings import check_output, expand, settings_of
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, nearest
 from urdf2mbs.messages.levels import CHANGEABLE, judge, weigh
 from urdf2mbs.proof.verdict import NOT_CHECKED
-from urdf2mbs_xacro import descriptions
 from urdf2mbs.urdf.changes import RobotChange, between, encode
 from urdf2mbs.urdf.packages import Packages
+from urdf2mbs.urdf.reader import is_name
 
 #: Ends an .mbs file that nobody compared with its URDF.
 _UNPROVEN = f"<!-- {NOT_CHECKED}: the pass 'check' was not in the pipeline -->\n".encode()
@@ -48,6 +48,7 @@ class Pipeline:
                 "sweep-many", "this config is a sweep, which makes many robots", ("sweep",),
                 "'urdf2mbs run' makes them; 'explain' shows the first",
             )  # fmt: skip
+        self.plugins = plugins_of((), installed=installed_plugins)
         self._files = []
         for index, file in enumerate(config.plugins):
             with lines.gather():
@@ -59,19 +60,22 @@ class Pipeline:
                 self._files.append(path)
         if len(self._files) == len(config.plugins):  # else passes would be missing, too
             self._resolve(config, lines, installed_plugins)
-        if config.source.startswith(descriptions.PREFIX):
+        if is_name(config.source):
             lines.check()  # before a robot is fetched
         with lines.gather():
-            self.settings = settings_of(config, lines, folder, fresh=fresh)
+            self.settings = settings_of(config, lines, folder, self.plugins.hook, fresh=fresh)
         lines.check()
         self._hooks: list[Any] = [self.plugins.hook]
         """The hooks of the plugins and of the observers."""
-        passes = [configured.registered.kind for configured in self.passes]
-        method = [
-            name for name, offered in self.plugins.passes.items() if offered[0].plugin == GROUP
-        ]
-        check_order(passes, method, lines, [configured.at for configured in self.passes])
-        check_output(self.settings, passes, lines)
+        ours = [name for name, offered in self.plugins.passes.items() if offered[0].is_ours]
+        method = self.plugins.join(name for name in ours if not self.plugins.passes[name][0].after)
+        names = [configured.name for configured in self.passes]
+        if names != [name for name in method if name in names] or config.without:
+            passes = [configured.registered.kind for configured in self.passes]
+            check_order(passes, method, lines, [configured.at for configured in self.passes])
+        certain = [each.registered for each in self.passes if each.given or each.registered.is_core]
+        if any("mbs-file" in registered.kind.writes for registered in certain):
+            check_output(self.settings, lines)
 
     def _resolve(self, config: Config, lines: Lines, installed: bool) -> None:
         """Load the plugins and choose the passes; what is wrong becomes faults of the lines."""
@@ -102,7 +106,7 @@ class Pipeline:
         that ends a run.  An error that does not stop a pass is raised at the end, together with
         all such errors.
         """
-        names = [configured.pass_.name for configured in self.passes]
+        names = [configured.name for configured in self.passes]
         if stop_after is not None and stop_after not in names:
             raise ConfigError(
                 "unknown-pass", f"there is no pass '{stop_after}' in this pipeline to stop after",
@@ -113,6 +117,7 @@ class Pipeline:
         if before is not None:
             conversion.source, conversion.expansion = before.source, before.expansion
         conversion.progress = self._progress
+        conversion.hook = self.plugins.hook
         conversion.diagnostics += self.plugins.broken
         for plugin, brought in self._idle():
             conversion.warn(
@@ -133,7 +138,8 @@ class Pipeline:
         data = conversion.files.get(output)
         if conversion.proof is None and data is not None and output.suffix == ".mbs":
             # behind the root: what stands before it is no place for a comment in every reader
-            conversion.files[output] = data.removesuffix(_UNPROVEN) + _UNPROVEN
+            said = data.removesuffix(_UNPROVEN) + _UNPROVEN
+            conversion.files[output] = File(said, replaces=getattr(data, "replaces", None))
         return conversion
 
     def _progress(self, text: str) -> None:
@@ -143,6 +149,8 @@ class Pipeline:
     def _run(self, conversion: Conversion, stop_after: str | None) -> None:
         ran: list[Registered] = []
         for configured in self.passes:
+            if not configured.registered.has_work(conversion, configured.given):
+                continue
             pass_ = configured.pass_
             self._call("urdf2mbs_before_pass", conversion, pass_=pass_)
             start = perf_counter()
@@ -160,13 +168,14 @@ class Pipeline:
         """Run a pass; check what a plugin's pass leaves.  ``ran`` are the passes before it."""
         registered, pass_ = configured.registered, configured.pass_
         plugin, file = registered.plugin, registered.file
+        strange = not registered.is_ours
         known = bool(conversion.robot.links)
         robot = encode(conversion.robot) if known and _may_change(configured) else None
-        ours = protected_state(conversion) if plugin != GROUP else ""
-        sections = look(conversion) if plugin != GROUP else {}
+        ours = protected_state(conversion) if strange else ""
+        sections = look(conversion) if strange else {}
         try:
             pass_.run(conversion)
-            if plugin != GROUP:
+            if strange:
                 check_protected(conversion, ours, f"pass '{pass_.name}'", plugin, file)
                 check_left(registered, conversion, known)
             if robot is not None:
@@ -252,9 +261,7 @@ def _may_change(configured: Configured) -> bool:
     insert-base only puts a base under the robot.
     """
     found = configured.registered
-    return found.plugin != GROUP or (
-        "robot" in found.kind.writes and configured.pass_ != found.kind()
-    )
+    return not found.is_ours or ("robot" in found.kind.writes and configured.pass_ != found.kind())
 
 
 def _note_change(

@@ -6,7 +6,8 @@ import inspect
 import os
 import sys
 from collections.abc import Iterable, Sequence
-from functools import cache
+from functools import cache, cached_property
+from importlib import import_module
 from importlib.machinery import PathFinder
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,15 +19,24 @@ from urdf2mbs import passes
 from urdf2mbs.disk.files import MOST, beginning, is_file
 from urdf2mbs.engine import hookspecs
 from urdf2mbs.engine.config import Lines, Preset, typed
-from urdf2mbs.engine.hookspecs import Pass
+from urdf2mbs.engine.hookspecs import Command, Pass, PassEntry
 from urdf2mbs.messages.diagnostics import ConfigError, Diagnostic
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
     from types import TracebackType
 
+    from urdf2mbs.conversion import Conversion
+
 #: The entry point group in which an installed package names its plugin, and our own name there.
 GROUP = "urdf2mbs"
+
+#: The plugins of this project: the packages ``urdf2mbs_NAME``.  One that is not there is missed by
+#: nobody.
+OURS = (
+    "xacro", "inertia", "meshes", "project", "equations", "simulate", "report", "edits",
+    "certificate", "many", "ci",
+)  # fmt: skip
 
 #: The exceptions of a plugin that become a message, ``sys.exit()`` among them.
 FAILURES = (Exception, SystemExit)
@@ -76,19 +86,57 @@ def _is_usual(finder: object) -> bool:
     return finder is PathFinder or not hasattr(finder, "find_distributions")
 
 
-class Registered(msgspec.Struct, frozen=True):
+class Registered:
     """A pass and the plugin that brought it."""
 
-    kind: type[Pass]
-    plugin: str
-    package: str
-    """The package that brings the pass; empty for a file."""
-    file: str
+    def __init__(
+        self, brought: type[Pass] | PassEntry, plugin: str, package: str, file: str
+    ) -> None:
+        self.brought = brought
+        self.plugin = plugin
+        self.package = package
+        """The package that brings the pass; empty for a file."""
+        self._file = file
+
+    @property
+    def name(self) -> str:
+        return self.brought.name
+
+    @property
+    def after(self) -> tuple[str, ...]:
+        return self.brought.after
+
+    @property
+    def is_core(self) -> bool:
+        return self.plugin == GROUP
+
+    @property
+    def is_ours(self) -> bool:
+        return self.plugin in (GROUP, *OURS)
+
+    @cached_property
+    def kind(self) -> type[Pass]:
+        """The class of the pass; imports its file."""
+        if not isinstance(self.brought, PassEntry):
+            return self.brought
+        name = self.brought.name
+        module = import_module(f"{self.brought.package}.passes.{name.replace('-', '_')}")
+        kind: type[Pass] = getattr(module, name.title().replace("-", ""))
+        return kind
+
+    @property
+    def file(self) -> str:
+        return _source(self.kind, self.plugin, self._file)
 
     @property
     def version(self) -> str:
         """The version of the package; empty if it is not known."""
         return version_of(self.package) if self.package else ""
+
+    def has_work(self, conversion: Conversion, given: bool) -> bool:
+        """True if the pass must run; ``given``: the config gives it options, or names it."""
+        brought = self.brought
+        return not isinstance(brought, PassEntry) or brought.work(conversion, given)
 
 
 def plugins_of(files: Sequence[Path], *, installed: bool) -> Plugins:
@@ -107,6 +155,17 @@ def _without_files(path: tuple[str, ...] | None) -> Plugins:
     return Plugins(installed=path is not None)
 
 
+def of_plugin(name: str, plugin: str) -> Any:
+    """What one of our plugins has under this name; raises ConfigError if the plugin is not there."""
+    found = plugins_of((), installed=False).find(name)
+    if found is None:
+        raise ConfigError(
+            "plugin-missing", f"this is work for the plugin '{plugin}', which is not installed",
+            hint=f"install urdf2mbs whole: the package {GROUP}_{plugin} is missing",
+        )  # fmt: skip
+    return found
+
+
 def hooks_of(observer: object) -> Any:
     """The hooks of an object that is no plugin, to be called beside those of the plugins."""
     manager = pluggy.PluginManager(GROUP)
@@ -116,7 +175,7 @@ def hooks_of(observer: object) -> Any:
 
 
 class Plugins:
-    """All plugins at hand: the built-in one, the installed ones, and the config's files."""
+    """All plugins at hand: the core's passes, ours, the installed ones, and the config's files."""
 
     def __init__(self, files: Iterable[Path] = (), *, installed: bool = True) -> None:
         self._manager = pluggy.PluginManager(GROUP)
@@ -132,7 +191,13 @@ class Plugins:
         """Every preset by name; a later plugin's takes the place of an earlier one's."""
         self.codes: set[str] = set()
         """The codes of messages that the plugins bring."""
+        self.commands: dict[str, Command] = {}
+        """The commands of plugins."""
+        self.api: dict[str, str] = {}
+        """The functions and classes of plugins that others call by name: ``module:name``."""
         self._add(passes, GROUP, GROUP, passes.__file__ or "")
+        for name, plugin in _ours():
+            self._add(plugin, name, GROUP, plugin.__file__ or "")
         if installed:
             for entry, package in _installed(tuple(sys.path)):
                 self._add_installed(entry, package)
@@ -142,14 +207,40 @@ class Plugins:
     def blame(self, tb: TracebackType | None) -> tuple[str, str] | None:
         """The plugin (name, file) whose code a traceback went through; None: no plugin's."""
         for plugin, file in self._files.items():
-            if plugin != GROUP and frames_in(file, tb):
+            if plugin not in (GROUP, *OURS) and frames_in(file, tb):
                 return plugin, file
         return None
 
     def with_hook(self, hook: str) -> list[str]:
         """The plugins, ours apart, that have a hook."""
         impls = getattr(self.hook, hook).get_hookimpls()
-        return [impl.plugin_name for impl in impls if impl.plugin_name != GROUP]
+        return [impl.plugin_name for impl in impls if impl.plugin_name not in (GROUP, *OURS)]
+
+    def find(self, name: str) -> Any:
+        """The function or class of a plugin that others call by this name; None: no plugin has
+        it."""
+        if name not in self.api:
+            return None
+        module, _, thing = self.api[name].partition(":")
+        found = import_module(module)
+        return getattr(found, thing) if thing else found
+
+    def join(self, names: Iterable[str]) -> list[str]:
+        """Passes, and with them those of plugins that say their place among them."""
+        joined = list(names)
+        waiting = {
+            name: offered[0].after for name, offered in self.passes.items()
+            if offered[0].after and name not in joined
+        }  # fmt: skip
+        while waiting:
+            # a pass stands behind others that wait, if they are among those that it names
+            ready = (name for name, after in waiting.items() if waiting.keys().isdisjoint(after))
+            name = next(ready, None) or next(iter(waiting))
+            first, *others = waiting.pop(name)
+            if first in joined:
+                behind = [joined.index(other) for other in (first, *others) if other in joined]
+                joined.insert(max(behind) + 1, name)
+        return joined
 
     def only_passes(self, plugin: str) -> list[str]:
         """The passes that a plugin brings; none if it has other hooks too."""
@@ -221,6 +312,8 @@ class Plugins:
             self._register(plugin, name)
             passes = self._passes_of(name, package)
             codes = self._brought(name, "urdf2mbs_codes", list, _CODES)
+            commands = self._brought(name, "urdf2mbs_commands", list, _COMMANDS)
+            api = self._brought(name, "urdf2mbs_api", dict, _API)
             presets = self._presets_of(name)
         except ConfigError:
             del self._files[name]
@@ -228,8 +321,10 @@ class Plugins:
                 self._manager.unregister(name=name)
             raise
         for registered in passes:
-            self.passes.setdefault(registered.kind.name, []).append(registered)
+            self.passes.setdefault(registered.name, []).append(registered)
         self.codes.update(codes)
+        self.commands |= {command.name: command for command in commands}
+        self.api |= api
         for key, preset in presets.items():
             if preset.extends == key and key in self.presets:
                 preset.extends = f"{key} before {name}"
@@ -284,16 +379,18 @@ class Plugins:
     def _passes_of(self, name: str, package: str) -> Iterable[Registered]:
         found: dict[str, Registered] = {}
         for kind in self._brought(name, "urdf2mbs_passes", list, _LIST):
+            if isinstance(kind, PassEntry):
+                found[kind.name] = Registered(kind, name, package, self._files[name])
+                continue
             if not isinstance(kind, type) or not issubclass(kind, Pass):
                 fault = f"urdf2mbs_passes gave {kind!r}, which is no subclass of Pass"
                 raise self._broken(name, fault, _LIST)
-            fault, hint = ("", "") if name == GROUP else _fault(kind)
+            fault, hint = ("", "") if name in (GROUP, *OURS) else _fault(kind)
             if fault:
                 raise self._broken(name, f"pass {kind.name!r}: {fault}", hint)
             if kind.name in found:
                 raise self._broken(name, f"it brings two passes '{kind.name}'", "rename one")
-            source = _source(kind, name, self._files[name])
-            found[kind.name] = Registered(kind, name, package, source)
+            found[kind.name] = Registered(kind, name, package, self._files[name])
         return found.values()
 
     def _broken(
@@ -309,7 +406,23 @@ class Plugins:
 #: What the hooks of a plugin give.
 _LIST = "return a list of the classes of your passes, such as [MyPass]"
 _CODES = "return a list of the codes, such as ['links-dropped']"
+_COMMANDS = "return a list, such as [Command('weigh', 'weigh a robot', 'my_package.weigh')]"
+_API = "return names and places, such as {'weigh': 'my_package.weigh:weigh'}"
 _PRESET = "{'my-preset': {'extends': 'compact', 'after': {'expand': 'my-pass'}}}"
+
+
+@cache
+def _ours() -> tuple[tuple[str, Any], ...]:
+    """Our own plugins, as far as they are there."""
+    found = []
+    for name in OURS:
+        module = f"{GROUP}_{name}"
+        try:
+            found.append((name, import_module(module)))
+        except ModuleNotFoundError as error:
+            if error.name != module:
+                raise
+    return tuple(found)
 
 
 def _hooks() -> list[str]:
@@ -349,7 +462,7 @@ def _fault(kind: type[Pass]) -> tuple[str, str]:
 
 def _source(kind: type[Pass], plugin: str, file: str) -> str:
     """The file that a pass is written in: a plugin's own, where it lends our ``run``, too."""
-    if plugin != GROUP and kind.__module__.partition(".")[0] == GROUP:
+    if plugin not in (GROUP, *OURS) and kind.__module__.partition(".")[0].startswith(GROUP):
         return file
     return str(getattr(sys.modules.get(kind.__module__), "__file__", None) or file)
 

@@ -3,25 +3,43 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
+from functools import cached_property
 from typing import Any
-
-import msgspec
 
 from urdf2mbs.engine.config import Config, Key, Lines, Preset, typed
 from urdf2mbs.engine.hookspecs import Pass
-from urdf2mbs.engine.plugins import GROUP, Plugins, Registered
+from urdf2mbs.engine.plugins import Plugins, Registered
 from urdf2mbs.messages.diagnostics import ConfigError, nearest
 
 
-class Configured(msgspec.Struct):
+class Configured:
     """A pass of a pipeline, with its options."""
 
-    registered: Registered
-    pass_: Pass
-    swapped: bool = False
-    """True if the pass replaces the built-in pass of its name."""
-    at: Key = ()
-    """The place in the config that names the pass."""
+    def __init__(
+        self, registered: Registered, options: dict[str, Any], at: Key, lines: Lines,
+        *, swapped: bool, named: bool,
+    ) -> None:  # fmt: skip
+        self.registered = registered
+        self.options = options
+        self.at = at
+        """The place in the config that names the pass, or its preset."""
+        self.swapped = swapped
+        """True if the pass replaces the built-in pass of its name."""
+        self.given = bool(options) or swapped or named
+        """True if the config gives the pass options, or names the pass."""
+        self._lines = lines
+        if options:
+            _ = self.pass_  # raises what is wrong with the options
+
+    @property
+    def name(self) -> str:
+        return self.registered.name
+
+    @cached_property
+    def pass_(self) -> Pass:
+        """The pass with its options; imports its file."""
+        made: Pass = typed(self.registered.kind, self.options, self._lines, ("passes", self.name))
+        return made
 
 
 def resolve(config: Config, lines: Lines, plugins: Plugins) -> list[Configured]:
@@ -57,8 +75,10 @@ def resolve(config: Config, lines: Lines, plugins: Plugins) -> list[Configured]:
             seen.add(name)
             chosen = _choose(name, known[name], config.swap.get(name), lines)
             given = {**options.get(name, {}), **config.passes.get(name, {})}
-            pass_ = typed(chosen.kind, given, lines, ("passes", name))
-            configured.append(Configured(chosen, pass_, name in config.swap, at))
+            configured.append(Configured(
+                chosen, given, at, lines, swapped=name in config.swap,
+                named=at[0] != "pipeline" or not isinstance(config.pipeline, str),
+            ))  # fmt: skip
     return configured
 
 
@@ -79,7 +99,7 @@ def preset(
     if name in below:
         raise lines.error("preset-circle", f"preset '{name}' extends itself", ("pipeline",))
     found = plugins.presets[name]
-    names = list(found.pipeline)
+    names = plugins.join(found.pipeline)
     options: dict[str, dict[str, Any]] = {}
     if found.extends is not None:
         others, options = preset(found.extends, plugins, lines, (*below, name))
@@ -118,7 +138,7 @@ def _place(
 
 def _choose(name: str, offered: list[Registered], plugin: str | None, lines: Lines) -> Registered:
     by_plugin = {registered.plugin: registered for registered in offered}
-    if plugin is None and GROUP not in by_plugin and len(offered) > 1:
+    if plugin is None and not offered[0].is_ours and len(offered) > 1:
         raise ConfigError(
             "pass-ambiguous", f"plugins {' and '.join(by_plugin)} each bring a pass '{name}'",
             hint=f"say which: 'swap: {{{name}: {offered[0].plugin}}}'",

@@ -42,19 +42,11 @@ def _anchors(c: Conversion) -> Any:
     ]
 
 
-def _couplings(c: Conversion) -> Any:
-    return [
-        (coupling.leader.type, coupling.follower.type, coupling.multiplier, coupling.offset)
-        for coupling in (*c.simulation.couplings, *c.simulation.driven)
-    ]
-
-
 def _forces(c: Conversion) -> Any:
     model = c.mbs
     return (
         [(connection.kind, connection.length) for connection in (*model.cuts, *model.links)],
         len(model.user_constraints), model.user_models, model.user_variables,
-        len(c.simulation.contacts), len(c.simulation.wrenches), len(c.simulation.springs),
     )  # fmt: skip
 
 
@@ -83,7 +75,7 @@ SECTIONS: dict[str, Callable[[Conversion], Any]] = {
     "joints": lambda c: [
         (joint.type, joint.nature, joint.symbols, joint.actuated) for joint in _joints_of(c)
     ],
-    "couplings": _couplings,
+    "couplings": lambda c: (),
     "anchors": _anchors,
     "posture": lambda c: [joint.q for joint in _joints_of(c) if joint.q],
     "forces": _forces,
@@ -103,7 +95,13 @@ def look(conversion: Conversion) -> dict[str, bytes]:
 
     Raises TypeError or ValueError where a section holds what no file can hold.
     """
-    return {name: encode(take(conversion)) for name, take in SECTIONS.items()}
+    of_plugins = [
+        state.sections() for state in conversion.states.values() if hasattr(state, "sections")
+    ]
+    return {
+        name: encode((take(conversion), [own[name] for own in of_plugins if own.get(name)]))
+        for name, take in SECTIONS.items()
+    }
 
 
 def find_changed(before: dict[str, bytes], after: dict[str, bytes]) -> list[str]:

@@ -4,29 +4,29 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import msgspec
 
 from urdf2mbs.conversion import Settings
 from urdf2mbs.disk.files import absolute, is_folder
 from urdf2mbs.engine.config import Config, Key, Lines, Project
-from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.names import identifiers
-from urdf2mbs_xacro import descriptions
-from urdf2mbs.urdf.reader import stem
+from urdf2mbs.urdf.reader import is_name, stem
 
 
-def settings_of(config: Config, lines: Lines, folder: Path, *, fresh: bool = False) -> Settings:
+def settings_of(
+    config: Config, lines: Lines, folder: Path, hook: Any, *, fresh: bool = False
+) -> Settings:
     """What a config says, with absolute paths; ``folder`` is where its relative ones begin."""
     xacro_args = dict(config.xacro_args)
     packages = {}
-    if config.source.startswith(descriptions.PREFIX):
-        described = descriptions.locate(config.source)
-        source = absolute(described.source)
-        packages = described.packages
-        xacro_args = {**described.xacro_args, **xacro_args}
+    located = hook.urdf2mbs_locate(source=config.source) if is_name(config.source) else None
+    if located is not None:
+        source = absolute(located.source)
+        packages = located.packages
+        xacro_args = {**located.xacro_args, **xacro_args}
     else:
         source = absolute(folder / expand(config.source, lines, ("source",)))
     project = None
@@ -54,9 +54,9 @@ def settings_of(config: Config, lines: Lines, folder: Path, *, fresh: bool = Fal
     return Settings(source, output, config, packages, project, languages, absolute(folder), fresh)
 
 
-def check_output(settings: Settings, passes: Sequence[type[Pass]], lines: Lines) -> None:
+def check_output(settings: Settings, lines: Lines) -> None:
     """Raise ConfigError if the .mbs cannot be written to its place."""
-    if not any("mbs-file" in kind.writes for kind in passes) or is_folder(settings.source):
+    if is_folder(settings.source):
         return
     if _same(settings.output, settings.source):
         raise lines.error(

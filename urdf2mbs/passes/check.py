@@ -10,7 +10,7 @@ another format, the pass compares the model instead of the file.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.hookspecs import Pass
@@ -42,17 +42,13 @@ class Check(Pass):
             for link in conversion.robot.links
             if link not in conversion.frames
         )
-        made = (*_made(conversion),)
-        proof.not_compared = {
-            thing: why for thing, why in proof.not_compared.items() if not thing.startswith(made)
-        }
         proof.not_compared |= conversion.added
         if conversion.edited:
             proof.forgive(f"as edited in {' and '.join(conversion.edited)}")
         conversion.proven, conversion.proof = data, proof
         if not proof.same:
             conversion.rejected = output.with_suffix(f".rejected{output.suffix}")
-            conversion.files[conversion.rejected] = conversion.files.pop(output)
+            conversion.files[conversion.rejected] = bytes(conversion.files.pop(output))
 
 
 def prove(
@@ -71,7 +67,7 @@ def prove(
         frames=conversion.frames,
         frozen=conversion.frozen,
         weightless=sorted(conversion.weightless & conversion.frozen.keys()),
-        driven=[coupling.follower.name for coupling in conversion.simulation.driven],
+        driven=[joint.name for joint in conversion.driven],
         models=models,
         gravity=conversion.settings.config.gravity,
         tolerance=tolerance,
@@ -83,22 +79,3 @@ def prove(
         if not change.declared
     )
     return proof
-
-
-def _made(conversion: Conversion) -> Iterator[str]:
-    """What passes made for a project, as ``Proof.not_compared`` begins: no URDF has it, and the
-    generated user functions compute it."""
-    if conversion.settings.project is None:
-        return
-    made = conversion.simulation
-    for point in [c.point for c in made.contacts] + [w.point for w in made.wrenches]:
-        if point.extforce is not None:
-            yield f"force '{point.extforce.name}'"
-    for link in made.springs:
-        yield f"link '{link.name}' ({link.kind})"
-    followers = {coupling.follower.name for coupling in made.couplings}
-    if not conversion.replaces:  # else people may have changed the start
-        yield "start of "
-    for step, joint in conversion.single_coordinates():
-        if joint.name in followers:
-            yield f"<mimic> of joint '{step.joint.name}'"

@@ -19,7 +19,6 @@ from urdf2mbs.conversion import Conversion, Step
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.model import Joint
 from urdf2mbs.mbs.names import free_name
-from urdf2mbs_project.simulation import ForceTorque
 from urdf2mbs.spatial import ALIGNED, Turn, axis_turns, unit
 
 #: A unit axis so far off a coordinate axis or plane gets no note: the rounding of a double.
@@ -44,12 +43,6 @@ class DecomposeJoints(Pass):
                         taken.add(joint.name)
                 joints += step.joints
                 _note_axis_off(conversion, step)
-                if step.measured is not None:
-                    link = step.joint.child
-                    at = segment.parts.get(link) or step.frames[link]
-                    conversion.simulation.force_torques.append(
-                        ForceTorque(step.measured, link, step.joints[-6:], at.rot)
-                    )
             if segment.parent is not None:
                 segment.body.joints = joints
 

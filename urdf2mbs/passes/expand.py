@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.hookspecs import Pass
-from urdf2mbs.urdf.reader import expanded, read_text
+from urdf2mbs.urdf.reader import read_file, read_text
 
 
 class Expand(Pass):
@@ -19,10 +19,13 @@ class Expand(Pass):
         args = settings.config.xacro_args
         if not conversion.source:
             trust = settings.config.trust_xacro
-            conversion.source, conversion.expansion = expanded(
-                settings.source, conversion.packages, args, trust_xacro=trust
-            )
+            conversion.source = read_file(settings.source)
+            conversion.expansion = conversion.hook.urdf2mbs_read(
+                source=settings.source, data=conversion.source, packages=conversion.packages,
+                args=args, trust=trust,
+            )  # fmt: skip
         conversion.robot, diagnostics = read_text(
-            settings.source, conversion.source, conversion.expansion, args
-        )
+            settings.source, conversion.source, conversion.expansion, args,
+            conversion.hook.urdf2mbs_extension,
+        )  # fmt: skip
         conversion.diagnostics += diagnostics

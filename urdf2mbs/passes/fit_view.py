@@ -7,7 +7,7 @@ from math import hypot
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.model import Light, View, Viewpoint
-from urdf2mbs_project.simulation import rounded
+from urdf2mbs.ranges import rounded
 from urdf2mbs.spatial import add, rotate
 from urdf2mbs.urdf.model import Box, Cylinder, Mesh
 

@@ -20,7 +20,7 @@ class LeftOut(Pass):
     def run(self, conversion: Conversion) -> None:
         # a fixed joint has no motion that could be damped or limited
         joints = [joint for joint in conversion.robot.joints.values() if joint.moves]
-        kept = conversion.simulation.kept
+        kept = conversion.kept
         _warn_of_free_followers(conversion)
         _note_size(conversion)
         lossy = [
@@ -43,7 +43,7 @@ class LeftOut(Pass):
             elif names:
                 conversion.note(code, message)
         tags: dict[str, int] = {}
-        used = set(map(id, conversion.simulation.used))
+        used = set(map(id, conversion.used))
         for extension in conversion.robot.extensions:
             if id(extension) not in used:
                 tags[extension.tag] = tags.get(extension.tag, 0) + 1

@@ -8,18 +8,19 @@ as urdfdom does.
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from lxml import etree
 
 from urdf2mbs.disk import files
 from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic, nearest, some
 from urdf2mbs.urdf import xml
-from urdf2mbs.urdf.elements import FOREIGN, is_instruction
-from urdf2mbs_project.gazebo import Extensions
+from urdf2mbs.urdf.elements import FOREIGN, plain
 from urdf2mbs.urdf.joints import check_mimics, read_joint
 from urdf2mbs.urdf.links import read_link
-from urdf2mbs.urdf.model import Robot
+from urdf2mbs.urdf.model import Extension, Robot
 from urdf2mbs.urdf.rewrite import rename_doubled, split_balls
 from urdf2mbs.urdf.shapes import check_materials, read_global_material
 from urdf2mbs.urdf.tree import check_tree
@@ -27,13 +28,7 @@ from urdf2mbs.urdf.values import Reading
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
-    from pathlib import Path
 
-    from urdf2mbs.urdf.packages import Packages
-    from urdf2mbs_xacro.xacro import Expansion
-
-
-_COMMENT = rb"(?s)<!--.*?(?:-->|\Z)"
 #: Roots of other kinds of file.
 OTHER_ROOTS = {
     "sdf": "an SDF file (Gazebo)", "mujoco": "an MJCF file (MuJoCo)",
@@ -41,49 +36,53 @@ OTHER_ROOTS = {
 }  # fmt: skip
 
 
-def expanded(
-    source: Path, packages: Packages, xacro_args: Mapping[str, str], *, trust_xacro: bool = False
-) -> tuple[bytes, Expansion | None]:
-    """A file's bytes and their expansion by xacro; None if there is no xacro in the file.
+class Expansion(NamedTuple):
+    """The URDF that a file of another format stands for, such as xacro."""
 
-    ``trust_xacro``: the file's expressions may do whatever Python can.
-    """
-    data = read_file(source)
-    if source.suffix.lower() != ".xacro" and not has_xacro(data, str(source)):
-        return data, None
-    from urdf2mbs_xacro.xacro import expand
-
-    return data, expand(source, packages, xacro_args, trust=trust_xacro)
+    text: bytes
+    """In UTF-8."""
+    files: list[str]
+    """All files that were read, the source first."""
+    warnings: list[Diagnostic]
 
 
-def has_xacro(data: bytes, file: str) -> bool:
-    """True if xacro must expand elements of a URDF, or values of its links and joints."""
-    # xacro itself leaves a comment and a declaration in what it writes
-    text = re.sub(rb"xmlns:xacro\s*=\s*(\"[^\"]*\"|'[^']*')", b"", re.sub(_COMMENT, b"", data))
-    if b"xacro" not in text and b"$" not in text:
-        return False
-    root, _ = xml.parse(data, file)
-    return any(map(is_instruction, root.iter(etree.Element))) or any(
-        "${" in value or "$(" in value
-        for child in root.iterchildren("{*}link", "{*}joint", "{*}material")
-        for element in child.iter(etree.Element)
-        for value in element.values()
-    )
+class Located(NamedTuple):
+    """Where a robot that has a name is, and how it is read."""
+
+    source: Path
+    packages: dict[str, Path]
+    """ROS packages whose folder has another name, or is elsewhere."""
+    xacro_args: dict[str, str]
+
+
+#: Reads the elements of other programs, as the hook ``urdf2mbs_extension``.
+ReadExtension = Callable[..., object]
+
+
+def is_name(source: str) -> bool:
+    """True for a robot that is no file but has a name, as ``robot_descriptions:atlas``."""
+    return re.match(r"[a-z]\w+:(?![/\\])", source) is not None
 
 
 def read_text(
-    source: Path, data: bytes, expansion: Expansion | None, xacro_args: Mapping[str, str]
+    source: Path,
+    data: bytes,
+    expansion: Expansion | None,
+    xacro_args: Mapping[str, str],
+    extend: ReadExtension | None = None,
 ) -> tuple[Robot, list[Diagnostic]]:
-    """Read what ``expanded`` gave; raises ConversionError."""
+    """Read a robot's file, or what it was expanded to; raises ConversionError."""
     if expansion is None:
-        robot, diagnostics = parse(data, str(source))
+        robot, diagnostics = parse(data, str(source), extend=extend)
         if xacro_args:
             names = ", ".join(sorted(xacro_args))
             text = f"arguments have no effect, as there is no xacro in the file: {names}"
             diagnostics.append(Diagnostic("warning", "xacro-unused-arg", text, file=str(source)))
     else:
         try:
-            robot, diagnostics = parse(expansion.text, str(source), expanded=expansion.files)
+            robot, diagnostics = parse(
+                expansion.text, str(source), expanded=expansion.files, extend=extend
+            )
         except ConversionError as error:
             error.said[:0] = expansion.warnings
             if error.code == "no-links":
@@ -118,9 +117,15 @@ def stem(source: Path) -> str:
 
 
 def parse(
-    data: bytes, file: str, *, expanded: Sequence[str] = ()
+    data: bytes,
+    file: str,
+    *,
+    expanded: Sequence[str] = (),
+    extend: ReadExtension | None = None,
 ) -> tuple[Robot, list[Diagnostic]]:
     """Read a plain URDF text; ``expanded`` are the files from which xacro has written it.
+
+    ``extend`` reads the elements of other programs; without it they are kept as they are.
 
     :raises ConversionError: the last of the errors, with the others in its ``said``
     """
@@ -128,13 +133,15 @@ def parse(
     reading = Reading(name, expanded)
     try:
         root = reading.xml(data)
-        return _read_root(reading, root)
+        return _read_root(reading, root, extend)
     except ConversionError as error:
         error.said = [*reading.diagnostics(), *reading.errors]
         raise
 
 
-def _read_root(reading: Reading, root: Any) -> tuple[Robot, list[Diagnostic]]:
+def _read_root(
+    reading: Reading, root: Any, extend: ReadExtension | None
+) -> tuple[Robot, list[Diagnostic]]:
     """The robot of a URDF's root element, and what is odd about it; raises ConversionError."""
     _check_root(reading, root)
     _rewrite(reading, root)
@@ -172,9 +179,19 @@ def _read_root(reading: Reading, root: Any) -> tuple[Robot, list[Diagnostic]]:
     check_materials(reading, robot)
     check_tree(reading, robot, root.sourceline)
     check_mimics(reading, robot)
-    extensions = Extensions(reading, robot)
-    robot.extensions = [extensions.read(element) for element in foreign]
+    robot.extensions = [_keep(element) for element in foreign]
+    if extend is not None and foreign:
+        elements = list(zip(foreign, robot.extensions, strict=True))
+        extend(elements=elements, reading=reading, robot=robot)
     return robot, reading.diagnostics()
+
+
+def _keep(element: Any) -> Extension:
+    """An element of another program, as it is written."""
+    tag = plain(element.tag)
+    about = element.getparent().get("name") if tag == "contact" else element.get("reference")
+    text = etree.tostring(element, encoding=str, with_tail=False)
+    return Extension(tag, text, about, element.sourceline)
 
 
 def _rewrite(reading: Reading, root: Any) -> None:

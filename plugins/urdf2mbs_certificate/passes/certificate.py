@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import msgspec
 
-from urdf2mbs.conversion import Conversion
+from urdf2mbs.conversion import Conversion, File
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.proof.urdf_side import in_plane
 from urdf2mbs.spatial import unit
@@ -42,7 +42,7 @@ class Certificate(Pass):
         path = output.with_suffix(".proof.json")
         wanted = self.write == "always" or (self.write == "project" and project is not None)
         if conversion.proof is None or not wanted:
-            conversion.obsolete.add(path)
+            conversion.files[path] = File(kind="obsolete")
             return
         conversion.report["certificate"] = {"file": path.name}
         said = _certificate(conversion)

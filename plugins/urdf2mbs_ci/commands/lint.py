@@ -6,7 +6,6 @@ import argparse
 
 import msgspec
 
-from urdf2mbs_ci.findings import Findings, add_sarif, collecting
 from urdf2mbs.commands.printing import print_json
 from urdf2mbs.commands.settings import (
     READING,
@@ -18,6 +17,7 @@ from urdf2mbs.commands.settings import (
 )
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.messages.diagnostics import ConversionError, counted
+from urdf2mbs_ci.findings import Findings, add_sarif, collecting
 
 #: The passes that read a robot.
 PASSES = ["expand", "insert-base"]

@@ -8,10 +8,10 @@ from typing import Any, Literal
 
 import msgspec
 
-from urdf2mbs_edits.diff.matching import KINDS, Matching, Thing
 from urdf2mbs.mbs.model import Base, Mbs, Part, View
-from urdf2mbs.mbs.unknown import spelling, unknown
 from urdf2mbs.spatial import ZERO
+from urdf2mbs_edits.diff.matching import KINDS, Matching, Thing
+from urdf2mbs_edits.unknown import spelling, unknown
 
 #: What a file may leave out, and what it then means.
 DEFAULTS: dict[str, Any] = {

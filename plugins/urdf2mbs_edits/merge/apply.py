@@ -13,10 +13,10 @@ from typing import Any, Literal
 
 import msgspec
 
+from urdf2mbs.mbs.model import BASE, ORIGIN, Mbs
 from urdf2mbs_edits.diff.changes import DRAWN, Change, content, in_words, plain_values
 from urdf2mbs_edits.diff.matching import Thing
 from urdf2mbs_edits.diff.words import line, value_in_words
-from urdf2mbs.mbs.model import BASE, ORIGIN, Mbs
 
 Side = Literal["urdf", "edited"]
 #: Who wins where both changed the same thing: for all fields, or field by field.

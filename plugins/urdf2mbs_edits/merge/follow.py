@@ -6,9 +6,9 @@ from collections.abc import Iterable
 from typing import Any
 
 from urdf2mbs.conversion import Conversion
+from urdf2mbs.mbs.model import Part
 from urdf2mbs_edits.diff.changes import Change
 from urdf2mbs_edits.diff.matching import things
-from urdf2mbs.mbs.model import Part
 
 #: A kind and a name of the conversion, and the name now; None: it was removed.
 Names = dict[tuple[str, str], str | None]
@@ -54,13 +54,15 @@ def _rename(conversion: Conversion, names: Names) -> None:
 
 
 def _forget_removed(conversion: Conversion) -> None:
-    """Take out of the simulation what uses a joint, point, link or user model that is no more."""
-    simulation = conversion.simulation
+    """Take out of what plugins know what uses a part of the model that is no more."""
     there = {id(thing.part) for thing in things(conversion.mbs)}
-    for field in simulation.__struct_fields__:
-        used = getattr(simulation, field)
-        if isinstance(used, list):
-            used[:] = [part for part in used if there.issuperset(map(id, _parts(part)))]
+    lists: list[list[Any]] = []
+    for state in conversion.states.values():
+        values = [getattr(state, field) for field in getattr(state, "__struct_fields__", ())]
+        lists += [value for value in values if isinstance(value, list)]
+    for used in lists:
+        used[:] = [part for part in used if there.issuperset(map(id, _parts(part)))]
+    conversion.driven[:] = [joint for joint in conversion.driven if id(joint) in there]
 
 
 def _parts(used: Any) -> list[Any]:

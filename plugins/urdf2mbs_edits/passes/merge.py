@@ -11,13 +11,13 @@ from typing import Literal
 
 import msgspec
 
-from urdf2mbs.conversion import Conversion
+from urdf2mbs.conversion import Conversion, File
 from urdf2mbs.disk import files
 from urdf2mbs.disk.record import is_ours, was_ours
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.reader import read
-from urdf2mbs_edits.merge import base
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
+from urdf2mbs_edits.merge import base
 
 
 class Merge(Pass):
@@ -33,13 +33,15 @@ class Merge(Pass):
         output, robot, source = settings.output, conversion.robot.name, settings.source.name
         if output.suffix.lower() != ".mbs":
             return
-        conversion.behind[base.path(output)] = base.text(conversion.files[output], robot, source)
+        conversion.files[base.path(output)] = File(
+            base.text(conversion.files[output], robot, source), "base"
+        )
         there = files.read(output) if files.is_file(output) else b""
         known = base.read(output)
         if not there or is_ours(output) or (known is None and not was_ours(output)):
             return
         if settings.fresh:
-            conversion.replaces[output] = there
+            conversion.files[output] = File(conversion.files[output], replaces=there)
         elif known is not None:
             if not base.is_of(known, robot, source):
                 raise ConfigError(
@@ -65,13 +67,12 @@ class Merge(Pass):
                 hint="mend it, or start over by --fresh or --force",
             ) from None  # fmt: skip
         merged = merge(read(known, str(base.path(output))), edited, conversion.mbs, self.prefer)
-        conversion.files[output] = merged.data
-        conversion.replaces[output] = there
+        conversion.files[output] = File(merged.data, replaces=there)
         if merged.orphans is not None:
             place = output.with_name(f"{output.stem}.orphaned.mbs")
             before = files.read(place) if files.is_file(place) else b""
-            conversion.replaces[place] = before
-            conversion.ahead[place] = with_those_before(merged.orphans, before)
+            orphans = with_those_before(merged.orphans, before)
+            conversion.files[place] = File(orphans, "orphans", replaces=before)
         plan = merged.plan
         follow(conversion, merged.names, plan.kept, output.name)
         words = plan.words()

@@ -51,8 +51,8 @@ def add_options(command: argparse.ArgumentParser) -> None:
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
-    from urdf2mbs_equations import generate
     from urdf2mbs.mbs.reader import read
+    from urdf2mbs_equations.files import generate
 
     if arguments.language != "c":
         refuse(arguments, ("no_pairs", "standalone"), "C: leave it out, or add --language c")

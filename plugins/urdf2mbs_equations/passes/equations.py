@@ -11,7 +11,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Literal
 
-from urdf2mbs.conversion import Conversion
+from urdf2mbs.conversion import Conversion, File
 from urdf2mbs.disk import files
 from urdf2mbs.disk.record import is_ours
 from urdf2mbs.engine.hookspecs import Pass
@@ -54,7 +54,7 @@ class Equations(Pass):
         _warn_of_stale(conversion, data)
 
     def _write(self, conversion: Conversion, data: bytes) -> None:
-        from urdf2mbs_equations import generate  # which takes time, and is seldom asked for
+        from urdf2mbs_equations.files import generate  # which takes time, and is seldom asked for
 
         output = conversion.settings.output
         mbs = read(data, str(output), mechanics_only=True)
@@ -84,7 +84,7 @@ def _warn_of_stale(conversion: Conversion, model: bytes) -> None:
         return
     from xml.etree.ElementTree import ParseError
 
-    from urdf2mbs.mbs.equations_fit import fingerprint, fits
+    from urdf2mbs_equations.equations_fit import fingerprint, fits
 
     name = "*" if conversion.settings.project else conversion.mbs.name
     there = [
@@ -99,7 +99,7 @@ def _warn_of_stale(conversion: Conversion, model: bytes) -> None:
         if fingerprint(files.read(output), parts) != fingerprint(model, parts):
             stale += [path for path, fit in says.items() if fit is None]
     if gone:
-        conversion.obsolete.update(gone)
+        conversion.files |= dict.fromkeys(gone, File(kind="obsolete"))
         conversion.warn(
             "equations-stale",
             f"{counted(len(gone), 'file')} of equations were of another model, and are removed: "

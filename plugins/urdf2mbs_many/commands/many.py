@@ -14,14 +14,16 @@ import msgspec
 
 from urdf2mbs.commands.printing import near, print_json
 from urdf2mbs.commands.progress import Progress
-from urdf2mbs.commands.settings import REPORT, refuse
+from urdf2mbs.commands.settings import REPORT, refuse, without_config
+from urdf2mbs.disk.files import is_file
 from urdf2mbs.disk.output import check_ours, write_files
 from urdf2mbs.engine.config import Config, Lines
 from urdf2mbs.engine.plugins import version_of
+from urdf2mbs.messages.diagnostics import ConfigError, counted
 from urdf2mbs_many.convert import jobs_of, run
+from urdf2mbs_many.folder import robots_in
 from urdf2mbs_many.job import Job, Outcome
 from urdf2mbs_many.sweep import in_words
-from urdf2mbs.messages.diagnostics import ConfigError, counted
 
 #: The most converted robots in the table.
 SHOWN = 40
@@ -57,6 +59,24 @@ def carry_out_many(configs: Iterable[tuple[Config, Lines]], arguments: argparse.
         print("Next: open a model in MBSysPad, or look at one: urdf2mbs diagram MODEL.mbs")
         print("      what is wrong with a robot: run or convert it by itself, with -v")
     return code
+
+
+def carry_out_folder(arguments: argparse.Namespace) -> int:
+    """``convert`` for all robots of a folder."""
+    folder, output = Path(arguments.robot), arguments.output
+    if output is None:
+        raise ConfigError(
+            "usage", f"'{folder}' is a folder: say where its robots go, such as '-o models/'"
+        )
+    if is_file(Path(output)):
+        raise ConfigError("usage", f"--output: '{output}' is no folder, and '{folder}' is one")
+    return carry_out_many(
+        [
+            without_config(str(source), str(Path(output) / place), arguments)
+            for source, place in robots_in(folder).items()
+        ],
+        arguments,
+    )
 
 
 def _folder(jobs: list[Job]) -> Path:

@@ -9,13 +9,15 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+from urdf2mbs_equations import equations_fit
+
 #: Stands for the name of the project, alone or in NAME_robot.
 NAME = re.compile(r"(?<![A-Z])NAME(?![A-Z])")
 
 FOLDER = Path(__file__).parent
 
 #: Asks whether equations fit the .mbs; a project in Python gets it as it is.
-EQUATIONS_FIT = FOLDER.parent / "mbs" / "equations_fit.py"
+EQUATIONS_FIT = Path(equations_fit.__file__)
 
 #: What several starters begin with, in place of such a line.
 BEGINNINGS = {

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 
 from urdf2mbs.mbs.model import BASE, Mbs, UserModel
 from urdf2mbs.messages.diagnostics import quoted
+from urdf2mbs.spatial import IDENTITY
 from urdf2mbs_project.code import FOLDER, fill
 from urdf2mbs_project.code.python import dependent, force_of
 from urdf2mbs_project.simulation import (
@@ -17,7 +18,6 @@ from urdf2mbs_project.simulation import (
     Wrench,
     state_numbers,
 )
-from urdf2mbs.spatial import IDENTITY
 
 NOTE = (
     "/* urdf2mbs writes this file anew at each conversion: do not edit it.\n"

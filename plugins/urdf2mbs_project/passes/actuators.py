@@ -41,5 +41,5 @@ def _from_urdf(conversion: Conversion) -> set[str]:
     for extension in conversion.robot.extensions:
         if extension.motors:
             driven.update(extension.motors)
-            conversion.simulation.used.append(extension)
+            conversion.used.append(extension)
     return driven

@@ -23,10 +23,10 @@ from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.kinematics import Placement, floating, place
 from urdf2mbs.mbs.model import Mbs, Point, Sensor, UserModel
 from urdf2mbs.messages.diagnostics import ConfigError
-from urdf2mbs.ranges import Coordinate, Length, Place, PositiveLength, Speed
-from urdf2mbs_project.simulation import MEASURES, Contact, rounded
+from urdf2mbs.ranges import Coordinate, Length, Place, PositiveLength, Speed, rounded
 from urdf2mbs.spatial import ROUNDING, ZERO, Pose, Vec, add, compose, dot, rotate, transpose, unit
 from urdf2mbs.urdf import model as urdf
+from urdf2mbs_project.simulation import MEASURES, Contact, Simulation
 
 
 class Contacts(Pass):
@@ -69,7 +69,7 @@ class Contacts(Pass):
     def run(self, conversion: Conversion) -> None:
         if not self.links and not self.roll and not self.points:
             return
-        mbs, simulation = conversion.mbs, conversion.simulation
+        mbs, simulation = conversion.mbs, conversion.state(Simulation)
         g = mbs.base.gravity
         if any(g):
             x, y, z = unit(g)
@@ -136,7 +136,7 @@ def _stand(conversion: Conversion, rise: float) -> None:
     for placed in place(conversion.mbs).joints:
         joint = placed.joint
         if joint in body.joints and joint.type[0] == "T" and joint.nature == "independent":
-            up = dot(placed.axis, conversion.simulation.up)
+            up = dot(placed.axis, conversion.state(Simulation).up)
             joint.q = (joint.q or 0.0) + rise * up
     if abs(rise) > ROUNDING:
         way = f"{abs(rise):.4g} m {'higher' if rise > 0.0 else 'lower'}"
@@ -154,7 +154,7 @@ def _check_balance(conversion: Conversion, placement: Placement, places: list[Ve
         moment += mass * np.array(add(xyz, rotate(rot, body.com or ZERO)))
     if not total:
         return
-    up = np.array(conversion.simulation.up)
+    up = np.array(conversion.state(Simulation).up)
     points = np.array(places) - moment / total
     points -= np.outer(points @ up, up)
     # the place nearest to the centre of mass on any line between two points
@@ -180,7 +180,9 @@ def _add_law(conversion: Conversion, options: Contacts) -> None:
     """Add the numbers of the contact law as a user model."""
     mbs = conversion.mbs
     g = hypot(*mbs.base.gravity)
-    share = sum(body.mass or 0.0 for body in mbs.bodies) / len(conversion.simulation.contacts)
+    share = sum(body.mass or 0.0 for body in mbs.bodies) / len(
+        conversion.state(Simulation).contacts
+    )
     stated = _stated(conversion)
     stiffness, depth, speed = options.stiffness, options.depth, options.speed
     if stiffness is None and depth is None:
@@ -205,7 +207,7 @@ def _add_law(conversion: Conversion, options: Contacts) -> None:
 def _stated(conversion: Conversion) -> dict[str, float]:
     """Friction, stiffness and damping of the ground, by the names of ``<gazebo>``: the smallest
     numbers that the URDF states of the links that touch the ground."""
-    touching = {contact.link for contact in conversion.simulation.contacts}
+    touching = {contact.link for contact in conversion.state(Simulation).contacts}
     most = {"mu1": 100.0, "kp": 1e12, "kd": 1e12}
     stated: dict[str, float] = {}
     for extension in conversion.robot.extensions:
@@ -263,7 +265,7 @@ def lowest_points(conversion: Conversion, link: str, at: Pose, within: float) ->
 
     A link without shapes that can be read has none.
     """
-    x, y, z = rotate(transpose(at.rot), conversion.simulation.up)
+    x, y, z = rotate(transpose(at.rot), conversion.state(Simulation).up)
     down = (-x, -y, -z)
     element = conversion.robot.links[link]
     lowest: list[list[Vec]] = []

@@ -56,7 +56,7 @@ class ForceTorque(Pass):
             taken.add(own)
             steps[joint_name].measured = own
         used = [extension for sensor, extension in sensors if sensor.on in chosen]
-        conversion.simulation.used += used
+        conversion.used += used
         left = [name for name in named if name in steps and name not in chosen]
         if left:
             conversion.note(

@@ -19,8 +19,8 @@ from urdf2mbs.mbs.model import Connection, Sensor, UserModel
 from urdf2mbs.mbs.names import identifiers
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.ranges import End, Force, Gain, Length, Place, Time
-from urdf2mbs_project.simulation import MEASURES, Wrench
 from urdf2mbs.spatial import ZERO
+from urdf2mbs_project.simulation import MEASURES, Simulation, Wrench
 
 #: A time (s) that no simulation reaches.
 NEVER = 1e9
@@ -64,7 +64,7 @@ class Forces(Pass):
     def run(self, conversion: Conversion) -> None:
         if not self.wrenches and not self.springs:
             return
-        mbs, simulation = conversion.mbs, conversion.simulation
+        mbs, simulation = conversion.mbs, conversion.state(Simulation)
         for name in (*self.wrenches, *self.springs):
             if identifiers([name]) != [name]:
                 raise ConfigError(

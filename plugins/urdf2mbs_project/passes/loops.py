@@ -27,9 +27,10 @@ from urdf2mbs.messages.diagnostics import ConfigError, counted
 from urdf2mbs.ranges import End, PositiveLength
 from urdf2mbs.spatial import Pose, Vec, compose, inverse, multiply, rotate, transpose, unit
 from urdf2mbs.urdf.model import ClosingJoint
+from urdf2mbs_project.simulation import Simulation
 
 if TYPE_CHECKING:
-    from urdf2mbs.mbs.mass import Array, Mass
+    from urdf2mbs_project.mass import Array, Mass
 
 #: A loop counts as closed up to this (m or rad).
 CLOSED = 1e-6
@@ -71,10 +72,10 @@ class Loops(Pass):
             for joint in extension.joints:
                 if joint.name not in self.cuts:
                     _from_sdf(conversion, joint, cuts, doubtful)
-                    conversion.simulation.used.append(extension)
+                    conversion.used.append(extension)
         if not cuts:
             return
-        from urdf2mbs.mbs.mass import Mass
+        from urdf2mbs_project.mass import Mass
 
         _add_cuts(conversion, cuts)
         mass = Mass(mbs)
@@ -199,14 +200,14 @@ def _jacobian(conversion: Conversion, mass: Mass) -> Array:
     """
     import numpy as np
 
-    from urdf2mbs_project.code.stability import closing_rows
+    from urdf2mbs_project.stability import closing_rows
 
     joints = [placed.joint for placed in mass.placement.joints]
     rows = [row for cut in conversion.mbs.cuts for row in closing_rows(mass, cut)]
     jacobian: Array = np.reshape(np.array(rows, float), (-1, len(joints)))
     jacobian[:, [joint.nature == "driven" for joint in joints]] = 0.0
     index = {id(joint): k for k, joint in enumerate(joints)}
-    for coupling in conversion.simulation.couplings:
+    for coupling in conversion.state(Simulation).couplings:
         follower, leader = index[id(coupling.follower)], index[id(coupling.leader)]
         jacobian[:, leader] += coupling.multiplier * jacobian[:, follower]
         jacobian[:, follower] = 0.0
@@ -283,7 +284,8 @@ def _warn_of_open(conversion: Conversion, placement: Placement) -> None:
                 gap += f" and {angle:.3g} rad"
                 off = max(off, angle)
         if off > CLOSED:
-            from urdf2mbs_equations import NEVER_CLOSES, constant_gaps  # seldom needed: slow
+            from urdf2mbs_equations.constraints import constant_gaps  # seldom needed: slow
+            from urdf2mbs_equations.files import NEVER_CLOSES  # seldom needed: slow
 
             gaps = [message for name, message in constant_gaps(mbs) if name == cut.name]
             for message in gaps:

@@ -15,7 +15,7 @@ import msgspec
 from urdf2mbs.conversion import Conversion, choose, fits, follow
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.model import UserConstraint
-from urdf2mbs_project.simulation import Coupling
+from urdf2mbs_project.simulation import Coupling, Simulation
 
 Nature = Literal["dependent", "independent", "driven"]
 
@@ -30,7 +30,7 @@ class Mimic(Pass):
 
     def run(self, conversion: Conversion) -> None:
         robot = conversion.robot
-        simulation = conversion.simulation
+        simulation = conversion.state(Simulation)
         coordinates = {step.joint.name: step.coordinates for step in conversion.steps()}
         followers = [
             name
@@ -73,9 +73,11 @@ class Mimic(Pass):
                 continue
             coupling = Coupling(own[0], others[0], multiplier, offset)
             coupling.follow()
+            conversion.kept.setdefault("mimic", set()).add(name)
             own[0].nature = nature
             if nature == "driven":
                 simulation.driven.append(coupling)
+                conversion.driven.append(coupling.follower)
                 conversion.warn(
                     "mimic-driven",
                     f"joint '{name}' is driven by '{leader}': it moves as it should, but "

@@ -22,8 +22,8 @@ from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.model import Joint
 from urdf2mbs.messages.diagnostics import ConfigError, nearest, some
 from urdf2mbs.ranges import Coordinate
-from urdf2mbs_project.simulation import Coupling, Held
 from urdf2mbs.xml.parser import safe_parser
+from urdf2mbs_project.simulation import Coupling, Held, Simulation
 
 
 class Gains(msgspec.Struct, forbid_unknown_fields=True):
@@ -79,7 +79,7 @@ class Posture(Pass):
             conversion, given, move=self.inside and conversion.settings.project is not None
         )
         if self.hold is not None:
-            conversion.simulation.hold = _hold(conversion, self.hold)
+            conversion.state(Simulation).hold = _hold(conversion, self.hold)
         if given:
             conversion.report["posture"] = given
 
@@ -97,7 +97,7 @@ def _joints(conversion: Conversion) -> tuple[dict[str, Joint], set[str]]:
 
     The name is the URDF joint's; if this joint has several coordinates, the .mbs joint's.
     """
-    simulation = conversion.simulation
+    simulation = conversion.state(Simulation)
     bound = {id(c.follower) for c in (*simulation.couplings, *simulation.driven)}
     settable: dict[str, Joint] = {}
     followers: set[str] = set()
@@ -117,7 +117,7 @@ def _starts(conversion: Conversion) -> dict[str, float]:
     for extension in conversion.robot.extensions:
         if extension.starts:
             starts |= extension.starts
-            conversion.simulation.used.append(extension)
+            conversion.used.append(extension)
     return starts
 
 
@@ -186,7 +186,7 @@ def _group_state(
 
 
 def _follow(conversion: Conversion) -> None:
-    for coupling in (*conversion.simulation.couplings, *conversion.simulation.driven):
+    for coupling in (*conversion.state(Simulation).couplings, *conversion.state(Simulation).driven):
         coupling.follow()
 
 
@@ -262,7 +262,7 @@ def _move_inside(
     conversion: Conversion, joints: dict[str, Joint], limits: dict[str, tuple[float, float]]
 ) -> None:
     followers: dict[str, list[Coupling]] = {}
-    couplings = (*conversion.simulation.couplings, *conversion.simulation.driven)
+    couplings = (*conversion.state(Simulation).couplings, *conversion.state(Simulation).driven)
     for coupling in couplings:
         followers.setdefault(coupling.leader.name, []).append(coupling)
     bound = {coupling.follower.name for coupling in couplings}

@@ -9,16 +9,17 @@ to the user once the user has touched them.
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from pathlib import Path
 
-from urdf2mbs.conversion import Conversion
+from urdf2mbs.conversion import Conversion, File
 from urdf2mbs.disk import files
 from urdf2mbs.disk.record import is_ours
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, counted, some
-from urdf2mbs_project.simulation import CONTACT_STATES, JOINT_STATES
+from urdf2mbs_project.simulation import CONTACT_STATES, JOINT_STATES, Simulation
 
 #: The generated module, where a user function loads it.
 _MODULE = r"(?m)^(?:import |#include \")(\w+)_robot\b"
@@ -29,7 +30,10 @@ class Project(Pass):
 
     def run(self, conversion: Conversion) -> None:
         folder = conversion.settings.project
-        if folder is None or conversion.rejected is not None:
+        if folder is None:
+            return
+        _count_as_compared(conversion)
+        if conversion.rejected is not None:
             return
         from urdf2mbs_project.code import EQUATIONS_FIT, starters
         from urdf2mbs_project.code.c import generated
@@ -41,31 +45,64 @@ class Project(Pass):
         _check_laws(conversion)
         if "python" in conversion.settings.languages:
             conversion.files[folder / "userfctR" / f"{mbs.name}_robot.py"] = robot_module(
-                mbs, conversion.simulation
+                mbs, conversion.state(Simulation)
             )
             conversion.files[folder / "userfctR" / "equations_fit.py"] = EQUATIONS_FIT.read_bytes()
         if "c" in conversion.settings.languages:
-            for name, data in generated(mbs, conversion.simulation).items():
+            for name, data in generated(mbs, conversion.state(Simulation)).items():
                 conversion.files[folder / "userfctR" / name] = data
             _warn_of_rows_of_zeros(conversion)
         for language in ("python", "c"):
             texts = {folder / path: data for path, data in starters(language, mbs.name).items()}
             of_users |= texts.keys()
             if language in conversion.settings.languages:
-                conversion.starters |= texts
+                conversion.files |= {p: File(text, "starter") for p, text in texts.items()}
         _remove_obsolete(conversion, folder / "userfctR", of_users)
         conversion.report["project"] = {
-            "anew": sorted(p.name for p in conversion.files if p.parent.name == "userfctR"),
-            "once": sorted(p.relative_to(folder).as_posix() for p in conversion.starters),
+            "anew": sorted(
+                p.name for p in conversion.files_of("ours") if p.parent.name == "userfctR"
+            ),
+            "once": sorted(
+                p.relative_to(folder).as_posix() for p in conversion.files_of("starter")
+            ),
         }
         _warn_of_renamed_project(conversion)
         _warn_of_lost_names(conversion, folder)
 
 
+def _count_as_compared(conversion: Conversion) -> None:
+    """Take out of what the proof has not compared what this project's code computes."""
+    proof, made = conversion.proof, (*_made(conversion),)
+    if proof is not None:
+        proof.not_compared = {
+            thing: why
+            for thing, why in proof.not_compared.items()
+            if thing in conversion.added or not thing.startswith(made)
+        }
+
+
+def _made(conversion: Conversion) -> Iterator[str]:
+    """What the generated user functions compute, as ``Proof.not_compared`` begins: no URDF has it."""
+    made = conversion.state(Simulation)
+    for point in [c.point for c in made.contacts] + [w.point for w in made.wrenches]:
+        if point.extforce is not None:
+            yield f"force '{point.extforce.name}'"
+    for link in made.springs:
+        yield f"link '{link.name}' ({link.kind})"
+    followers = {coupling.follower.name for coupling in made.couplings}
+    if not any(
+        getattr(file, "replaces", None) for file in conversion.files.values()
+    ):  # else people may have changed the start
+        yield "start of "
+    for step, joint in conversion.single_coordinates():
+        if joint.name in followers:
+            yield f"<mimic> of joint '{step.joint.name}'"
+
+
 def _check_states(conversion: Conversion) -> None:
     """Friction of a project has states, which another pass adds to the .mbs."""
     models = {model.name for model in conversion.mbs.user_models}
-    rubs = "friction_stiffness" in models or conversion.simulation.contacts
+    rubs = "friction_stiffness" in models or conversion.state(Simulation).contacts
     if rubs and not models & {JOINT_STATES, CONTACT_STATES}:
         raise ConfigError(
             "project-states", "friction of a project has states, which the pass 'time-step' adds",
@@ -75,7 +112,7 @@ def _check_states(conversion: Conversion) -> None:
 
 def _check_laws(conversion: Conversion) -> None:
     """A law of a plugin must be a function of its name, in each language of the project."""
-    laws = conversion.simulation.laws
+    laws = conversion.state(Simulation).laws
     names = [law.name for law in laws]
     for name in names:
         if names.count(name) > 1:
@@ -102,15 +139,15 @@ def _check_laws(conversion: Conversion) -> None:
 def _warn_of_rows_of_zeros(conversion: Conversion) -> None:
     """MBsysC of 2017 keeps three rows for each ball, and puts the user's rows after these: a row
     that a planar loop does not need stays zero between others, and counts as dependent."""
-    if not (conversion.mbs.cuts and conversion.simulation.couplings):
+    if not (conversion.mbs.cuts and conversion.state(Simulation).couplings):
         return
-    from urdf2mbs_equations import drops_row
+    from urdf2mbs_equations.constraints import drops_row
 
     if drops_row(conversion.mbs):
         conversion.warn(
             "loop-row-of-zeros",
             "a loop leaves a row of zeros before the constraints of "
-            f"{some(c.follower.name for c in conversion.simulation.couplings)}: the partition of "
+            f"{some(c.follower.name for c in conversion.state(Simulation).couplings)}: the partition of "
             "MBsysC of 2017 may fail at it",
             hint="move the followers without constraints: passes: {mimic: {joints: {'*': driven}}}",
         )
@@ -125,7 +162,7 @@ def _remove_obsolete(conversion: Conversion, folder: Path, of_users: set[Path]) 
         if path not in conversion.files and path not in of_users and is_ours(path)
     ]
     if gone:
-        conversion.obsolete.update(gone)
+        conversion.files |= dict.fromkeys(gone, File(kind="obsolete"))
         conversion.warn(
             "project-obsolete",
             f"{counted(len(gone), 'file')} of an earlier conversion fit the robot no more, and "
@@ -148,7 +185,13 @@ def _warn_of_lost_names(conversion: Conversion, folder: Path) -> None:
     named = re.compile(rf"([\"'])({names})\1|\b({names})_id\b")
     uses = []
     for path in sorted([*folder.glob("userfctR/*"), *folder.glob("workR/**/*")]):
-        if path in conversion.files or path.suffix not in (".py", ".c", ".h", ".cc", ".cpp"):
+        if path in conversion.files_of("ours") or path.suffix not in (
+            ".py",
+            ".c",
+            ".h",
+            ".cc",
+            ".cpp",
+        ):
             continue
         data = files.beginning(path, 2**20)
         if not is_ours(path):
@@ -177,7 +220,7 @@ def _names(mbs: Mbs) -> set[str]:
 def _warn_of_renamed_project(conversion: Conversion) -> None:
     """User functions that are there already may call the module of another name."""
     stale: dict[str, list[str]] = {}
-    for path in conversion.starters:
+    for path in conversion.files_of("starter"):
         data = files.beginning(path, 2**20) if files.is_file(path) else b""
         calls = re.search(_MODULE, data.decode("utf-8", "replace"))
         if calls and calls[1] != conversion.mbs.name and not is_ours(path):

@@ -7,6 +7,7 @@ sensor, which knows the sensor's axes, since a point has none.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from math import dist
 
 from urdf2mbs.conversion import Conversion, Segment, choose
@@ -15,10 +16,10 @@ from urdf2mbs.mbs import model as mbs
 from urdf2mbs.mbs.model import Point
 from urdf2mbs.mbs.names import free_name
 from urdf2mbs.messages.diagnostics import counted
-from urdf2mbs_project.simulation import MEASURES, PointSensor
 from urdf2mbs.spatial import HERE, Pose, compose
-from urdf2mbs_project.gazebo import MOTION
 from urdf2mbs.urdf.model import Sensor
+from urdf2mbs_project.gazebo import MOTION
+from urdf2mbs_project.simulation import MEASURES, ForceTorque, PointSensor, Simulation
 
 #: Two places are the same if their numbers (m, 1) are no further apart: files round their digits.
 CLOSE = 1e-6
@@ -36,7 +37,8 @@ class Sensors(Pass):
     """Patterns of the URDF's sensors that are used; none: all."""
 
     def run(self, conversion: Conversion) -> None:
-        simulation = conversion.simulation
+        simulation = conversion.state(Simulation)
+        simulation.force_torques = [*_force_torques(conversion)]
         wanted = self._of_urdf(conversion) if self.from_urdf else []
         links = choose(self.links, conversion.robot.links, "sensors-links", "sensors: no link")
         wanted += [Sensor(link, "frame", link) for link in links]
@@ -74,8 +76,18 @@ class Sensors(Pass):
         wanted = [sensor for sensor in sensors if sensor.name in only]
         for element in extensions:
             if any(sensor in wanted for sensor in element.sensors):
-                conversion.simulation.used.append(element)
+                conversion.used.append(element)
         return wanted
+
+
+def _force_torques(conversion: Conversion) -> Iterator[ForceTorque]:
+    """The force-torque sensors, which ``decompose-joints`` has made of fixed joints."""
+    for segment in conversion.segments.values():
+        for step in segment.steps:
+            if step.measured is not None:
+                link = step.joint.child
+                at = segment.parts.get(link) or step.frames[link]
+                yield ForceTorque(step.measured, link, step.joints[-6:], at.rot)
 
 
 def _name_apart(conversion: Conversion, sensors: list[Sensor]) -> dict[str, Sensor]:

@@ -21,12 +21,13 @@ from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.kinematics import floating
 from urdf2mbs.mbs.model import Parameter, UserModel
-from urdf2mbs_project.simulation import CONTACT_STATES, JOINT_STATES, Simulation, rounded
+from urdf2mbs.ranges import rounded
 from urdf2mbs.spatial import add
+from urdf2mbs_project.simulation import CONTACT_STATES, JOINT_STATES, Simulation
 
 if TYPE_CHECKING:
-    from urdf2mbs.mbs.mass import Array, Mass
-    from urdf2mbs_project.code.stability import Mode, Slope
+    from urdf2mbs_project.mass import Array, Mass
+    from urdf2mbs_project.stability import Mode, Slope
 
 #: The step is this part of the longest stable one.
 PART = 0.4
@@ -66,12 +67,12 @@ class TimeStep(Pass):
     writes = ("forces",)
 
     def run(self, conversion: Conversion) -> None:
-        simulation = conversion.simulation
+        simulation = conversion.state(Simulation)
         in_project = conversion.settings.project is not None
         if not conversion.mbs.bodies or not (simulation.hold or in_project):
             return
-        from urdf2mbs.mbs.mass import Mass
-        from urdf2mbs_project.code.stability import reduction_of
+        from urdf2mbs_project.mass import Mass
+        from urdf2mbs_project.stability import reduction_of
 
         mass = Mass(conversion.mbs)
         reduction = reduction_of(mass, simulation)
@@ -85,13 +86,13 @@ class TimeStep(Pass):
 
 
 def _add_hold(conversion: Conversion, mass: Mass, reduction: Array) -> None:
-    from urdf2mbs_project.code.stability import felt
+    from urdf2mbs_project.stability import felt
 
     stiffness: dict[str, float] = {}
     damping: dict[str, float] = {}
-    carried = _carry(conversion.simulation, mass, reduction)
+    carried = _carry(conversion.state(Simulation), mass, reduction)
     feels = felt(mass, reduction)
-    holding = {held.joint.name: held for held in conversion.simulation.hold}
+    holding = {held.joint.name: held for held in conversion.state(Simulation).hold}
     for index, placed in enumerate(mass.placement.joints):
         held = holding.get(placed.joint.name)
         if held is None:
@@ -132,9 +133,9 @@ def _carry(simulation: Simulation, mass: Mass, reduction: Array) -> list[float]:
 
 
 def _choose(conversion: Conversion, mass: Mass, reduction: Array) -> None:
-    from urdf2mbs_project.code.stability import fastest
+    from urdf2mbs_project.stability import fastest
 
-    simulation = conversion.simulation
+    simulation = conversion.state(Simulation)
     reduced = reduction.T @ mass.matrix @ reduction
     models: Models = {
         model.name: {p.name: float(p.values[0]) for p in model.parameters}
@@ -166,7 +167,7 @@ def _slopes(
     """The forces of the generated code, by the velocities of the independent joints."""
     import numpy as np
 
-    from urdf2mbs_project.code.stability import Slope, felt
+    from urdf2mbs_project.stability import Slope, felt
 
     index = {placed.joint.name: k for k, placed in enumerate(mass.placement.joints)}
     for name, value in models.get("damping", {}).items():
@@ -183,10 +184,10 @@ def _slopes(
         yield Slope("spring", name, reduction[index[name]], max(value, 0.0), 0.0)
     for name, value in models.get("hold_stiffness", {}).items():
         yield Slope("hold", name, reduction[index[name]], value, models["hold_damping"][name])
-    contacts = conversion.simulation.contacts
+    contacts = conversion.state(Simulation).contacts
     if contacts:
         law = models["contact"]
-        up = np.array(conversion.simulation.up)
+        up = np.array(conversion.state(Simulation).up)
         total = sum(body.mass or 0.0 for body in mass.mbs.bodies)
         share = total * hypot(*mass.mbs.base.gravity) / len(contacts)
         owners = {id(point): body.name for body in mass.mbs.bodies for point in body.points}
@@ -195,14 +196,14 @@ def _slopes(
             body = owners[id(contact.point)]
             at = mass.placement.point(mass.mbs, body, contact.point.name)
             rot = mass.placement.bodies[body].rot
-            at = add(at, contact.arm(rot, conversion.simulation.up))
+            at = add(at, contact.arm(rot, conversion.state(Simulation).up))
             moved = mass.point(body, at) @ reduction
             yield Slope("contact", contact.link, up @ moved, law["stiffness"], share / law["speed"])
             stiffness = share / law["bristle"]
             damping = stiffness * law["bristle_time"]
             for way in plane[1:]:
                 yield Slope("slip", contact.link, way @ moved, stiffness, damping)
-    for link in conversion.simulation.springs:
+    for link in conversion.state(Simulation).springs:
         (one, here), (two, there) = (
             (at, mass.point(end[0], at))
             for end in (link.endpoint1, link.endpoint2)
@@ -250,7 +251,7 @@ def _write(conversion: Conversion, models: Models) -> list[str]:
 def _add_states(conversion: Conversion, models: Models) -> None:
     """Add the states of bristles, last of all: a struct of C keeps its places in front of them."""
     rubbing = models.get("friction_stiffness", {})
-    feet = len(conversion.simulation.contacts)
+    feet = len(conversion.state(Simulation).contacts)
     for name, states in (
         (JOINT_STATES, [Parameter(joint, "state", ("0.0",)) for joint in rubbing]),
         (CONTACT_STATES, [Parameter("slip", "state", ("0.0",) * 2 * feet)] if feet else []),
@@ -267,11 +268,11 @@ def _warn(conversion: Conversion, changes: list[str]) -> None:
             + "; ".join(changes),
             hint="state other numbers, or give what they move more inertia",
         )
-    if conversion.simulation.time_step < SHORTEST:
+    if conversion.state(Simulation).time_step < SHORTEST:
         conversion.warn(
             "time-step-short",
-            f"TIME_STEP is only {conversion.simulation.time_step:g} s, because of "
-            f"{conversion.simulation.shortened_by}: a simulation takes long",
+            f"TIME_STEP is only {conversion.state(Simulation).time_step:g} s, because of "
+            f"{conversion.state(Simulation).shortened_by}: a simulation takes long",
             hint="see if the robot's file states a likely number, and a likely inertia",
         )
 

@@ -23,7 +23,7 @@ from urdf2mbs.commands.streams import is_stream, read_model, saving
 from urdf2mbs.disk.files import is_file, read
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.messages.diagnostics import ConfigError, counted
-from urdf2mbs_report.summary import report
+from urdf2mbs.summary import report
 
 if TYPE_CHECKING:
     from urdf2mbs_report.page import Page

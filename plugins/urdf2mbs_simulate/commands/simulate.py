@@ -71,7 +71,8 @@ def add_options(command: argparse.ArgumentParser) -> None:
 
 def carry_out(arguments: argparse.Namespace) -> int:
     from urdf2mbs.commands.progress import Progress
-    from urdf2mbs_simulate.project import model_of, simulate
+    from urdf2mbs.disk.files import model_of
+    from urdf2mbs_simulate.project import simulate
 
     _check(arguments)
     model = model_of(arguments.config)
@@ -107,8 +108,9 @@ def _is_page(output: Path | None) -> bool:
 
 def _write_page(model: Path, results: Results, arguments: argparse.Namespace) -> Path:
     """Write the page of the model; it plays the results that were just written."""
-    from urdf2mbs.disk.output import write_files
     from urdf2mbs_report.page import make_of_model
+
+    from urdf2mbs.disk.output import write_files
 
     page = make_of_model(results.data.mbs, model)
     write_files({arguments.output: page.data}, force=arguments.force)
@@ -125,11 +127,11 @@ def _check(arguments: argparse.Namespace) -> None:
 def _make(arguments: argparse.Namespace) -> Path:
     """The project of a robot or of a config; gives its .mbs."""
     import yaml
+    from urdf2mbs_project.commands.init import HOLD, find
 
-    from urdf2mbs.commands.init import HOLD, find
     from urdf2mbs.commands.progress import Progress
-    from urdf2mbs_simulate.project import make, with_project
     from urdf2mbs.urdf.reader import stem
+    from urdf2mbs_simulate.project import make, with_project
 
     config, lines = robot_or_config(arguments)
     alone = config.output is None and not config.passes

@@ -12,6 +12,8 @@ from typing import Any, NamedTuple
 import msgspec
 import yaml
 from lxml import etree
+from urdf2mbs_project.passes.contacts import lowest_points
+from urdf2mbs_project.simulation import Simulation
 
 from urdf2mbs.commands.printing import print_json
 from urdf2mbs.commands.settings import add_fields, add_printing, choose_fields, path
@@ -23,12 +25,10 @@ from urdf2mbs.engine.config import Config, Lines, typed
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.mbs.kinematics import place
 from urdf2mbs.messages.diagnostics import ConfigError, counted, printable, some
-from urdf2mbs_project.passes.contacts import lowest_points
-from urdf2mbs_report.summary import report
 from urdf2mbs.spatial import add, compose, dot, rotate
-from urdf2mbs_xacro import descriptions
+from urdf2mbs.summary import report
 from urdf2mbs.urdf.model import Geometry, Joint, Link, Mesh, Robot
-from urdf2mbs.urdf.reader import read_text, stem
+from urdf2mbs.urdf.reader import is_name, read_text, stem
 from urdf2mbs.xml.parser import safe_parser
 
 EXAMPLES = (
@@ -159,7 +159,7 @@ def _feet(conversion: Conversion) -> list[str]:
     """
     if any(said.code == "base-guessed" for said in conversion.diagnostics):
         return []
-    robot, placement, up = conversion.robot, place(conversion.mbs), conversion.simulation.up
+    robot, placement, up = conversion.robot, place(conversion.mbs), conversion.state(Simulation).up
     moved_by: dict[str, Joint] = {}
     for joint in robot.depth_first():
         moved_by[joint.child] = joint if joint.moves else moved_by.get(joint.parent, joint)
@@ -203,7 +203,7 @@ def _text(config: Path, found: RobotFacts, asked: Config, conversion: Conversion
     base = "floating" if conversion.floating else "fixed"
     own = conversion.inserted is None and conversion.base_reason == "own joint"
     holds_source = config.absolute().with_suffix("") in conversion.settings.source.parents
-    named = source.startswith(descriptions.PREFIX)
+    named = is_name(source)
     folder = f"{config.stem}_robotran" if holds_source else config.stem
     file = _flow(f"{config.stem}.mbs")
     settings = [

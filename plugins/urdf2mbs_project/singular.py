@@ -34,7 +34,7 @@ from urdf2mbs.mbs.model import Body, Mbs
 from urdf2mbs.spatial import NO_INERTIA, ZERO
 
 if TYPE_CHECKING:
-    from urdf2mbs.mbs.mass import Array
+    from urdf2mbs_project.mass import Array
 
 #: A joint with no more than this part of its own inertia left is singular.  The angle 1.5708, for
 #: example, is off 90 degrees by 3.7e-6, and M has the square of it.
@@ -141,7 +141,7 @@ def _singular_at(
     """The singular joints at one position (rad or m)."""
     import numpy as np
 
-    from urdf2mbs.mbs.mass import Mass
+    from urdf2mbs_project.mass import Mass
 
     values = values | {
         name: rule.multiplier * values[rule.leader] + rule.offset for name, rule in rules.items()

@@ -7,7 +7,7 @@ from typing import Any
 
 import msgspec
 
-from urdf2mbs.conversion import Conversion, Names
+from urdf2mbs.conversion import Conversion, Names, Summary
 from urdf2mbs.mbs.model import LinkFrame
 from urdf2mbs.messages.diagnostics import Diagnostic, counted
 from urdf2mbs.proof.verdict import NOT_CHECKED, Proof
@@ -155,12 +155,7 @@ def left_out(conversion: Conversion) -> dict[str, dict[str, dict[str, Any]]]:
 
     A limit that is not there, as it is infinite or could not be read, is None.
     """
-    simulation = conversion.simulation
-    following = {c.follower.name for c in (*simulation.couplings, *simulation.driven)}
-    follow = {
-        name for name, own in conversion.names.coordinates.items() if following.issuperset(own)
-    }
-    kept = {**simulation.kept, "mimic": follow}
+    kept = conversion.kept
     left_out: dict[str, dict[str, dict[str, Any]]] = {}
     for joint in conversion.robot.joints.values():
         parts = {
@@ -171,6 +166,16 @@ def left_out(conversion: Conversion) -> dict[str, dict[str, dict[str, Any]]]:
         if joint.moves and parts:
             left_out[joint.name] = parts
     return left_out
+
+
+def of_plugins(conversion: Conversion) -> Summary:
+    """What the plugins have to say of a conversion."""
+    whole = Summary()
+    for said in conversion.hook.urdf2mbs_summary(conversion=conversion):
+        whole.lines += said.lines
+        whole.uses |= said.uses
+        whole.tables += said.tables
+    return whole
 
 
 def _floating(conversion: Conversion) -> tuple[str, list[str]]:

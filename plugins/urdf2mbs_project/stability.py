@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import msgspec
 import numpy as np
 
-from urdf2mbs.mbs.mass import Mass
 from urdf2mbs.mbs.model import Connection
+from urdf2mbs_project.mass import Mass
 from urdf2mbs_project.simulation import Simulation
 
 if TYPE_CHECKING:

@@ -2,7 +2,7 @@
 
 Beyond the method.  Robotran solves ``M qdd = Q`` at each step, and stops where M is singular.
 The test takes the .mbs and the couplings of the project's code, at every position and at the
-initial position (see ``urdf2mbs.mbs.singular``).
+initial position (see ``urdf2mbs_project.singular``).
 """
 
 from __future__ import annotations
@@ -13,9 +13,10 @@ import msgspec
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.hookspecs import Pass
-from urdf2mbs.mbs.singular import LARGEST, Rule, Singular, TooLargeError, find_singular
 from urdf2mbs.messages.diagnostics import some
 from urdf2mbs.urdf.model import Robot
+from urdf2mbs_project.simulation import Simulation
+from urdf2mbs_project.singular import LARGEST, Rule, Singular, TooLargeError, find_singular
 
 TURNING = ("revolute", "continuous")
 
@@ -26,7 +27,7 @@ class FindSingular(Pass):
     def run(self, conversion: Conversion) -> None:
         rules = {
             coupling.follower.name: Rule(coupling.leader.name, coupling.multiplier, coupling.offset)
-            for coupling in conversion.simulation.couplings
+            for coupling in conversion.state(Simulation).couplings
         }
         try:
             singular = find_singular(conversion.mbs, rules)
