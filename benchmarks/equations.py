@@ -36,15 +36,15 @@ from unittest.mock import patch
 
 import numpy as np
 import pinocchio as pin
+
 from robots import ARMS, DH, REAL, by_dh, real, without_meshes
+from urdf2mbs.mbs.model import Mbs
+from urdf2mbs.mbs.reader import read
+from urdf2mbs.testing import convert_text
 from urdf2mbs_equations.files import Equations, Maker, generate
 from urdf2mbs_equations.routine import statements
 from urdf2mbs_equations.tree import Tree
 from urdf2mbs_equations.vectors import STILL
-
-from urdf2mbs.mbs.model import Mbs
-from urdf2mbs.mbs.reader import read
-from urdf2mbs.testing import convert_text
 
 sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))
 from oracle.generated import HEADER, TABLES, VECTORS, Data, random_state

@@ -17,10 +17,10 @@ from time import perf_counter, process_time
 
 import numpy as np
 import trimesh
-from urdf2mbs_meshes.reader import read
-from urdf2mbs_meshes.vrml import write
 
 from urdf2mbs import convert
+from urdf2mbs_meshes.reader import read
+from urdf2mbs_meshes.vrml import write
 
 FORMATS = {"STL, binary": "stl", "STL, ASCII": "stl_ascii", "COLLADA": "dae", "OBJ": "obj"}
 

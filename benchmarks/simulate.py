@@ -18,13 +18,13 @@ from typing import Any
 
 import msgspec
 import yaml
+
 from robots import REAL, ROBOTS
+from urdf2mbs.config.model import Project, config_of
+from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs_project.commands.init import HOLD, find
 from urdf2mbs_simulate.project import make, simulate
 from urdf2mbs_simulate.runtime import Results
-
-from urdf2mbs.engine.config import Project, config_of
-from urdf2mbs.engine.pipeline import Pipeline
 
 CONFIGS = Path(__file__).resolve().parents[1] / "configs"
 SOURCES = {

@@ -30,8 +30,8 @@ from time import perf_counter
 from typing import TYPE_CHECKING
 
 from lxml import etree
-from robots import generated, real
 
+from robots import generated, real
 from urdf2mbs import convert
 
 if TYPE_CHECKING:
@@ -43,8 +43,8 @@ Contenders = dict[str, "Callable[[], object]"]
 def in_process(source: Path, folder: Path) -> Contenders:
     from urdf2webots.importer import convertUrdfFile
 
+    from urdf2mbs.config.model import Lines
     from urdf2mbs.engine import resolve
-    from urdf2mbs.engine.config import Lines
     from urdf2mbs.engine.plugins import Plugins
 
     out = folder / "robot.mbs"

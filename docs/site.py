@@ -10,10 +10,11 @@ import inspect
 import json
 import posixpath
 import re
+from importlib import import_module
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from urdf2mbs.commands import module_of, parser
+from urdf2mbs.commands import commands_of, parser
 from urdf2mbs.commands.schema import schema
 from urdf2mbs.engine import hookspecs
 from urdf2mbs.engine.plugins import Plugins
@@ -91,7 +92,8 @@ def _commands() -> str:
     about = {choice.dest: choice.help for choice in action._choices_actions}
     for name, command in action.choices.items():
         lines += [f"## {name}", "", f"{(about[name] or '').capitalize()}.", "", f"{CODE}sh"]
-        lines += [*module_of(name).EXAMPLES, CODE, "", "| option | |", "|---|---|"]
+        examples = import_module(commands_of()[name].module).EXAMPLES
+        lines += [*examples, CODE, "", "| option | |", "|---|---|"]
         for one in command._actions:
             if one.dest == "help":
                 continue

@@ -16,9 +16,9 @@ from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 
 import numpy as np
+
 from oracle.mbs import Evaluator
 from oracle.multibody import State
-
 from urdf2mbs import convert, load_equations
 from urdf2mbs.cli import main
 from urdf2mbs.messages.diagnostics import ConversionError

@@ -8,8 +8,8 @@ from typing import Any
 
 import msgspec
 
+from urdf2mbs.config.model import Lines
 from urdf2mbs.engine import resolve
-from urdf2mbs.engine.config import Lines
 from urdf2mbs.engine.plugins import Plugins
 from urdf2mbs.messages.diagnostics import Diagnostic
 from urdf2mbs.plugin import Pass, hookimpl

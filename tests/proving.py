@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from lxml import etree
+
 from oracle.compare import beside_its_urdf, lost_shapes, structure_faults
 from oracle.urdf import Urdf
-
 from urdf2mbs.testing import convert_text
 
 if TYPE_CHECKING:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from hypothesis import strategies as st
 from lxml import etree
+
 from oracle.multibody import rotation
 
 if TYPE_CHECKING:

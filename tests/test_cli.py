@@ -18,9 +18,9 @@ import urdf2mbs
 from urdf2mbs.cli import main
 from urdf2mbs.commands.printing import near
 from urdf2mbs.commands.progress import Progress
-from urdf2mbs.engine.config import load
-from urdf2mbs.engine.hookspecs import hookimpl
+from urdf2mbs.config.model import load
 from urdf2mbs.engine.pipeline import Pipeline
+from urdf2mbs.hookspecs import hookimpl
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.testing import TINY
 

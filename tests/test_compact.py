@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
+
 from oracle.urdf import Urdf
 from proving import SOLID, assert_same, driven, joint, link, prove, robot
 from robots import CONVERTIBLE, RealRobot
 from strategies import LINK_NAMES, robots, snapped
-
 from urdf2mbs.testing import convert_text
 
 if TYPE_CHECKING:

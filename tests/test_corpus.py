@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+
 from broken import KINDS, Finding, attempt, files_of, prepare
 
 FILES = [(kind, file) for kind in KINDS for file in files_of(kind)]

@@ -21,24 +21,25 @@ from typing import Any
 
 import pytest
 import yaml
+from lxml import etree
+
 from codes import CATALOGUE, ROWS
 from installed import PLUGIN, install
-from lxml import etree
 from making import passes_of
-from urdf2mbs_many.sweep import members
-
+from urdf2mbs import hookspecs
 from urdf2mbs.cli import main
-from urdf2mbs.commands import COMMANDS
+from urdf2mbs.commands import commands_of
 from urdf2mbs.commands.dump import state
+from urdf2mbs.config.model import Config, load, parse
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.disk.output import write_files
-from urdf2mbs.engine import hookspecs, sections
-from urdf2mbs.engine.config import Config, load, parse
-from urdf2mbs.engine.hookspecs import Pass, hookimpl
+from urdf2mbs.engine import sections
+from urdf2mbs.engine.output import write_files
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.engine.plugins import Plugins
+from urdf2mbs.hookspecs import Pass, hookimpl
 from urdf2mbs.testing import TINY
 from urdf2mbs.urdf.elements import ATTRIBUTES
+from urdf2mbs_many.sweep import members
 
 ROOT = Path(__file__).resolve().parents[1]
 DOCS = ROOT / "docs"
@@ -388,7 +389,7 @@ def test_every_code_has_a_test() -> None:
 
 def test_every_command_is_in_the_readme_or_the_docs() -> None:
     text = "".join(page.read_text() for page in PAGES)
-    for command in COMMANDS:
+    for command in commands_of():
         assert f"urdf2mbs {command}" in text, command
 
 
@@ -406,7 +407,7 @@ def test_the_site_has_every_command_key_pass_and_hook() -> None:
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     pages = module.pages()
-    for command in COMMANDS:
+    for command in commands_of():
         assert f"\n## {command}\n" in pages["reference/commands.md"]
     for key in Config.__struct_fields__:
         assert f"\n| `{key}` |" in pages["reference/config.md"]

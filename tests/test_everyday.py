@@ -9,6 +9,7 @@ import shlex
 import subprocess
 import sys
 from errno import ENOSPC
+from importlib import import_module
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,7 @@ from typing import Any
 import pytest
 
 from urdf2mbs.cli import main
-from urdf2mbs.commands import COMMANDS, module_of, parser
+from urdf2mbs.commands import commands_of, parser
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.testing import TINY
 
@@ -33,13 +34,16 @@ class Stdin(io.StringIO):
         self.buffer = io.BytesIO(text.encode())
 
 
+COMMANDS = commands_of()
+
+
 @pytest.mark.parametrize("command", COMMANDS)
 def test_each_command_has_help_with_examples_that_are_commands(command: str, capsys: Any) -> None:
     with pytest.raises(SystemExit):
         main([command, "--help"])
     said = capsys.readouterr().out
     assert "examples:\n" in said
-    for line in module_of(command).EXAMPLES:
+    for line in import_module(COMMANDS[command].module).EXAMPLES:
         assert f"  {line}\n" in said
         words = shlex.split(line.partition(" > ")[0].rpartition("| ")[2], comments=True)
         assert words[:2] == ["urdf2mbs", command]

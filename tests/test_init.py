@@ -9,16 +9,16 @@ from typing import Any
 import msgspec
 import pytest
 import yaml
+
 from proving import SOLID, joint, link, robot
 from robots import BROKEN, CONVERTIBLE, RealRobot
-from urdf2mbs_project.commands.init import in_words, init
-
 from urdf2mbs import convert
 from urdf2mbs.cli import main
-from urdf2mbs.engine.config import load
+from urdf2mbs.config.model import load
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.testing import TINY
+from urdf2mbs_project.commands.init import in_words, init
 
 ROOT = Path(__file__).resolve().parents[1]
 ENTRY = [one for one in CONVERTIBLE if one.values[0].listed]

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
-from conftest import SHARED
 
+from conftest import SHARED
 from urdf2mbs.cli import main
 from urdf2mbs.mbs.reader import read
 

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from urdf2mbs.disk.output import write_files
 from urdf2mbs.disk.record import RECORD, is_ours
+from urdf2mbs.engine.output import write_files
 from urdf2mbs.messages.diagnostics import ConfigError
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="links, modes and pipes of POSIX")

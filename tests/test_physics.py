@@ -11,11 +11,11 @@ from functools import cache
 from typing import TYPE_CHECKING
 
 import pytest
+
 from oracle.compare import beside_its_urdf, lost_shapes, structure_faults
 from oracle.mbs import Evaluator
 from oracle.urdf import Urdf
 from robots import BROKEN, CONVERTIBLE, RealRobot
-
 from urdf2mbs.messages.diagnostics import ConversionError
 
 if TYPE_CHECKING:

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+
 from oracle.compare import beside_its_urdf, lost_shapes, structure_faults
 from oracle.urdf import Urdf
 from proving import SOLID, joint, link, robot
 from strategies import robots, snapped
-
 from urdf2mbs import convert
 
 if TYPE_CHECKING:

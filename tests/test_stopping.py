@@ -63,7 +63,7 @@ def run(words: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
 @pytest.mark.parametrize(
     ("number", "module"),
     [(signal.SIGINT, "argparse"), (signal.SIGINT, "lxml.etree"), (signal.SIGTERM, "argparse"),
-     (signal.SIGHUP, "urdf2mbs.disk.output")],
+     (signal.SIGHUP, "urdf2mbs.engine.output")],
 )  # fmt: skip
 def test_while_python_imports(number: signal.Signals, module: str, tmp_path: Path) -> None:
     (tmp_path / "tiny.urdf").write_text(TINY)

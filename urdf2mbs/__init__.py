@@ -6,7 +6,7 @@
 #: The names of each module.
 _NAMES = {
     "api": ["Result", "Verdict", "convert", "verify"],
-    "engine.config": ["Config"],
+    "config.model": ["Config"],
     "messages.diagnostics": ["ConfigError", "ConversionError", "Diagnostic"],
 }
 

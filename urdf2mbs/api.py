@@ -8,10 +8,10 @@ from typing import Any
 
 import msgspec
 
+from urdf2mbs.config.model import Config, config_of
 from urdf2mbs.conversion import Conversion, Names
 from urdf2mbs.disk import files
-from urdf2mbs.disk.output import write
-from urdf2mbs.engine.config import Config, config_of
+from urdf2mbs.engine.output import write
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.engine.plugins import plugins_of
 from urdf2mbs.mbs.model import LinkFrame, Mbs

@@ -9,7 +9,7 @@ from typing import Any, Literal, TypeVar
 
 import msgspec
 
-from urdf2mbs.engine.config import Config
+from urdf2mbs.config.model import Config
 from urdf2mbs.mbs import model
 from urdf2mbs.messages.diagnostics import ConfigError, Diagnostic, nearest
 from urdf2mbs.proof.verdict import Proof
@@ -243,6 +243,8 @@ class Conversion(msgspec.Struct, eq=False, dict=True):  # plugins keep attribute
     """Called by passes that take long, with what they are at."""
     hook: Any = None
     """The hooks of all plugins."""
+    find: Callable[[str], Any] = lambda name: None
+    """What a plugin has under a name (``urdf2mbs_api``); None: there is no such plugin."""
     states: dict[type, Any] = {}
     """What plugins know, by class."""
 
@@ -262,13 +264,11 @@ class Conversion(msgspec.Struct, eq=False, dict=True):  # plugins keep attribute
             raise AttributeError(f"a conversion has no '{name}'")
         import warnings
 
-        from urdf2mbs import plugin
-
         warnings.warn(
             "conversion.simulation is called conversion.state(simulation.Simulation) now",
             DeprecationWarning, stacklevel=2,
         )  # fmt: skip
-        return self.state(getattr(plugin, name).Simulation)
+        return self.state(self.find(name).Simulation)
 
     def files_of(self, *kinds: str) -> dict[Path, bytes]:
         """The files of these kinds."""

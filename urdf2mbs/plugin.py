@@ -7,7 +7,7 @@ Everything else in the package may change from one day to the next.
 
 from __future__ import annotations
 
-from urdf2mbs.engine.hookspecs import (
+from urdf2mbs.hookspecs import (
     Command,
     Pass,
     PassEntry,

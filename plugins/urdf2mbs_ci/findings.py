@@ -17,7 +17,7 @@ import msgspec
 from urdf2mbs.commands.printing import EXPANDED, near
 from urdf2mbs.commands.settings import path
 from urdf2mbs.disk.files import noting
-from urdf2mbs.disk.output import write_files
+from urdf2mbs.engine.output import write_files
 from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic
 from urdf2mbs.proof.verdict import Difference
 from urdf2mbs.urdf import written

@@ -7,8 +7,8 @@ from typing import Any
 
 import msgspec
 
-from urdf2mbs.disk.output import write
-from urdf2mbs.engine.config import Config, Lines, Project
+from urdf2mbs.config.model import Config, Lines, Project
+from urdf2mbs.engine.output import write
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic
 from urdf2mbs.summary import Report, report

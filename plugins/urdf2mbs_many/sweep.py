@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 
 import msgspec
 
+from urdf2mbs.config.model import Config, Key, Lines, Project, Range, Sweep, config_of, dotted
 from urdf2mbs.disk.files import portable
-from urdf2mbs.engine.config import Config, Key, Lines, Project, Range, Sweep, config_of, dotted
 from urdf2mbs.engine.settings import expand
 from urdf2mbs.mbs.names import identifiers
 from urdf2mbs.messages.diagnostics import nearest

@@ -1,4 +1,4 @@
-"""A Robotran project: user models, contacts, sensors, loops, mimic, and its code in Python and C."""
+"""A Robotran project: user models, contacts, sensors, loops, mimic; its code in Python and C."""
 
 from __future__ import annotations
 

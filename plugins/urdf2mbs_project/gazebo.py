@@ -20,8 +20,6 @@ from contextlib import contextmanager
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from lxml import etree
-
 from urdf2mbs.messages.diagnostics import ConversionError, nearest
 from urdf2mbs.spatial import HERE, ZERO, Pose, compose, from_rpy, inverse, rotate, transpose
 from urdf2mbs.urdf.model import ClosingJoint, Dynamics, Extension, Sensor

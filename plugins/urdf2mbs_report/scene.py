@@ -14,9 +14,6 @@ from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any
 
 import msgspec
-from urdf2mbs_meshes import reader as meshes
-from urdf2mbs_meshes import vrml_reader
-from urdf2mbs_meshes.model import MeshError, Part, distinct
 
 from urdf2mbs.disk.files import is_file, read, size
 from urdf2mbs.mbs import model as mbs
@@ -24,6 +21,9 @@ from urdf2mbs.mbs.kinematics import place
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.spatial import add, rotate
 from urdf2mbs.urdf import model as urdf
+from urdf2mbs_meshes import reader as meshes
+from urdf2mbs_meshes import vrml_reader
+from urdf2mbs_meshes.model import MeshError, Part, distinct
 
 if TYPE_CHECKING:
     import numpy as np

@@ -19,10 +19,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from urdf2mbs_equations.files import FUNCTIONS
-from urdf2mbs_project.code.c import STATES
 
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
+from urdf2mbs_equations.files import FUNCTIONS
+from urdf2mbs_project.code.c import STATES
 from urdf2mbs_simulate.data import MbsData
 from urdf2mbs_simulate.equations import cache_folder, equations, keep
 from urdf2mbs_simulate.python_code import NEAR, PythonCode

@@ -13,9 +13,9 @@ from typing import Any
 from warnings import catch_warnings, filterwarnings
 
 import numpy as np
-from urdf2mbs_project.code import starters
 
 from urdf2mbs.messages.diagnostics import ConfigError
+from urdf2mbs_project.code import starters
 from urdf2mbs_simulate.data import MbsData
 from urdf2mbs_simulate.equations import SimulationError
 from urdf2mbs_simulate.push import add_pushes

@@ -9,10 +9,9 @@ from functools import cache
 from hashlib import sha256
 from pathlib import Path
 
-from urdf2mbs_equations.equations_fit import fits
-
 from urdf2mbs.disk import files
 from urdf2mbs.messages.diagnostics import ConversionError
+from urdf2mbs_equations.equations_fit import fits
 from urdf2mbs_simulate.data import MbsData
 
 SUFFIX = {"python": "py", "c": "c"}

@@ -10,10 +10,10 @@ from typing import Any
 
 import msgspec
 
+from urdf2mbs.config.model import Config, Project, config_of
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.disk.files import absolute, model_of
-from urdf2mbs.disk.output import write
-from urdf2mbs.engine.config import Config, Project, config_of
+from urdf2mbs.engine.output import write
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.urdf.reader import stem

@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
-from urdf2mbs_equations.files import FUNCTIONS, OWN
 
 from urdf2mbs.messages.diagnostics import ConversionError
+from urdf2mbs_equations.files import FUNCTIONS, OWN
 from urdf2mbs_simulate.data import MbsData
 from urdf2mbs_simulate.equations import SimulationError, equations
 

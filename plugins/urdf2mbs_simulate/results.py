@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from urdf2mbs.disk.output import write_files
+from urdf2mbs.engine.output import write_files
 from urdf2mbs_simulate.data import MbsData, MbsSensor
 from urdf2mbs_simulate.push import columns_of_pushes
 from urdf2mbs_simulate.python_code import loaded

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from urdf2mbs.engine.config import Config
+from urdf2mbs.config.model import Config
 from urdf2mbs.mbs.model import BASE
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs_simulate.c_code import CCode, Memory, SensorInC, compiled, compiler, table, vector

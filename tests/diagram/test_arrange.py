@@ -9,12 +9,12 @@ from statistics import median
 from typing import TYPE_CHECKING, Any
 
 import pytest
-from diagram.faults import boxes, dots, faults, wires
-from diagram.trees import LENGTHS, trees
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from robots import CONVERTIBLE
 
+from diagram.faults import boxes, dots, faults, wires
+from diagram.trees import LENGTHS, trees
+from robots import CONVERTIBLE
 from urdf2mbs.diagram import arrange
 from urdf2mbs.mbs.model import Body, Joint, Mbs, Point, Sensor
 
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from robots import RealRobot
-
     from urdf2mbs.spatial import Vec
 
 reproducible = settings(max_examples=80, deadline=None, derandomize=True, database=None)

@@ -8,12 +8,12 @@ from pathlib import Path
 import msgspec
 import pytest
 from lxml import etree
-from urdf2mbs_report.draw import draw
 
 from urdf2mbs.cli import main
 from urdf2mbs.mbs.model import Body, Connection, Drawing, Joint, Mbs, Point, Sensor
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.messages.diagnostics import ConversionError
+from urdf2mbs_report.draw import draw
 
 SVG = "{http://www.w3.org/2000/svg}"
 Box = tuple[float, float, float, float]

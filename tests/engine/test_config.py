@@ -15,10 +15,10 @@ from urdf2mbs.commands import parse as read_words
 from urdf2mbs.commands import parser
 from urdf2mbs.commands.schema import schema
 from urdf2mbs.commands.settings import ALONE, FLAGS, RUNNING, choose_fields, field_docs
-from urdf2mbs.engine.config import Config, Lines, config_of, load, parse, typed
+from urdf2mbs.config.model import Config, Lines, config_of, load, parse, typed
+from urdf2mbs.config.yaml_text import word
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.engine.plugins import Plugins
-from urdf2mbs.engine.yaml_text import word
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY
 
@@ -268,7 +268,7 @@ def test_python_takes_a_config_file_and_changes_it(tmp_path: Path) -> None:
 
 
 def test_a_flag_says_what_its_field_says() -> None:
-    command = parser(["convert"]).parse_args(["convert", "r.urdf"]).parser
+    command = parser(named=["convert"]).parse_args(["convert", "r.urdf"]).parser
     known = {flag: action.help for action in command._actions for flag in action.option_strings}
     docs = field_docs(Config)
     assert FLAGS.keys() == {*RUNNING, *ALONE}
@@ -299,5 +299,5 @@ def test_only_help_reads_the_texts_of_the_fields(
     ],
 )
 def test_a_flag_sets_its_field(words: list[str], field: str, value: Any) -> None:
-    arguments = parser(["convert"]).parse_args(["convert", "r.urdf", *words])
+    arguments = parser(named=["convert"]).parse_args(["convert", "r.urdf", *words])
     assert choose_fields(arguments) == {field: value}

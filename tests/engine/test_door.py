@@ -12,7 +12,7 @@ import pytest
 import urdf2mbs
 from urdf2mbs import convert, plugin
 from urdf2mbs.commands.new_pass import new_pass
-from urdf2mbs.engine.config import config_of
+from urdf2mbs.config.model import config_of
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError

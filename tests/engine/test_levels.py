@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from codes import DEFAULTS
 
+from codes import DEFAULTS
 from urdf2mbs import convert
 from urdf2mbs.cli import main
+from urdf2mbs.engine.levels import CHANGEABLE
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
-from urdf2mbs.messages.levels import CHANGEABLE
 from urdf2mbs.testing import TINY
 
 

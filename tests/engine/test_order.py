@@ -6,13 +6,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from making import make, passes_of
 
-from urdf2mbs.engine.config import Config, Key, Lines, typed
-from urdf2mbs.engine.hookspecs import Pass, hookimpl
+from making import make, passes_of
+from urdf2mbs.config.model import Config, Key, Lines, typed
 from urdf2mbs.engine.order import check_order
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.engine.sections import SECTIONS, find_changed, look
+from urdf2mbs.hookspecs import Pass, hookimpl
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
 from urdf2mbs.passes import urdf2mbs_passes
 from urdf2mbs.testing import run_pass

@@ -9,13 +9,13 @@ from typing import Any
 import msgspec
 import pytest
 import yaml
-from making import passes_of
 
+from making import passes_of
 from urdf2mbs import convert
 from urdf2mbs.commands.dump import Dump
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.engine.hookspecs import Pass, hookimpl
 from urdf2mbs.engine.pipeline import Pipeline
+from urdf2mbs.hookspecs import Pass, hookimpl
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY, assert_same_robot, convert_text
@@ -89,7 +89,7 @@ class Watcher:
 
 
 def pipeline_of(folder: Path, text: str = "") -> Pipeline:
-    from urdf2mbs.engine.config import load
+    from urdf2mbs.config.model import load
 
     (folder / "tiny.urdf").write_text(TINY)
     (folder / "c.yaml").write_text(f"source: tiny.urdf\n{text}")
@@ -133,7 +133,7 @@ def test_stop_after(tmp_path: Path) -> None:
 
 def test_a_preset_that_was_used_before_is_no_other_config_s(tmp_path: Path) -> None:
     (tmp_path / "own.py").write_text(
-        "from urdf2mbs.engine.hookspecs import hookimpl\n@hookimpl\n"
+        "from urdf2mbs.hookspecs import hookimpl\n@hookimpl\n"
         "def urdf2mbs_presets(): return {'faithful': {'pipeline': ['expand', 'insert-base']}}\n"
     )
     for text, wanted, joints in (

@@ -10,7 +10,7 @@ import msgspec
 import pytest
 from msgspec.inspect import FloatType, IntType, StructType, type_info
 
-from urdf2mbs.engine.config import Config
+from urdf2mbs.config.model import Config
 from urdf2mbs.engine.plugins import Plugins
 from urdf2mbs.ranges import LARGEST_TOLERANCE
 

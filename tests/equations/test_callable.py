@@ -8,18 +8,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-from conftest import SHARED
-from equations.test_loops import slow, trees, written
 from hypothesis import given
 from hypothesis import strategies as st
+
+from conftest import SHARED
+from equations.test_loops import slow, trees, written
 from oracle.generated import Data, error, random_state
 from oracle.pin import Truth, pin
 from robots import CONVERTIBLE
-from urdf2mbs_simulate.c_code import FLAGS
-
 from urdf2mbs import Robot, load_equations
 from urdf2mbs.mbs.model import BASE
 from urdf2mbs.mbs.reader import read
+from urdf2mbs_simulate.c_code import FLAGS
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -8,17 +8,17 @@ import subprocess
 from typing import TYPE_CHECKING, Any
 
 import pytest
-from urdf2mbs_equations.c import CWriter
-from urdf2mbs_equations.files import generate
-from urdf2mbs_equations.routine import Refused
-from urdf2mbs_equations.standalone import headers
-from urdf2mbs_simulate.data import MbsData
 
 from urdf2mbs.cli import main
 from urdf2mbs.mbs.model import Connection
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.mbs.writer import write
 from urdf2mbs.testing import TINY, convert_text
+from urdf2mbs_equations.c import CWriter
+from urdf2mbs_equations.files import generate
+from urdf2mbs_equations.routine import Refused
+from urdf2mbs_equations.standalone import headers
+from urdf2mbs_simulate.data import MbsData
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
+
 from conftest import SHARED
 from oracle.generated import CEquations, PythonEquations, error, random_state
 from oracle.pin import TOLERANCE, Truth
 from robots import CONVERTIBLE, RealRobot
-from urdf2mbs_equations.files import generate
-from urdf2mbs_equations.python import PythonWriter
-
 from urdf2mbs import convert
 from urdf2mbs.mbs.model import Connection, Sensor
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.testing import TINY, convert_text
+from urdf2mbs_equations.files import generate
+from urdf2mbs_equations.python import PythonWriter
 
 if TYPE_CHECKING:
     from urdf2mbs.mbs.model import Mbs

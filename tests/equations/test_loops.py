@@ -11,14 +11,14 @@ import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
+
 from oracle.generated import CEquations, Data, PythonEquations, error, random_state
 from oracle.generated import Sensor as Measured
 from oracle.pin import TOLERANCE, Truth, pin
+from urdf2mbs.mbs.model import Base, Body, Connection, Joint, Mbs, Point, Sensor
 from urdf2mbs_equations.constraints import every_constraint
 from urdf2mbs_equations.files import generate
 from urdf2mbs_equations.tree import Tree
-
-from urdf2mbs.mbs.model import Base, Body, Connection, Joint, Mbs, Point, Sensor
 
 Array = NDArray[np.float64]
 

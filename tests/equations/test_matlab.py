@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+
 from conftest import SHARED
 from oracle.generated import TABLES, Data, PythonEquations, error, random_state
-from urdf2mbs_equations.constraints import count_equations
-from urdf2mbs_equations.files import generate
-
 from urdf2mbs.mbs.model import Body, Connection, Joint, Mbs, Point, Sensor
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.testing import convert_text
+from urdf2mbs_equations.constraints import count_equations
+from urdf2mbs_equations.files import generate
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from oracle.generated import CEquations, PythonEquations, random_state
-from urdf2mbs_equations.files import Equations, generate
 
+from oracle.generated import CEquations, PythonEquations, random_state
 from urdf2mbs.cli import main
 from urdf2mbs.mbs.model import Body, Connection, Joint, Mbs, Point, Sensor
 from urdf2mbs.mbs.writer import write
+from urdf2mbs_equations.files import Equations, generate
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -7,20 +7,20 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from equations.test_dynamics import real
-from equations.test_loops import slow
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
+from equations.test_dynamics import real
+from equations.test_loops import slow
 from oracle.generated import CEquations, random_state
 from oracle.pin import Truth
+from urdf2mbs.mbs.model import Base, Body, Joint, Mbs, Point
 from urdf2mbs_equations.files import generate
 from urdf2mbs_equations.graph import Expr, Graph, Op
 from urdf2mbs_equations.mirror import find_mirrored
 from urdf2mbs_equations.pairs import in_pairs
 from urdf2mbs_equations.routine import Routine, statements
 from urdf2mbs_equations.tree import Tree
-
-from urdf2mbs.mbs.model import Base, Body, Joint, Mbs, Point
 
 numbers = st.sampled_from([0.0, 0.1, -0.2, 0.35])
 vectors = st.tuples(numbers, numbers, numbers)

@@ -12,18 +12,18 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 from equations.test_loops import written
 from oracle.generated import HEADER, Data, PythonEquations
 from passes.test_loops import BALL, FOUR_BAR, at, link
-from urdf2mbs_equations.constraints import constant_gaps
-from urdf2mbs_equations.files import Equations, generate
-
 from urdf2mbs.cli import main
 from urdf2mbs.mbs.model import Body, Connection, Joint, Mbs, Point
 from urdf2mbs.mbs.model import Sensor as Measures
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.mbs.writer import write
 from urdf2mbs.testing import convert_text
+from urdf2mbs_equations.constraints import constant_gaps
+from urdf2mbs_equations.files import Equations, generate
 
 SAMPLES = Path(__file__).resolve().parents[3] / "shared" / "mbs-samples"
 REFERENCES = sorted(SAMPLES.glob("*.reference.json"))

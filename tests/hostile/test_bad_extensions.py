@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from urdf2mbs.engine.config import load
+from urdf2mbs.config.model import load
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.testing import TINY
 

@@ -12,12 +12,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+
 from meshes.samples import dae_text
+from urdf2mbs.api import Result, convert
 from urdf2mbs_meshes import model, vrml
 from urdf2mbs_meshes.model import MeshError
 from urdf2mbs_meshes.reader import read
-
-from urdf2mbs.api import Result, convert
 
 NAN, INF = float("nan"), float("inf")
 TRIANGLE = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0)

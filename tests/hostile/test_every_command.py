@@ -12,11 +12,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from codes import CATALOGUE
 
+from codes import CATALOGUE
 from urdf2mbs.api import convert, verify
 from urdf2mbs.cli import main
-from urdf2mbs.engine.config import load
+from urdf2mbs.config.model import load
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.testing import TINY

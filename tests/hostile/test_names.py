@@ -11,15 +11,15 @@ from xml.sax.saxutils import escape, quoteattr
 
 import pytest
 from lxml import etree
-from urdf2mbs_report.page import make
 
 from urdf2mbs.api import convert
 from urdf2mbs.cli import main
-from urdf2mbs.disk.output import write
-from urdf2mbs.engine.config import Config, Lines, typed
+from urdf2mbs.config.model import Config, Lines, typed
+from urdf2mbs.engine.output import write
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.testing import TINY
+from urdf2mbs_report.page import make
 
 pytestmark = pytest.mark.slow
 

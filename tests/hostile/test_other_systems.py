@@ -8,14 +8,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from urdf2mbs_many.commands import many
 
 from urdf2mbs.cli import main
-from urdf2mbs.disk import output
 from urdf2mbs.disk.files import is_portable
-from urdf2mbs.disk.output import write_files
+from urdf2mbs.engine import output
+from urdf2mbs.engine.output import write_files
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY
+from urdf2mbs_many.commands import many
 
 
 @pytest.mark.parametrize(

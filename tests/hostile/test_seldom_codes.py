@@ -8,10 +8,10 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from urdf2mbs_many.convert import jobs_of
 
-from urdf2mbs.engine.config import Lines
+from urdf2mbs.config.model import Lines
 from urdf2mbs.testing import TINY
+from urdf2mbs_many.convert import jobs_of
 
 
 @pytest.fixture
@@ -52,9 +52,8 @@ def test_a_cluster_whose_workers_cannot_convert(
         as_completed=lambda futures, loop: iter(list(futures)),
     )  # fmt: skip
     monkeypatch.setitem(sys.modules, "distributed", module)  # type: ignore[arg-type]
+    from urdf2mbs.config.model import Config, typed
     from urdf2mbs_many.cluster import on_cluster
-
-    from urdf2mbs.engine.config import Config, typed
 
     config = typed(Config, {"source": str(tiny)}, Lines())
     other = typed(Config, {"source": str(tiny), "output": "b.mbs"}, Lines())

@@ -12,11 +12,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from urdf2mbs_many.job import Outcome
 
 from urdf2mbs import convert, convert_many
 from urdf2mbs.cli import main
 from urdf2mbs.testing import TINY
+from urdf2mbs_many.job import Outcome
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 

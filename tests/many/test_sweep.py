@@ -6,12 +6,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from urdf2mbs_many.convert import jobs_of
-from urdf2mbs_many.job import Job
 
-from urdf2mbs.engine.config import Lines, parse
+from urdf2mbs.config.model import Lines, parse
 from urdf2mbs.engine.settings import settings_of
 from urdf2mbs.messages.diagnostics import ConfigError
+from urdf2mbs_many.convert import jobs_of
+from urdf2mbs_many.job import Job
 
 
 def swept(text: str, output: str = "'{height}.mbs'", more: str = "") -> list[Job]:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import pytest
-from mbs.models import everything
-from urdf2mbs_equations.files import generate
-from urdf2mbs_report.draw import draw
 
+from mbs.models import everything
 from urdf2mbs.mbs.model import Point, Sensor
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.mbs.writer import write
 from urdf2mbs.messages.diagnostics import ConversionError
+from urdf2mbs_equations.files import generate
+from urdf2mbs_report.draw import draw
 
 END = b"<bodyname>arm</bodyname>\n        <pointname>tip</pointname>"
 EMPTY = b"<bodyname/>\n        <pointname>origin</pointname>"

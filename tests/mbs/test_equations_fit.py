@@ -6,13 +6,13 @@ import re
 from pathlib import Path
 
 import pytest
-from mbs.models import everything
-from urdf2mbs_equations.equations_fit import check_equations, fingerprint, fits
-from urdf2mbs_equations.files import generate
 
+from mbs.models import everything
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.mbs.writer import write
 from urdf2mbs.testing import TINY, convert_text
+from urdf2mbs_equations.equations_fit import check_equations, fingerprint, fits
+from urdf2mbs_equations.files import generate
 
 
 @pytest.fixture(scope="module")

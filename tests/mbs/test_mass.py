@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from hypothesis import given
+
 from mbs.models import few
 from mbs.test_singular import mass_matrix, trees
 from oracle.pin import to_pinocchio
-from urdf2mbs_project.mass import Mass
-
 from urdf2mbs.mbs.kinematics import floating
 from urdf2mbs.mbs.model import Body, Joint, Mbs
+from urdf2mbs_project.mass import Mass
 
 pin = pytest.importorskip("pinocchio")
 

@@ -8,8 +8,8 @@ from copy import deepcopy
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from mbs.models import everything, few, models
 
+from mbs.models import everything, few, models
 from urdf2mbs.mbs.model import (
     Body,
     Connection,

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import pytest
 from hypothesis import given
 from lxml import etree
-from mbs.models import everything, few, models
 
+from mbs.models import everything, few, models
 from urdf2mbs.mbs.model import (
     Base,
     Body,

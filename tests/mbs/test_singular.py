@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
-from oracle.pin import to_pinocchio
-from urdf2mbs_project.singular import Rule, find_singular
 
+from oracle.pin import to_pinocchio
 from urdf2mbs.mbs.model import Body, Joint, Mbs, Point
+from urdf2mbs_project.singular import Rule, find_singular
 
 pin = pytest.importorskip("pinocchio")
 

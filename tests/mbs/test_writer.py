@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-from conftest import SHARED
 from hypothesis import given
 from hypothesis import strategies as st
 from lxml import etree
-from mbs.models import everything, few, models
 
+from conftest import SHARED
+from mbs.models import everything, few, models
 from urdf2mbs.mbs.model import (
     Base,
     Body,

@@ -6,9 +6,8 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from mbs.models import everything
-from urdf2mbs_edits.merge.merge import Merged, merge
 
+from mbs.models import everything
 from urdf2mbs.mbs.model import (
     Body,
     Connection,
@@ -25,6 +24,7 @@ from urdf2mbs.mbs.model import (
 )
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.mbs.writer import write
+from urdf2mbs_edits.merge.merge import Merged, merge
 
 Edit = Callable[[Mbs], Any]
 

@@ -8,11 +8,16 @@ from random import Random
 from typing import Any
 
 import pytest
-from conftest import SHARED
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from lxml import etree
+
+from conftest import SHARED
 from merge.edits import BESIDE, CHANGES, MECHANICS, as_saved, no_leaf, renamed_joint
+from urdf2mbs import convert
+from urdf2mbs.mbs.model import Mbs
+from urdf2mbs.mbs.reader import read, read_again
+from urdf2mbs.mbs.writer import write
 from urdf2mbs_edits.diff.changes import (
     Change,
     changed_things,
@@ -23,11 +28,6 @@ from urdf2mbs_edits.diff.changes import (
 from urdf2mbs_edits.diff.matching import Matching, things
 from urdf2mbs_edits.merge.apply import is_place
 from urdf2mbs_edits.merge.merge import Merged, merge
-
-from urdf2mbs import convert
-from urdf2mbs.mbs.model import Mbs
-from urdf2mbs.mbs.reader import read, read_again
-from urdf2mbs.mbs.writer import write
 
 CONFIGS = Path(__file__).resolve().parents[2] / "configs"
 ROBOTS = ("lamp.urdf", "biped.urdf.xacro", "arm.urdf.xacro", "hexapod.urdf.xacro")

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from urdf2mbs_meshes.passes import convert_meshes
-
+from urdf2mbs.config.model import Config
 from urdf2mbs.conversion import Conversion, Segment, Settings
-from urdf2mbs.disk.output import write_files
-from urdf2mbs.engine.config import Config
+from urdf2mbs.engine.output import write_files
 from urdf2mbs.mbs.model import Body
 from urdf2mbs.passes import convert_visuals
 from urdf2mbs.spatial import HERE
 from urdf2mbs.urdf.model import Link, Material, Mesh, Robot, Visual
 from urdf2mbs.urdf.packages import Packages
+from urdf2mbs_meshes.passes import convert_meshes
 
 
 def visual(

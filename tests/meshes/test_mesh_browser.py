@@ -14,6 +14,7 @@ from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any
 
 import pytest
+
 from meshes import wrl
 from meshes.robot import convert, visual
 from meshes.samples import SAMPLES, TRIANGLES

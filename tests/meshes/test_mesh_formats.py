@@ -7,6 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
+
 from meshes import wrl
 from meshes.samples import (
     HIGH,
@@ -28,7 +30,6 @@ from meshes.samples import (
     stl_binary_data,
 )
 from meshes.samples import write as write_sample
-from PIL import Image
 from urdf2mbs_meshes.model import Mesh, MeshError
 from urdf2mbs_meshes.reader import read
 from urdf2mbs_meshes.vrml import write

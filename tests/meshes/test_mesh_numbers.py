@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from hypothesis import example, given
 from hypothesis import strategies as st
+
 from urdf2mbs_meshes.model import Part
 from urdf2mbs_meshes.vrml import write
 

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from meshes import wrl
 from urdf2mbs_meshes.reader import FORMATS, read
 from urdf2mbs_meshes.vrml import write

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from urdf2mbs_meshes import stl
 from urdf2mbs_meshes.passes.convert_meshes import Look, draw
 from urdf2mbs_meshes.reader import read

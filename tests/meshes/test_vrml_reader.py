@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from meshes.wrl import HEAD, SQUARE, of
 from urdf2mbs_meshes import reader, vrml
 from urdf2mbs_meshes.model import MeshError, Part

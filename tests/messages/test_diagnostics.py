@@ -7,7 +7,8 @@ from typing import Any
 
 import pytest
 
-from urdf2mbs.engine.config import Config
+from urdf2mbs.config.model import Config
+from urdf2mbs.engine.levels import judge, weigh
 from urdf2mbs.messages.diagnostics import (
     ConfigError,
     ConversionError,
@@ -20,7 +21,6 @@ from urdf2mbs.messages.diagnostics import (
     render,
     some,
 )
-from urdf2mbs.messages.levels import judge, weigh
 
 
 @pytest.mark.parametrize(

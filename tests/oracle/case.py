@@ -7,12 +7,12 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from urdf2mbs_project.simulation import Simulation
 
 from oracle.mbs import GROUND, Evaluator
 from oracle.multibody import Multibody, Place, State, translation
 from oracle.urdf import FLOATING_BASE, Reference, Urdf
 from urdf2mbs.spatial import ZERO, Vec
+from urdf2mbs_project.simulation import Simulation
 
 #: The largest deviation that is no difference, relative to the largest number it is compared with.
 TOLERANCE = 1e-8

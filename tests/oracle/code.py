@@ -11,13 +11,13 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
-from urdf2mbs_simulate.c_code import CCode, SensorInC, vector
-from urdf2mbs_simulate.data import MbsData
-from urdf2mbs_simulate.python_code import PythonCode, loaded
 
 from oracle import equations, followers, forces, ground, joints, sensors, start
 from oracle.case import Case
 from urdf2mbs.conversion import Conversion
+from urdf2mbs_simulate.c_code import CCode, SensorInC, vector
+from urdf2mbs_simulate.data import MbsData
+from urdf2mbs_simulate.python_code import PythonCode, loaded
 
 #: The folders of a project that hold code.
 FOLDERS = ("userfctR", "symbolicR")

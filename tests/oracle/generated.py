@@ -19,9 +19,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from numpy.typing import NDArray
-    from urdf2mbs_equations.files import Equations
 
     from urdf2mbs.mbs.model import Mbs
+    from urdf2mbs_equations.files import Equations
 
     Array = NDArray[np.float64]
 

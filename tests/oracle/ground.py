@@ -11,11 +11,11 @@ from fnmatch import fnmatchcase
 from typing import Any
 
 import numpy as np
-from urdf2mbs_project.simulation import CONTACT_STATES
 
 from oracle.case import Case
 from urdf2mbs.spatial import ZERO, rotate
 from urdf2mbs.urdf.model import Cylinder, Sphere
+from urdf2mbs_project.simulation import CONTACT_STATES
 
 #: Depth (m), rate and slip, in parts of the law's speeds.
 STATES = ((-0.1, 0.0, 1.0), (0.01, 0.0, 0.0), (0.02, 0.5, 40.0), (0.03, -0.5, 0.5), (0.01, -2, 1))

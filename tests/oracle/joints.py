@@ -12,10 +12,10 @@ from math import inf
 from typing import Any
 
 import numpy as np
-from urdf2mbs_project.simulation import JOINT_STATES
 
 from oracle.case import Case
 from urdf2mbs.proof.parameters import stated
+from urdf2mbs_project.simulation import JOINT_STATES
 
 #: By term, the user model and the number there that switches the term on.
 SWITCHES = {

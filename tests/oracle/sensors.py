@@ -10,11 +10,11 @@ import sys
 from fnmatch import fnmatchcase
 
 import numpy as np
-from urdf2mbs_project.gazebo import MOTION
-from urdf2mbs_project.simulation import ForceTorque, PointSensor
 
 from oracle.case import TOLERANCE, Case
 from urdf2mbs.spatial import HERE, ZERO, Pose
+from urdf2mbs_project.gazebo import MOTION
+from urdf2mbs_project.simulation import ForceTorque, PointSensor
 
 #: m, m/s^2: the elements that state one sensor round its digits.
 CLOSE = 1e-4

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
+
 from oracle.multibody import rotation
 from oracle.urdf import Urdf
 from proving import SOLID, chains, driven, joint, link, prove, robot
-
 from urdf2mbs.testing import convert_text
 
 if TYPE_CHECKING:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 from proving import SOLID, joint, link, robot
-
 from urdf2mbs import Result
 from urdf2mbs.testing import TINY, convert_text
 

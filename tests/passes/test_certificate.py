@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from urdf2mbs import convert
-from urdf2mbs.disk.output import plan
+from urdf2mbs.engine.output import plan
 from urdf2mbs.testing import TINY
 
 ALWAYS = {"certificate": {"write": "always"}}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from proving import SOLID, joint, link, prove, robot
-
 from urdf2mbs import Result
 from urdf2mbs.testing import convert_text
 

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from proving import SOLID, codes, joint, link, models, robot
 
+from proving import SOLID, codes, joint, link, models, robot
 from urdf2mbs import Result, convert
 from urdf2mbs.mbs.kinematics import place
 from urdf2mbs.mbs.model import Mbs

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from meshes import wrl
 from meshes.robot import codes, convert, visual, write
 from meshes.samples import (
@@ -22,10 +23,9 @@ from meshes.samples import (
     stl_binary_data,
 )
 from meshes.samples import write as write_sample
-from urdf2mbs_meshes.passes.convert_meshes import ConvertMeshes
-
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.mbs.model import Shape
+from urdf2mbs_meshes.passes.convert_meshes import ConvertMeshes
 
 
 def shapes_of(conversion: Conversion) -> list[Shape]:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from proving import SOLID, joint, link, robot
 
+from proving import SOLID, joint, link, robot
 from urdf2mbs import Result
 from urdf2mbs.testing import convert_text
 

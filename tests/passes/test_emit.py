@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
+
 from making import passes_of
 from proving import SOLID, codes, joint, link, robot
-
 from urdf2mbs import Result
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.testing import convert_text

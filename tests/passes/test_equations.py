@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from urdf2mbs.disk.output import write_files
-from urdf2mbs.engine.config import parse
+from urdf2mbs.config.model import parse
+from urdf2mbs.engine.output import write_files
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY, convert_text

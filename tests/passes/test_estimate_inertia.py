@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+
 from oracle.multibody import Inertia, lump, rotation, translation
 from proving import SOLID, joint, link, robot
-
 from urdf2mbs import convert
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import convert_text
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from oracle.multibody import Array
-
     from urdf2mbs import Result
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 from proving import SOLID, joint, link, robot
-
 from urdf2mbs import Result, convert
 
 XACRO = (

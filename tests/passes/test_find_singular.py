@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import pytest
+
 from conftest import SHARED
 from proving import SOLID, joint, link, robot
-
 from urdf2mbs import convert
 from urdf2mbs.testing import convert_text
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from proving import BOX, SOLID, joint, link, robot
 
+from proving import BOX, SOLID, joint, link, robot
 from urdf2mbs import Result
 from urdf2mbs.testing import convert_text
 

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from proving import SOLID, joint, link, robot
-from urdf2mbs_project.simulation import Simulation
-
 from urdf2mbs.testing import convert_text
+from urdf2mbs_project.simulation import Simulation
 
 
 def test_three_sensors_of_one_name_are_three() -> None:

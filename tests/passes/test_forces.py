@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import pytest
-from proving import models
 
+from proving import models
 from urdf2mbs.mbs.kinematics import place
 from urdf2mbs.testing import TINY, convert_text
 

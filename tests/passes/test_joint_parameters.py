@@ -6,8 +6,8 @@ from math import pi, sqrt
 from pathlib import Path
 
 import pytest
-from proving import codes, models
 
+from proving import codes, models
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.testing import TINY, convert_text
 

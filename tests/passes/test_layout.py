@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from diagram.test_arrange import centres, humanoid
 
+from diagram.test_arrange import centres, humanoid
+from urdf2mbs.config.model import Config
 from urdf2mbs.conversion import Conversion, Settings
-from urdf2mbs.engine.config import Config
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.passes.layout import Layout
 from urdf2mbs.urdf.packages import Packages

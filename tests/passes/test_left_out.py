@@ -6,8 +6,8 @@ import json
 from pathlib import Path
 
 import pytest
-from proving import SOLID, codes, joint, link, robot
 
+from proving import SOLID, codes, joint, link, robot
 from urdf2mbs import convert
 from urdf2mbs.testing import convert_text
 

@@ -8,14 +8,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 from descriptions import stand_in
 from passes.test_mimic import joint, link
 from proving import codes
-from urdf2mbs_project.mass import Mass
-from urdf2mbs_project.passes.loops import SINGULAR, Cut, _from_sdf, _jacobian, independent_columns
-from urdf2mbs_project.simulation import Simulation
-
-from urdf2mbs.engine.config import load
+from urdf2mbs.config.model import load
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.mbs.kinematics import place
 from urdf2mbs.mbs.reader import read
@@ -23,6 +20,9 @@ from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.spatial import Pose, from_rpy
 from urdf2mbs.testing import convert_text
 from urdf2mbs.urdf.model import ClosingJoint
+from urdf2mbs_project.mass import Mass
+from urdf2mbs_project.passes.loops import SINGULAR, Cut, _from_sdf, _jacobian, independent_columns
+from urdf2mbs_project.simulation import Simulation
 
 ROOT = Path(__file__).resolve().parents[2]
 

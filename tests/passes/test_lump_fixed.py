@@ -6,6 +6,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import pytest
+
 from oracle.mbs import Evaluator
 from proving import BOX, SOLID, chains, joint, link, prove, robot
 

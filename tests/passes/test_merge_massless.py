@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+
 from proving import BOX, SOLID, chains, joint, link, prove, robot
 
 

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from proving import codes
-from urdf2mbs_project.simulation import Simulation
 
+from proving import codes
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import convert_text
+from urdf2mbs_project.simulation import Simulation
 
 
 def link(name: str) -> str:

@@ -7,12 +7,12 @@ from typing import Any
 
 import pytest
 import yaml
-from passes.test_time_step import convert_project, joint, link, messages
-from urdf2mbs_project.simulation import Simulation
 
+from passes.test_time_step import convert_project, joint, link, messages
 from urdf2mbs import Result
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY, convert_text
+from urdf2mbs_project.simulation import Simulation
 
 
 def group_states(folder: Path, text: str, state: str, **options: Any) -> Result:

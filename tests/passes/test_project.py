@@ -10,17 +10,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from passes.test_mimic import CHAIN
 from project.standin import MbsData, make, user_functions
 from project.test_laws import convert as with_laws
 from proving import codes
-from urdf2mbs_project.code import FOLDER
-
 from urdf2mbs import convert
-from urdf2mbs.engine.config import Config, Lines, typed
+from urdf2mbs.config.model import Config, Lines, typed
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
 from urdf2mbs.testing import TINY, convert_text
+from urdf2mbs_project.code import FOLDER
 
 #: All twelve user functions of MBsysPy, and what is called in each file.
 FUNCTIONS = {

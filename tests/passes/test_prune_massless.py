@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import pytest
-from proving import BOX, SOLID, joint, link, prove, robot
 
+from proving import BOX, SOLID, joint, link, prove, robot
 from urdf2mbs import Result
 from urdf2mbs.testing import convert_text
 

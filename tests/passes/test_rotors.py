@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from proving import SOLID, joint, link, robot
 
+from proving import SOLID, joint, link, robot
 from urdf2mbs import convert, load_equations
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import convert_text

@@ -18,14 +18,14 @@ if __name__ == "__main__":
 
 import msgspec
 import pytest
+
 from oracle.rich import PASSES, RICH, joint, limit, link
+from urdf2mbs import Result, convert
+from urdf2mbs.mbs.model import Body, Mbs
 from urdf2mbs_project.mass import Mass
 from urdf2mbs_project.passes.time_step import _slopes
 from urdf2mbs_project.simulation import Simulation
 from urdf2mbs_project.stability import reduction_of
-
-from urdf2mbs import Result, convert
-from urdf2mbs.mbs.model import Body, Mbs
 
 TEXTS = Path(__file__).with_name("said")
 BALL = '<geometry><sphere radius="0.1"/></geometry>'

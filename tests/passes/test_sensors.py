@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from project.standin import MbsData, make
 
+from project.standin import MbsData, make
 from urdf2mbs.testing import TINY, convert_text
 
 #: The anchor point of the link ``tool`` gets a force, as a plugin may give it.

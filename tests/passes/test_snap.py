@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from proving import SOLID, joint, link, robot
-from urdf2mbs_certificate import certificate
 
+from proving import SOLID, joint, link, robot
 from urdf2mbs.cli import main
 from urdf2mbs.testing import convert_text
+from urdf2mbs_certificate import certificate
 
 RIGHT, HALF = "1.5707963267948966", "0.7853981633974483"
 

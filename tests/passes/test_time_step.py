@@ -8,13 +8,18 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import proving
 import pytest
+
+import proving
 from conftest import SHARED
 from oracle.mbs import Evaluator
 from oracle.multibody import State, opening
 from project.standin import RungeKutta, make, without_meshes
 from proving import SOLID, models
+from urdf2mbs import Result, convert
+from urdf2mbs.mbs.model import Connection
+from urdf2mbs.mbs.reader import read
+from urdf2mbs.testing import TINY, convert_text
 from urdf2mbs_project.mass import Mass
 from urdf2mbs_project.passes.time_step import _round_down
 from urdf2mbs_project.simulation import Simulation
@@ -22,11 +27,6 @@ from urdf2mbs_project.stability import longest_steps, reduction_of
 from urdf2mbs_simulate.c_code import CCode
 from urdf2mbs_simulate.python_code import PythonCode, loaded
 from urdf2mbs_simulate.runtime import MbsData
-
-from urdf2mbs import Result, convert
-from urdf2mbs.mbs.model import Connection
-from urdf2mbs.mbs.reader import read
-from urdf2mbs.testing import TINY, convert_text
 
 pin = pytest.importorskip("pinocchio")
 ROOT = Path(__file__).resolve().parents[2]

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from installed import install
 
+from installed import install
 from urdf2mbs.cli import main
 from urdf2mbs.engine.plugins import Plugins
 from urdf2mbs.engine.plugins import _installed as installed_plugins

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from making import passes_of
 
+from making import passes_of
 from urdf2mbs import convert
 from urdf2mbs.cli import main
 from urdf2mbs.engine.plugins import Plugins
@@ -78,7 +78,7 @@ def test_explain_says_what_stands_in_and_what_does_not(here: Path, capsys: Any) 
 def test_a_plugin_that_lends_our_function_is_still_the_source(tmp_path: Path) -> None:
     file = tmp_path / "mine.py"
     file.write_text(
-        "from urdf2mbs.engine.hookspecs import hookimpl\n"
+        "from urdf2mbs.hookspecs import hookimpl\n"
         "from urdf2mbs.passes.layout import Layout\n"
         "@hookimpl\ndef urdf2mbs_passes(): return [Layout]\n"
     )

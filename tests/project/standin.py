@@ -13,6 +13,7 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
+
 import urdf2mbs_simulate
 from urdf2mbs_simulate.dirdyn import close
 from urdf2mbs_simulate.python_code import PythonCode, load, loaded
@@ -120,8 +121,8 @@ def without_meshes(name: str) -> list[str]:
 
 def make(folder: Path, source: Path | str, name: str = "robot", **settings: Any) -> Path:
     """Convert a robot (its file, or its text) into a project; returns the project's folder."""
-    from urdf2mbs.disk.output import write
-    from urdf2mbs.engine.config import Config, Lines, typed
+    from urdf2mbs.config.model import Config, Lines, typed
+    from urdf2mbs.engine.output import write
     from urdf2mbs.engine.pipeline import Pipeline
 
     if isinstance(source, str):

@@ -12,14 +12,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
 from passes.test_time_step import joint, link
 from project.standin import make, user_functions
+from urdf2mbs import simulate
+from urdf2mbs.testing import TINY, convert_text
 from urdf2mbs_simulate.dirdyn import choose_code
 from urdf2mbs_simulate.python_code import loaded
 from urdf2mbs_simulate.runtime import MbsData, MbsDirdyn
-
-from urdf2mbs import simulate
-from urdf2mbs.testing import TINY, convert_text
 
 LANGUAGES = [
     "python",

@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+
 from conftest import SHARED
 from oracle.code import code_of, prove_code
 from oracle.rich import PASSES, RICH, convert
 from passes.test_mimic import CHAIN
 from project.standin import make, without_meshes
-
-from urdf2mbs.disk.output import write
+from urdf2mbs.engine.output import write
 from urdf2mbs.testing import TINY
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -9,14 +9,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from urdf2mbs_project.simulation import Simulation
-from urdf2mbs_simulate.c_code import compiler
 
 from urdf2mbs import simulate
-from urdf2mbs.disk.output import write
-from urdf2mbs.engine.config import Config, Lines, typed
+from urdf2mbs.config.model import Config, Lines, typed
+from urdf2mbs.engine.output import write
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.testing import TINY
+from urdf2mbs_simulate.c_code import compiler
 
 PLUGIN = '''
 from urdf2mbs.plugin import Pass, hookimpl, mbs, simulation

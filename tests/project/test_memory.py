@@ -5,10 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from project.standin import make
-from urdf2mbs_simulate.c_code import FLAGS, compiler
-from urdf2mbs_simulate.runtime import MbsData, MbsDirdyn
 
+from project.standin import make
 from urdf2mbs import ConversionError
 from urdf2mbs.mbs.model import (
     BASE,
@@ -24,6 +22,8 @@ from urdf2mbs.mbs.model import (
 )
 from urdf2mbs.mbs.writer import write as write_mbs
 from urdf2mbs.testing import TINY
+from urdf2mbs_simulate.c_code import FLAGS, compiler
+from urdf2mbs_simulate.runtime import MbsData, MbsDirdyn
 
 needs_c = pytest.mark.skipif(compiler() is None, reason="no C compiler")
 

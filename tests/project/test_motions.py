@@ -9,17 +9,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 from oracle.rich import PASSES, convert
 from project.standin import make
-from urdf2mbs_simulate import dirdyn as runs
-from urdf2mbs_simulate.c_code import FLAGS, CCode, compiler
-from urdf2mbs_simulate.dirdyn import METHODS, ROBOTRAN, choose_code, integrate
-from urdf2mbs_simulate.push import add_pushes
-from urdf2mbs_simulate.python_code import PythonCode, default, loaded
-from urdf2mbs_simulate.runtime import MbsData, MbsDirdyn, MbsPart
-
 from urdf2mbs import ConversionError, Push, load_equations, simulate
-from urdf2mbs.disk.output import write
+from urdf2mbs.engine.output import write
 from urdf2mbs.mbs.model import (
     BASE,
     Body,
@@ -27,6 +21,12 @@ from urdf2mbs.mbs.model import (
     Mbs,
 )
 from urdf2mbs.mbs.writer import write as write_mbs
+from urdf2mbs_simulate import dirdyn as runs
+from urdf2mbs_simulate.c_code import FLAGS, CCode, compiler
+from urdf2mbs_simulate.dirdyn import METHODS, ROBOTRAN, choose_code, integrate
+from urdf2mbs_simulate.push import add_pushes
+from urdf2mbs_simulate.python_code import PythonCode, default, loaded
+from urdf2mbs_simulate.runtime import MbsData, MbsDirdyn, MbsPart
 
 in_c = pytest.param("c", marks=pytest.mark.skipif(compiler() is None, reason="no C compiler"))
 LANGUAGES = pytest.mark.parametrize("language", ["python", in_c])

@@ -6,8 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import SHARED
 from lxml import etree
+
+from conftest import SHARED
 from passes.test_time_step import joint, link
 from project.standin import make, without_meshes
 from urdf2mbs_simulate.runtime import MbsData, MbsDirdyn

@@ -8,20 +8,20 @@ from typing import Any
 
 import numpy as np
 import pytest
+
+import urdf2mbs
 from conftest import SHARED
 from oracle.pin import to_pinocchio
 from project.standin import make, without_meshes
+from urdf2mbs import ConversionError, Push, simulate
+from urdf2mbs.cli import main
+from urdf2mbs.config.model import parse
+from urdf2mbs.mbs.kinematics import place
+from urdf2mbs.testing import TINY
 from urdf2mbs_simulate.dirdyn import choose_code, close
 from urdf2mbs_simulate.push import parse as parse_push
 from urdf2mbs_simulate.python_code import loaded
 from urdf2mbs_simulate.runtime import MbsData, MbsDirdyn, Results
-
-import urdf2mbs
-from urdf2mbs import ConversionError, Push, simulate
-from urdf2mbs.cli import main
-from urdf2mbs.engine.config import parse
-from urdf2mbs.mbs.kinematics import place
-from urdf2mbs.testing import TINY
 
 pin = pytest.importorskip("pinocchio")
 ROOT = Path(__file__).resolve().parents[2]

@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from proving import joint, link, robot
 
+from proving import joint, link, robot
 from urdf2mbs import simulate
-from urdf2mbs.disk.output import write
-from urdf2mbs.engine.config import config_of
+from urdf2mbs.config.model import config_of
+from urdf2mbs.engine.output import write
 from urdf2mbs.engine.pipeline import Pipeline
 
 FORCE, TIME = 2.0, 0.4

@@ -7,9 +7,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from urdf2mbs_project.code import c, python
-from urdf2mbs_project.simulation import CONTACT_STATES, JOINT_STATES, Contact, Coupling, Simulation
-from urdf2mbs_project.stability import Slope, fastest, longest_steps
 
 from urdf2mbs.mbs.model import (
     Body,
@@ -21,6 +18,9 @@ from urdf2mbs.mbs.model import (
     Sensor,
     UserModel,
 )
+from urdf2mbs_project.code import c, python
+from urdf2mbs_project.simulation import CONTACT_STATES, JOINT_STATES, Contact, Coupling, Simulation
+from urdf2mbs_project.stability import Slope, fastest, longest_steps
 
 FLOATING = [f"base_{kind}" for kind in ("T1", "T2", "T3", "R1", "R2", "R3")]
 

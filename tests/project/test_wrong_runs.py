@@ -9,16 +9,16 @@ from typing import Any
 
 import numpy as np
 import pytest
-from passes.test_mimic import CHAIN
-from project.standin import make
-from urdf2mbs_simulate.runtime import MbsData, MbsDirdyn
 
 import urdf2mbs
+from passes.test_mimic import CHAIN
+from project.standin import make
 from urdf2mbs import ConversionError, simulate
 from urdf2mbs.cli import main
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.writer import write
 from urdf2mbs.testing import TINY
+from urdf2mbs_simulate.runtime import MbsData, MbsDirdyn
 
 TINY_FILE = Path(urdf2mbs.__file__).with_name("tiny.urdf")
 needs_gcc = pytest.mark.skipif(shutil.which("cc") is None, reason="there is no C compiler")

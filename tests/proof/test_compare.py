@@ -7,8 +7,8 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from proving import SOLID, joint, link, robot
 
+from proving import SOLID, joint, link, robot
 from urdf2mbs import Result
 from urdf2mbs.mbs.model import Connection, Joint, LinkFrame, Mbs, Parameter, Point
 from urdf2mbs.mbs.reader import read

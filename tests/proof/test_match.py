@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from proving import SOLID, joint, link, robot
 
+from proving import SOLID, joint, link, robot
 from urdf2mbs.api import verify
 from urdf2mbs.mbs.model import Body, Joint, Mbs, Point
 from urdf2mbs.mbs.reader import read

@@ -9,9 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from proof.test_words import MIMIC
-from urdf2mbs_report.page import make
 
+from proof.test_words import MIMIC
 from urdf2mbs import convert
 from urdf2mbs.api import verify
 from urdf2mbs.cli import main
@@ -22,6 +21,7 @@ from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
 from urdf2mbs.proof.compare import compare
 from urdf2mbs.proof.rigid import HERE, distance, inertias_apart
 from urdf2mbs.testing import TINY, assert_same_robot, convert_text, run_pass
+from urdf2mbs_report.page import make
 
 # --- not a number -------------------------------------------------------------------------------
 
@@ -148,7 +148,7 @@ def test_a_change_that_no_pass_owns_up_to_is_a_difference(tmp_path: Path, capsys
 def test_so_is_one_that_a_hook_makes(tmp_path: Path) -> None:
     file = plugin(
         tmp_path,
-        "from urdf2mbs.engine.hookspecs import hookimpl\n"
+        "from urdf2mbs.hookspecs import hookimpl\n"
         "@hookimpl\n"
         "def urdf2mbs_after_pass(pass_, conversion):\n"
         "    if pass_.name == 'expand':\n"

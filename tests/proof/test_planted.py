@@ -6,8 +6,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from proof.test_compare import body, compared, own_joint, setting
 
+from proof.test_compare import body, compared, own_joint, setting
 from urdf2mbs import Result, convert
 from urdf2mbs.cli import main
 from urdf2mbs.mbs.model import Mbs

@@ -7,8 +7,8 @@ import re
 from typing import TYPE_CHECKING, Any
 
 import pytest
-from proving import joint, link, robot
 
+from proving import joint, link, robot
 from urdf2mbs import convert, verify
 from urdf2mbs.cli import main
 from urdf2mbs.messages.diagnostics import ConfigError

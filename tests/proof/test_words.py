@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from urdf2mbs_report.page import make
 
 from urdf2mbs import convert
 from urdf2mbs.api import verify
@@ -19,6 +18,7 @@ from urdf2mbs.mbs.reader import read
 from urdf2mbs.mbs.writer import write
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.testing import TINY, convert_text
+from urdf2mbs_report.page import make
 
 MIMIC = TINY.replace(
     '<axis xyz="0 1 1"/>', '<axis xyz="0 1 1"/><mimic joint="wrist_roll" multiplier="2"/>'

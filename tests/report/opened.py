@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from urdf2mbs_report.page import make
 
 from urdf2mbs.conversion import Conversion
+from urdf2mbs_report.page import make
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page

@@ -9,9 +9,8 @@ from typing import Any
 
 from conftest import SHARED
 from proving import SOLID, joint, link, robot
-
+from urdf2mbs.config.model import Config, Lines, typed
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.engine.config import Config, Lines, typed
 from urdf2mbs.engine.pipeline import Pipeline
 
 ROBOTS = SHARED / "robots"

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+
 from conftest import SHARED
 from oracle.mbs import Evaluator
 from report.opened import Opened, open_report
 from report.shown import SHOWN, data, shown
-
 from urdf2mbs.conversion import Conversion
 
 if TYPE_CHECKING:

@@ -6,14 +6,14 @@ import json
 from pathlib import Path
 
 import pytest
+
 from meshes import wrl
 from report.test_page import Html
-from urdf2mbs_report.page import make_of_model
-
 from urdf2mbs.cli import main
 from urdf2mbs.mbs.model import Base, Body, Connection, Joint, Mbs, Point, Sensor, Shape
 from urdf2mbs.mbs.writer import write
 from urdf2mbs.testing import TINY
+from urdf2mbs_report.page import make_of_model
 
 TEXTURED = (
     wrl.SQUARE + b" texCoord TextureCoordinate { point [0 0 1 0 1 1 0 1] }",

@@ -9,14 +9,14 @@ from typing import Any
 
 import pytest
 from lxml.html import HTMLParser, document_fromstring
+
 from oracle.mbs import Evaluator
 from report.shown import EVIL, HOSTILE, SHOWN, data, edit, run, shown
-from urdf2mbs_report import page
-from urdf2mbs_report.page import make
-
 from urdf2mbs.cli import main
 from urdf2mbs.proof.verdict import Difference
 from urdf2mbs.testing import TINY
+from urdf2mbs_report import page
+from urdf2mbs_report.page import make
 
 
 class Html:

@@ -9,15 +9,15 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 from meshes import wrl
 from meshes.samples import write
 from report.shown import data, shown
+from urdf2mbs.mbs.reader import read
+from urdf2mbs.urdf.packages import Packages
 from urdf2mbs_meshes import reader as meshes
 from urdf2mbs_meshes import vrml_reader
 from urdf2mbs_report.scene import Store, lookup, mbs_side, urdf_side
-
-from urdf2mbs.mbs.reader import read
-from urdf2mbs.urdf.packages import Packages
 
 
 def unpack(store: Store, place: list[int]) -> Any:

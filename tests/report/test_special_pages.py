@@ -9,18 +9,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+
 from oracle.mbs import Evaluator
 from oracle.multibody import rotation
 from proving import SOLID, joint, link, robot
 from report.opened import Open, Opened, open_report
 from report.shown import EVIL, HOSTILE, SHOWN, data, edit, run
-from urdf2mbs_report.page import make_of_model
-
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.disk.output import write_files
+from urdf2mbs.engine.output import write_files
 from urdf2mbs.mbs.kinematics import place
 from urdf2mbs.mbs.reader import read as read_mbs
 from urdf2mbs.testing import TINY
+from urdf2mbs_report.page import make_of_model
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser

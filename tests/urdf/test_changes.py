@@ -6,8 +6,8 @@ from copy import deepcopy
 from typing import Any
 
 import pytest
-from proving import BOX, SOLID, joint, link, robot
 
+from proving import BOX, SOLID, joint, link, robot
 from urdf2mbs.urdf.changes import Change, between, describe, encode
 from urdf2mbs.urdf.model import (
     Collision,

@@ -6,15 +6,15 @@ import sys
 from pathlib import Path
 
 import pytest
-from descriptions import offline, stand_in
-from urdf2mbs_xacro import descriptions
 
+from descriptions import offline, stand_in
 from urdf2mbs import convert
 from urdf2mbs.cli import main
-from urdf2mbs.engine.config import load
+from urdf2mbs.config.model import load
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY
+from urdf2mbs_xacro import descriptions
 
 CONFIGS = Path(__file__).resolve().parents[2] / "configs"
 XACRO = """<robot name="tiny" xmlns:xacro="http://www.ros.org/wiki/xacro">

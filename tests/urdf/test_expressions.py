@@ -9,12 +9,12 @@ from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
 import pytest
-from making import read_robot
-from urdf2mbs_xacro.xacro import expand
 
+from making import read_robot
 from urdf2mbs.api import convert
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.urdf.packages import Packages
+from urdf2mbs_xacro.xacro import expand
 
 #: What xacro evaluates to the same value, with trust and without.
 HARMLESS = (

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from making import read_robot
 
+from making import read_robot
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.urdf.packages import Packages
 from urdf2mbs.urdf.reader import parse

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from codes import DEFAULTS
-from making import read_robot
 from scipy.spatial.transform import Rotation
 
+from codes import DEFAULTS
+from making import read_robot
 from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic
 from urdf2mbs.testing import convert_text
 from urdf2mbs.urdf.model import (

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from making import read_robot
 
+from making import read_robot
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.urdf.model import Robot
 from urdf2mbs.urdf.packages import Packages

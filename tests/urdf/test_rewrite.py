@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from proving import SOLID, joint, link, robot
 
+from proving import SOLID, joint, link, robot
 from urdf2mbs import convert
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.urdf.reader import parse

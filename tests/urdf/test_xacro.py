@@ -13,14 +13,14 @@ from typing import Any
 import pytest
 import xacro
 import yaml
-from making import read_robot
-from urdf2mbs_xacro.xacro import Expansion, expand
 from xacro import substitution_args
 
+from making import read_robot
 from urdf2mbs import cli
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, Diagnostic
 from urdf2mbs.urdf.model import Mesh, Robot
 from urdf2mbs.urdf.packages import Packages
+from urdf2mbs_xacro.xacro import Expansion, expand
 
 HEAD = '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">\n'
 

@@ -19,8 +19,8 @@ from typing import Any, NoReturn
 
 from urdf2mbs.commands.colours import screens
 from urdf2mbs.disk.files import absolute
-from urdf2mbs.engine.hookspecs import Command
 from urdf2mbs.engine.plugins import Plugins, plugins_of
+from urdf2mbs.hookspecs import Command
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, memory_full, nearest
 
 _HERE = "urdf2mbs.commands"
@@ -158,13 +158,18 @@ def _nearest(word: str, known: Iterable[str]) -> str:
 
 
 def parser(
-    known: Mapping[str, Command], named: Iterable[str], *, texts: bool = True
+    known: Mapping[str, Command] | None = None,
+    named: Iterable[str] | None = None,
+    *,
+    texts: bool = True,
 ) -> argparse.ArgumentParser:
     """The known commands in the order of the help, those that are ``named`` with their options.
 
-    Only the files of the named commands are imported.  Without ``texts`` there is no help, and no
-    other command.
+    None: all.  Only the files of the named commands are imported.  Without ``texts`` there is no
+    help, and no other command.
     """
+    known = commands_of() if known is None else known
+    named = known if named is None else named
     whole = _Parser(
         prog="urdf2mbs", description="Convert URDF and xacro robots to Robotran .mbs files."
     )

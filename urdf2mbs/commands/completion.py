@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import re
 
-from urdf2mbs.commands import commands_of, parser
+from urdf2mbs.commands import parser
 
 EXAMPLES = (
     "urdf2mbs completion bash > ~/.local/share/bash-completion/completions/urdf2mbs",
@@ -21,8 +21,7 @@ def add_options(command: argparse.ArgumentParser) -> None:
 def carry_out(arguments: argparse.Namespace) -> int:
     import shtab
 
-    known = commands_of()
-    words = parser(known, known)
+    words = parser()
     for command in _commands(words):
         for action in command._actions:
             if action.metavar == "DIR":

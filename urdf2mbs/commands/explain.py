@@ -16,7 +16,7 @@ from urdf2mbs.commands.settings import (
     path,
     robot_or_config,
 )
-from urdf2mbs.engine.config import Config, Lines
+from urdf2mbs.config.model import Config, Lines
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.engine.plugins import Plugins, of_plugin
 from urdf2mbs.messages.diagnostics import counted

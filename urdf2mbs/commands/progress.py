@@ -6,7 +6,7 @@ import argparse
 import sys
 from threading import Event, Thread
 
-from urdf2mbs.engine.hookspecs import Pass, hookimpl
+from urdf2mbs.hookspecs import Pass, hookimpl
 
 
 class Progress:

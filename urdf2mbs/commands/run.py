@@ -7,9 +7,9 @@ import argparse
 from urdf2mbs.commands.printing import near, next_steps, print_json, tell, tell_diagnostics
 from urdf2mbs.commands.progress import Progress
 from urdf2mbs.commands.settings import add_converting, path, read_config, refuse
+from urdf2mbs.config.model import Config, Lines
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.disk.output import plan, write
-from urdf2mbs.engine.config import Config, Lines
+from urdf2mbs.engine.output import plan, write
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.engine.plugins import of_plugin
 from urdf2mbs.messages.diagnostics import printable, some

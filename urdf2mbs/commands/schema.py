@@ -11,7 +11,7 @@ import msgspec
 
 from urdf2mbs.commands.printing import print_json, warn_of
 from urdf2mbs.commands.settings import add_fields, add_no_plugins, field_docs
-from urdf2mbs.engine.config import Config
+from urdf2mbs.config.model import Config
 from urdf2mbs.engine.plugins import GROUP, Plugins
 
 EXAMPLES = ("urdf2mbs schema > config.schema.json",)

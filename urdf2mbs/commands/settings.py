@@ -10,8 +10,8 @@ from typing import Annotated, Any, Literal, NamedTuple, get_args, get_origin, ge
 
 import msgspec
 
+from urdf2mbs.config.model import Config, Lines, config_of, load
 from urdf2mbs.disk import files
-from urdf2mbs.engine.config import Config, Lines, config_of, load
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.urdf.reader import is_name
 
@@ -74,7 +74,7 @@ def choose_fields(arguments: argparse.Namespace, fields: Iterable[str] = FLAGS) 
 def _value(flag: _Flag, given: Any) -> Any:
     if get_origin(flag.kind) is not dict:
         return given
-    from urdf2mbs.engine.yaml_text import word
+    from urdf2mbs.config.yaml_text import word
 
     sign = ":=" if ":=" in flag.form else "="
     values: dict[str, Any] = {}

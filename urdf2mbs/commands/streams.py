@@ -9,7 +9,7 @@ from contextlib import contextmanager, redirect_stdout
 from pathlib import Path
 
 from urdf2mbs.disk import files
-from urdf2mbs.disk.output import write_files
+from urdf2mbs.engine.output import write_files
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.messages.diagnostics import ConfigError
 

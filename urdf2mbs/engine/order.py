@@ -8,9 +8,9 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Sequence
 from itertools import pairwise
 
-from urdf2mbs.engine.config import Key, Lines
-from urdf2mbs.engine.hookspecs import Pass
+from urdf2mbs.config.model import Key, Lines
 from urdf2mbs.engine.sections import OPTIONAL
+from urdf2mbs.hookspecs import Pass
 from urdf2mbs.messages.diagnostics import ConversionError
 
 

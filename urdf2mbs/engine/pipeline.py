@@ -8,9 +8,9 @@ from contextlib import contextmanager
 from time import perf_counter
 from typing import Any
 
+from urdf2mbs.config.model import Config, Lines
 from urdf2mbs.conversion import Conversion, File
 from urdf2mbs.disk.files import is_file
-from urdf2mbs.engine.config import Config, Lines
 from urdf2mbs.engine.faults import (
     check_left,
     check_protected,
@@ -18,14 +18,14 @@ from urdf2mbs.engine.faults import (
     pass_failed,
     protected_state,
 )
-from urdf2mbs.engine.hookspecs import Pass
+from urdf2mbs.engine.levels import CHANGEABLE, judge, weigh
 from urdf2mbs.engine.order import check_order, find_stale
 from urdf2mbs.engine.plugins import FAILURES, Registered, hooks_of, plugins_of
 from urdf2mbs.engine.resolve import Configured, resolve
 from urdf2mbs.engine.sections import find_changed, look
 from urdf2mbs.engine.settings import check_output, expand, settings_of
+from urdf2mbs.hookspecs import Pass
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, nearest
-from urdf2mbs.messages.levels import CHANGEABLE, judge, weigh
 from urdf2mbs.proof.verdict import NOT_CHECKED
 from urdf2mbs.urdf.changes import RobotChange, between, encode
 from urdf2mbs.urdf.packages import Packages
@@ -117,7 +117,7 @@ class Pipeline:
         if before is not None:
             conversion.source, conversion.expansion = before.source, before.expansion
         conversion.progress = self._progress
-        conversion.hook = self.plugins.hook
+        conversion.hook, conversion.find = self.plugins.hook, self.plugins.find
         conversion.diagnostics += self.plugins.broken
         for plugin, brought in self._idle():
             conversion.warn(

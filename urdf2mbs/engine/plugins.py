@@ -15,11 +15,10 @@ from typing import TYPE_CHECKING, Any
 import msgspec
 import pluggy
 
-from urdf2mbs import passes
+from urdf2mbs import hookspecs, passes
+from urdf2mbs.config.model import Lines, Preset, typed
 from urdf2mbs.disk.files import MOST, beginning, is_file
-from urdf2mbs.engine import hookspecs
-from urdf2mbs.engine.config import Lines, Preset, typed
-from urdf2mbs.engine.hookspecs import Command, Pass, PassEntry
+from urdf2mbs.hookspecs import Command, Pass, PassEntry
 from urdf2mbs.messages.diagnostics import ConfigError, Diagnostic
 
 if TYPE_CHECKING:
@@ -156,7 +155,7 @@ def _without_files(path: tuple[str, ...] | None) -> Plugins:
 
 
 def of_plugin(name: str, plugin: str) -> Any:
-    """What one of our plugins has under this name; raises ConfigError if the plugin is not there."""
+    """What one of our plugins has under this name; raises ConfigError without the plugin."""
     found = plugins_of((), installed=False).find(name)
     if found is None:
         raise ConfigError(

@@ -6,9 +6,9 @@ from collections.abc import Collection, Mapping
 from functools import cached_property
 from typing import Any
 
-from urdf2mbs.engine.config import Config, Key, Lines, Preset, typed
-from urdf2mbs.engine.hookspecs import Pass
+from urdf2mbs.config.model import Config, Key, Lines, Preset, typed
 from urdf2mbs.engine.plugins import Plugins, Registered
+from urdf2mbs.hookspecs import Pass
 from urdf2mbs.messages.diagnostics import ConfigError, nearest
 
 

@@ -9,9 +9,9 @@ from typing import Any
 
 import msgspec
 
+from urdf2mbs.config.model import Config, Key, Lines, Project
 from urdf2mbs.conversion import Settings
 from urdf2mbs.disk.files import absolute, is_folder
-from urdf2mbs.engine.config import Config, Key, Lines, Project
 from urdf2mbs.mbs.names import identifiers
 from urdf2mbs.urdf.reader import is_name, stem
 

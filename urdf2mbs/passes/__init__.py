@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from urdf2mbs.engine.hookspecs import PassEntry, always, hookimpl
+from urdf2mbs.hookspecs import PassEntry, always, hookimpl
 
 #: Passes of plugins say themselves where among these they stand.
 _NAMES = (

@@ -19,7 +19,7 @@ from math import hypot
 from typing import NamedTuple
 
 from urdf2mbs.conversion import Conversion, Step
-from urdf2mbs.engine.hookspecs import Pass
+from urdf2mbs.hookspecs import Pass
 from urdf2mbs.ranges import Tolerance
 from urdf2mbs.spatial import (
     IDENTITY,

@@ -8,7 +8,7 @@ takes the file's name.  The pass also records the place of each link's frame.
 from __future__ import annotations
 
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.engine.hookspecs import Pass
+from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.model import LinkFrame
 from urdf2mbs.mbs.names import identifiers, rename
 

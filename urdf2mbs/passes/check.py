@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.engine.hookspecs import Pass
+from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.model import Mbs, UserModel
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.proof.compare import compare

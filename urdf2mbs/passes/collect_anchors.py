@@ -9,7 +9,7 @@ bodies of their own.
 from __future__ import annotations
 
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.engine.hookspecs import Pass
+from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.model import Point
 from urdf2mbs.messages.diagnostics import counted
 from urdf2mbs.spatial import IDENTITY, ZERO

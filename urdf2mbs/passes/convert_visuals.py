@@ -14,7 +14,7 @@ from pathlib import PurePosixPath
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.disk.files import is_portable
-from urdf2mbs.engine.hookspecs import Pass
+from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.model import GREY, Shape
 from urdf2mbs.mbs.names import free_name
 from urdf2mbs.messages.diagnostics import counted, some

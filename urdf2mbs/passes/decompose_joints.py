@@ -16,7 +16,7 @@ Table A.2 is corrected: the angle of its R2 is ``-atan2(z, hypot(x, y))``.
 from __future__ import annotations
 
 from urdf2mbs.conversion import Conversion, Step
-from urdf2mbs.engine.hookspecs import Pass
+from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.model import Joint
 from urdf2mbs.mbs.names import free_name
 from urdf2mbs.spatial import ALIGNED, Turn, axis_turns, unit

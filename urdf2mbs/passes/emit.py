@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.engine.hookspecs import Pass
+from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.writer import write
 from urdf2mbs.messages.diagnostics import ConversionError
 

@@ -7,7 +7,7 @@ expanded here without any ROS installed: ``$(find)``, ``$(arg)``, includes, ``lo
 from __future__ import annotations
 
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.engine.hookspecs import Pass
+from urdf2mbs.hookspecs import Pass
 from urdf2mbs.urdf.reader import read_file, read_text
 
 

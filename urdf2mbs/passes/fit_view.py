@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import hypot
 
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.engine.hookspecs import Pass
+from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.model import Light, View, Viewpoint
 from urdf2mbs.ranges import rounded
 from urdf2mbs.spatial import add, rotate

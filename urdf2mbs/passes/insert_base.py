@@ -14,7 +14,7 @@ from __future__ import annotations
 import msgspec
 
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.engine.hookspecs import Pass
+from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.names import free_name
 from urdf2mbs.urdf.model import Joint, Link, Robot
 

@@ -15,7 +15,7 @@ from typing import Annotated
 import msgspec
 
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.engine.hookspecs import Pass
+from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs import model as mbs
 from urdf2mbs.mbs.model import UserModel
 from urdf2mbs.messages.diagnostics import counted

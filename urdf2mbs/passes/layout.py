@@ -10,7 +10,7 @@ from typing import Literal
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.diagram import arrange
-from urdf2mbs.engine.hookspecs import Pass
+from urdf2mbs.hookspecs import Pass
 
 
 class Layout(Pass):

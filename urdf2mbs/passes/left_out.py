@@ -7,7 +7,7 @@ generator of equations.
 from __future__ import annotations
 
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.engine.hookspecs import Pass
+from urdf2mbs.hookspecs import Pass
 from urdf2mbs.messages.diagnostics import counted, some
 
 #: Most accounts of Robotran's generator of equations allow so many.

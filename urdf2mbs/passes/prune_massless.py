@@ -8,7 +8,7 @@ added in the bodytree".  Neglected are the links, never their frames nor their c
 from __future__ import annotations
 
 from urdf2mbs.conversion import Conversion, Segment, Step, fits, follow
-from urdf2mbs.engine.hookspecs import Pass
+from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.model import Body
 from urdf2mbs.messages.diagnostics import counted, some
 from urdf2mbs.spatial import HERE, ZERO, Pose, compose, inverse

@@ -11,7 +11,7 @@ it for a parameter.
 from __future__ import annotations
 
 from urdf2mbs.conversion import Conversion, Segment
-from urdf2mbs.engine.hookspecs import Pass
+from urdf2mbs.hookspecs import Pass
 from urdf2mbs.spatial import Sym, Vec, compose, drop_rounding, lump, rotate_inertia
 from urdf2mbs.urdf.model import Robot
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from urdf2mbs.commands.printing import print_json
 from urdf2mbs.commands.settings import add_printing, path
 from urdf2mbs.commands.streams import read_bytes
-from urdf2mbs.disk.output import write_files
+from urdf2mbs.engine.output import write_files
 from urdf2mbs.messages.diagnostics import ConversionError, counted, printable
 
 EXAMPLES = (

@@ -10,7 +10,7 @@ from urdf2mbs.commands.printing import near, print_json
 from urdf2mbs.commands.settings import add_printing, path, refuse
 from urdf2mbs.commands.streams import is_stream, read_bytes
 from urdf2mbs.disk.files import project_of
-from urdf2mbs.disk.output import write_files
+from urdf2mbs.engine.output import write_files
 from urdf2mbs.messages.diagnostics import ConfigError, counted
 
 EXAMPLES = (

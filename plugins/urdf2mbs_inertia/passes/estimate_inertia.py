@@ -15,7 +15,7 @@ from typing import Annotated, Any
 import msgspec
 
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.engine.hookspecs import Pass
+from urdf2mbs.hookspecs import Pass
 from urdf2mbs.messages.diagnostics import ConfigError, counted, some
 from urdf2mbs.ranges import PositiveLength
 from urdf2mbs.spatial import ZERO, Pose, Sym, Vec, compose, lump, rotate_inertia, unit

@@ -15,9 +15,9 @@ import msgspec
 from urdf2mbs.commands.printing import near, print_json
 from urdf2mbs.commands.progress import Progress
 from urdf2mbs.commands.settings import REPORT, refuse, without_config
+from urdf2mbs.config.model import Config, Lines
 from urdf2mbs.disk.files import is_file
-from urdf2mbs.disk.output import check_ours, write_files
-from urdf2mbs.engine.config import Config, Lines
+from urdf2mbs.engine.output import check_ours, write_files
 from urdf2mbs.engine.plugins import version_of
 from urdf2mbs.messages.diagnostics import ConfigError, counted
 from urdf2mbs_many.convert import jobs_of, run

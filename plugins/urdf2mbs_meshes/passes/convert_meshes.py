@@ -21,7 +21,7 @@ from msgspec import Meta
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.disk import files
 from urdf2mbs.disk.record import is_ours
-from urdf2mbs.engine.hookspecs import Pass
+from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.model import RGB, Shape
 from urdf2mbs.mbs.names import free_name
 from urdf2mbs.messages.diagnostics import counted, some

@@ -12,16 +12,14 @@ from typing import Any, NamedTuple
 import msgspec
 import yaml
 from lxml import etree
-from urdf2mbs_project.passes.contacts import lowest_points
-from urdf2mbs_project.simulation import Simulation
 
 from urdf2mbs.commands.printing import print_json
 from urdf2mbs.commands.settings import add_fields, add_printing, choose_fields, path
 from urdf2mbs.commands.streams import STREAM
+from urdf2mbs.config.model import Config, Lines, typed
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.disk import files
-from urdf2mbs.disk.output import write_files
-from urdf2mbs.engine.config import Config, Lines, typed
+from urdf2mbs.engine.output import write_files
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.mbs.kinematics import place
 from urdf2mbs.messages.diagnostics import ConfigError, counted, printable, some
@@ -30,6 +28,8 @@ from urdf2mbs.summary import report
 from urdf2mbs.urdf.model import Geometry, Joint, Link, Mesh, Robot
 from urdf2mbs.urdf.reader import is_name, read_text, stem
 from urdf2mbs.xml.parser import safe_parser
+from urdf2mbs_project.passes.contacts import lowest_points
+from urdf2mbs_project.simulation import Simulation
 
 EXAMPLES = (
     "urdf2mbs init robot.urdf.xacro",

@@ -7,7 +7,7 @@ those are is taken from ``<transmission>`` and ``<ros2_control>``, or from the c
 from __future__ import annotations
 
 from urdf2mbs.conversion import Conversion, choose
-from urdf2mbs.engine.hookspecs import Pass
+from urdf2mbs.hookspecs import Pass
 
 
 class Actuators(Pass):

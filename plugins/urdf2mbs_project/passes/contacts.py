@@ -19,7 +19,7 @@ from typing import Annotated, Any
 from msgspec import Meta
 
 from urdf2mbs.conversion import Conversion, Segment, choose, fits
-from urdf2mbs.engine.hookspecs import Pass
+from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.kinematics import Placement, floating, place
 from urdf2mbs.mbs.model import Mbs, Point, Sensor, UserModel
 from urdf2mbs.messages.diagnostics import ConfigError

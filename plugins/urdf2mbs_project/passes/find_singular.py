@@ -12,7 +12,7 @@ from collections.abc import Iterable
 import msgspec
 
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.engine.hookspecs import Pass
+from urdf2mbs.hookspecs import Pass
 from urdf2mbs.messages.diagnostics import some
 from urdf2mbs.urdf.model import Robot
 from urdf2mbs_project.simulation import Simulation

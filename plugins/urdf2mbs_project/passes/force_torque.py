@@ -8,7 +8,7 @@ sensor costs six joints, so the pass makes only the sensors that the config name
 from __future__ import annotations
 
 from urdf2mbs.conversion import Conversion, choose
-from urdf2mbs.engine.hookspecs import Pass
+from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.names import free_name
 from urdf2mbs.messages.diagnostics import ConfigError, nearest
 from urdf2mbs_project.gazebo import FORCE_TORQUE

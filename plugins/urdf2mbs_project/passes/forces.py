@@ -13,7 +13,7 @@ from math import dist
 import msgspec
 
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.engine.hookspecs import Pass
+from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.kinematics import place
 from urdf2mbs.mbs.model import Connection, Sensor, UserModel
 from urdf2mbs.mbs.names import identifiers

@@ -13,7 +13,7 @@ from __future__ import annotations
 from math import isfinite, pi
 
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.engine.hookspecs import Pass
+from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.model import UserModel
 from urdf2mbs.ranges import rounded
 from urdf2mbs_project.simulation import Simulation

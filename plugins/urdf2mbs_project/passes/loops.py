@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Literal
 import msgspec
 
 from urdf2mbs.conversion import Conversion, fits
-from urdf2mbs.engine.hookspecs import Pass
+from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.kinematics import Placement
 from urdf2mbs.mbs.model import Connection, Mbs
 from urdf2mbs.mbs.names import free_name

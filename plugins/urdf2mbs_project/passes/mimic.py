@@ -13,7 +13,7 @@ from typing import Literal
 import msgspec
 
 from urdf2mbs.conversion import Conversion, choose, fits, follow
-from urdf2mbs.engine.hookspecs import Pass
+from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.model import UserConstraint
 from urdf2mbs_project.simulation import Coupling, Simulation
 

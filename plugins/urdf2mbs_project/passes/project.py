@@ -15,7 +15,7 @@ from pathlib import Path
 from urdf2mbs.conversion import Conversion, File
 from urdf2mbs.disk import files
 from urdf2mbs.disk.record import is_ours
-from urdf2mbs.engine.hookspecs import Pass
+from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, counted, some
@@ -82,7 +82,7 @@ def _count_as_compared(conversion: Conversion) -> None:
 
 
 def _made(conversion: Conversion) -> Iterator[str]:
-    """What the generated user functions compute, as ``Proof.not_compared`` begins: no URDF has it."""
+    """What the user functions compute and no URDF has, as ``Proof.not_compared`` begins."""
     made = conversion.state(Simulation)
     for point in [c.point for c in made.contacts] + [w.point for w in made.wrenches]:
         if point.extforce is not None:
@@ -139,7 +139,8 @@ def _check_laws(conversion: Conversion) -> None:
 def _warn_of_rows_of_zeros(conversion: Conversion) -> None:
     """MBsysC of 2017 keeps three rows for each ball, and puts the user's rows after these: a row
     that a planar loop does not need stays zero between others, and counts as dependent."""
-    if not (conversion.mbs.cuts and conversion.state(Simulation).couplings):
+    couplings = conversion.state(Simulation).couplings
+    if not (conversion.mbs.cuts and couplings):
         return
     from urdf2mbs_equations.constraints import drops_row
 
@@ -147,7 +148,7 @@ def _warn_of_rows_of_zeros(conversion: Conversion) -> None:
         conversion.warn(
             "loop-row-of-zeros",
             "a loop leaves a row of zeros before the constraints of "
-            f"{some(c.follower.name for c in conversion.state(Simulation).couplings)}: the partition of "
+            f"{some(c.follower.name for c in couplings)}: the partition of "
             "MBsysC of 2017 may fail at it",
             hint="move the followers without constraints: passes: {mimic: {joints: {'*': driven}}}",
         )

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from math import dist
 
 from urdf2mbs.conversion import Conversion, Segment, choose
-from urdf2mbs.engine.hookspecs import Pass
+from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs import model as mbs
 from urdf2mbs.mbs.model import Point
 from urdf2mbs.mbs.names import free_name

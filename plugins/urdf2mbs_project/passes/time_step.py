@@ -18,7 +18,7 @@ from math import floor, hypot, log10, pi, sqrt
 from typing import TYPE_CHECKING
 
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.engine.hookspecs import Pass
+from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.kinematics import floating
 from urdf2mbs.mbs.model import Parameter, UserModel
 from urdf2mbs.ranges import rounded

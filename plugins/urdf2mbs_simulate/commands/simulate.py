@@ -108,9 +108,8 @@ def _is_page(output: Path | None) -> bool:
 
 def _write_page(model: Path, results: Results, arguments: argparse.Namespace) -> Path:
     """Write the page of the model; it plays the results that were just written."""
+    from urdf2mbs.engine.output import write_files
     from urdf2mbs_report.page import make_of_model
-
-    from urdf2mbs.disk.output import write_files
 
     page = make_of_model(results.data.mbs, model)
     write_files({arguments.output: page.data}, force=arguments.force)
@@ -127,10 +126,10 @@ def _check(arguments: argparse.Namespace) -> None:
 def _make(arguments: argparse.Namespace) -> Path:
     """The project of a robot or of a config; gives its .mbs."""
     import yaml
-    from urdf2mbs_project.commands.init import HOLD, find
 
     from urdf2mbs.commands.progress import Progress
     from urdf2mbs.urdf.reader import stem
+    from urdf2mbs_project.commands.init import HOLD, find
     from urdf2mbs_simulate.project import make, with_project
 
     config, lines = robot_or_config(arguments)

@@ -10,7 +10,7 @@ from typing import Any
 
 import msgspec
 
-from urdf2mbs.engine.config import Config
+from urdf2mbs.config.model import Config
 from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic
 
 _CODES = """

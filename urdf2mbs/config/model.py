@@ -186,7 +186,7 @@ def load(file: Path) -> tuple[Config, Lines]:
 
 def parse(text: str, file: Path | None) -> tuple[Config, Lines]:
     """What ``load`` gives, of a config's text."""
-    from urdf2mbs.engine import yaml_text  # PyYAML: not for a robot without a config
+    from urdf2mbs.config import yaml_text  # PyYAML: not for a robot without a config
 
     data, places = yaml_text.tree(text, file)
     lines = Lines(file, places, file.parent if file else Path())
@@ -270,7 +270,7 @@ def _read_fields(kind: Any, data: Any, lines: Lines, at: Key) -> Any:
     try:
         return msgspec.convert(data, kind)
     except _REFUSED as error:
-        from urdf2mbs.engine.config_faults import take_faults  # jsonschema takes long
+        from urdf2mbs.config.faults import take_faults  # jsonschema takes long
 
         faults = take_faults(schema, data, lines, at)
         if not faults:  # values that the class refuses together, or a text with half a letter

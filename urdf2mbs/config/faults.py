@@ -12,7 +12,7 @@ from typing import Any
 from jsonschema import Draft202012Validator, ValidationError
 from jsonschema.validators import extend
 
-from urdf2mbs.engine.config import Key, Lines, dotted
+from urdf2mbs.config.model import Key, Lines, dotted
 from urdf2mbs.messages.diagnostics import ConfigError, nearest
 from urdf2mbs.ranges import in_words
 

@@ -1,0 +1,1 @@
+"""The config: the YAML file that says what to convert and by which passes."""
