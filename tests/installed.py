@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-PLUGIN = Path(__file__).resolve().parents[1] / "plugins" / "rename_links.py"
+PLUGIN = Path(__file__).resolve().parents[0] / "plugins" / "samples" / "rename_links.py"
 
 
 def install(site: Path, text: str | None = None) -> Path:

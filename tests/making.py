@@ -15,7 +15,7 @@ from urdf2mbs.messages.diagnostics import Diagnostic
 from urdf2mbs.plugin import Pass, hookimpl
 from urdf2mbs.urdf.model import Robot
 from urdf2mbs.urdf.packages import Packages
-from urdf2mbs.urdf.reader import expanded, read_text
+from urdf2mbs.urdf.reader import read_file, read_text
 
 __all__ = ["hookimpl", "make", "passes_of", "read_robot"]
 
@@ -24,7 +24,11 @@ def read_robot(
     source: Path, packages: Packages, xacro_args: Mapping[str, str]
 ) -> tuple[Robot, list[Diagnostic]]:
     """Read a robot; a file with xacro in it is expanded first."""
-    return read_text(source, *expanded(source, packages, xacro_args), xacro_args)
+    hook, data = Plugins(installed=False).hook, read_file(source)
+    expansion = hook.urdf2mbs_read(
+        source=source, data=data, packages=packages, args=xacro_args, trust=False
+    )
+    return read_text(source, data, expansion, xacro_args, hook.urdf2mbs_extension)
 
 
 def passes_of(preset: str) -> list[str]:

@@ -64,7 +64,7 @@ def test_an_unknown_option_shows_the_usage_of_the_command(capsys: Any) -> None:
 #: The flags that commands share: who has them.
 CONVERTING = {"run", "convert", "report", "simulate"}
 WRITING = {"diagram", "equations", "merge", "new-pass"}
-PLUGINS = {*CONVERTING, "explain", "passes", "schema", "doctor"}
+PLUGINS = {*CONVERTING, "explain", "schema", "doctor"}
 SHARED = {
     "--debug": set(COMMANDS),
     "--color": set(COMMANDS),
@@ -80,7 +80,7 @@ SHARED = {
     "--arg": {"init", "convert", "report", "simulate", "explain", "lint", "verify"},
     "--base": {"init", "convert", "report", "simulate", "explain", "lint", "verify"},
     "--sarif": {"lint", "verify"},
-    "--plugin": {"convert", "report", "simulate", "explain", "passes", "schema"},
+    "--plugin": {"convert", "report", "simulate", "explain", "schema"},
 }
 
 

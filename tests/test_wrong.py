@@ -124,7 +124,6 @@ def test_a_wrong_command_line(
 @pytest.mark.parametrize(
     ("line", "said"),
     [
-        ("", "required: COMMAND"),
         ("nosuch", "there is no command"),
         ("run", "required: CONFIG.yaml"),
         ("covert tiny.urdf", "did you mean 'convert'?"),

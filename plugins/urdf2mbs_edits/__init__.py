@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from urdf2mbs.plugin import Command, PassEntry, Summary, always, hookimpl
+from urdf2mbs.plugin import Command, PassEntry, always, hookimpl
 
 if TYPE_CHECKING:
-    from urdf2mbs.plugin import Conversion
+    from urdf2mbs.plugin import Conversion, Summary
 
 
 @hookimpl
@@ -28,6 +28,8 @@ def urdf2mbs_commands() -> list[Command]:
 def urdf2mbs_summary(conversion: Conversion) -> Summary | None:
     if "merge" not in conversion.report:
         return None
+    from urdf2mbs.plugin import Summary
+
     counts = {does: len(said) for does, said in conversion.report["merge"]["words"].items()}
     words = ", ".join(f"{count} {does}" for does, count in counts.items() if count)
     return Summary([f"merged with your edits: {words or 'nothing is another'}"])

@@ -9,6 +9,8 @@ from urdf2mbs.plugin import PassEntry, hookimpl
 if TYPE_CHECKING:
     from urdf2mbs.plugin import Conversion
 
+NEEDS = ("meshes",)
+
 
 def _has_rotors(conversion: Conversion, given: bool) -> bool:
     """True if the robot states the inertia of motors."""

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from urdf2mbs.plugin import Command, PassEntry, Summary, always, hookimpl, in_project
+from urdf2mbs.plugin import Command, PassEntry, always, hookimpl, in_project
 
 if TYPE_CHECKING:
-    from urdf2mbs.plugin import Conversion, urdf
+    from urdf2mbs.plugin import Conversion, Summary, urdf
     from urdf2mbs.urdf.values import Reading
 
 #: The plugins that this plugin needs: contacts read meshes; a project carries a test whether its
@@ -15,9 +16,11 @@ if TYPE_CHECKING:
 NEEDS = ("meshes", "equations")
 
 
-def _of_elements(conversion: Conversion, given: bool) -> bool:
-    """True if the robot has elements of other programs."""
-    return given or bool(conversion.robot.extensions)
+def _states(field: str) -> Callable[[Conversion, bool], bool]:
+    """True of a robot for which elements of other programs state such things."""
+    return lambda conversion, given: (
+        given or any(getattr(extension, field) for extension in conversion.robot.extensions)
+    )
 
 
 def _follows(conversion: Conversion, given: bool) -> bool:
@@ -27,7 +30,7 @@ def _follows(conversion: Conversion, given: bool) -> bool:
 
 def _starts(conversion: Conversion, given: bool) -> bool:
     """True if zero may be no start position: it is beyond limits, or others are stated."""
-    return in_project(conversion, given or bool(conversion.robot.extensions)) or any(
+    return in_project(conversion, _states("starts")(conversion, given)) or any(
         not (joint.limit.lower or 0.0) <= 0.0 <= (joint.limit.upper or 0.0)
         for joint in conversion.robot.joints.values()
         if joint.limit is not None
@@ -37,7 +40,7 @@ def _starts(conversion: Conversion, given: bool) -> bool:
 def _senses(conversion: Conversion, given: bool) -> bool:
     """True if there may be sensors."""
     measured = any(step.measured for step in conversion.steps())
-    return _of_elements(conversion, given or measured)
+    return measured or _states("sensors")(conversion, given)
 
 
 def _holds(conversion: Conversion, given: bool) -> bool:
@@ -48,12 +51,12 @@ def _holds(conversion: Conversion, given: bool) -> bool:
 @hookimpl
 def urdf2mbs_passes() -> list[PassEntry]:
     passes: list[tuple[str, tuple[str, ...], Any]] = [
-        ("force-torque", ("prune-massless",), _of_elements),
+        ("force-torque", ("prune-massless",), _states("sensors")),
         ("mimic", ("decompose-joints",), _follows),
-        ("actuators", ("decompose-joints", "mimic"), _of_elements),
+        ("actuators", ("decompose-joints", "mimic"), _states("motors")),
         ("posture", ("collect-anchors",), _starts),
         ("joint-laws", ("joint-parameters",), in_project),
-        ("loops", ("joint-parameters", "joint-laws"), _of_elements),
+        ("loops", ("joint-parameters", "joint-laws"), _states("joints")),
         ("contacts", ("joint-parameters", "loops"), None),
         ("sensors", ("joint-parameters", "contacts"), _senses),
         ("forces", ("joint-parameters", "sensors"), None),

@@ -7,6 +7,7 @@ import sys
 import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from importlib import import_module
 from pathlib import Path
 from typing import Any, cast
 
@@ -86,7 +87,7 @@ def loaded(data: MbsData) -> Iterator[None]:
         if file is None or Path(file).parent != data.user_path:
             del sys.modules[name]
     sys.path.insert(0, str(data.user_path))
-    sys.modules.update({**data.modules, "MBsysPy": sys.modules["urdf2mbs_simulate"]})
+    sys.modules.update({**data.modules, "MBsysPy": import_module("urdf2mbs_simulate.runtime")})
     try:
         yield
     finally:

@@ -228,7 +228,9 @@ def test_every_key_of_a_config_is_described(ours: dict[str, Any]) -> None:
 
 
 def test_a_plugins_options_are_in_the_schema() -> None:
-    whole = schema(Plugins([ROOT / "plugins" / "rename_links.py"], installed=False))
+    whole = schema(
+        Plugins([ROOT / "tests" / "plugins" / "samples" / "rename_links.py"], installed=False)
+    )
     text = "source: x\nafter: {expand: rename-links}\npasses: {rename-links: {links: {a: b}}}"
     assert good(text, whole)
     assert not good(text.replace("a: b", "a: 1"), whole)

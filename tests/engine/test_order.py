@@ -11,14 +11,14 @@ from making import make, passes_of
 from urdf2mbs.config.model import Config, Key, Lines, typed
 from urdf2mbs.engine.order import check_order
 from urdf2mbs.engine.pipeline import Pipeline
+from urdf2mbs.engine.plugins import Plugins
 from urdf2mbs.engine.sections import SECTIONS, find_changed, look
 from urdf2mbs.hookspecs import Pass, hookimpl
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
-from urdf2mbs.passes import urdf2mbs_passes
 from urdf2mbs.testing import run_pass
 
 CONFIGS = Path(__file__).resolve().parents[2] / "configs"
-BUILT_IN = {kind.name: kind for kind in urdf2mbs_passes()}
+BUILT_IN = {name: found[0].kind for name, found in Plugins(installed=False).passes.items()}
 PRESETS = ("faithful", "compact")
 
 #: Robots of ours, and options with which all passes have something to do.
@@ -181,7 +181,7 @@ def urdf2mbs_passes():
     [
         ("emit", "conversion.mbs.user_models.clear()", "forces", "assign-names"),
         ("emit", "conversion.mbs.bodies[0].mass = 3.0", "inertias", "joint-parameters"),
-        ("layout", "conversion.mbs.bodies[0].points.clear()", "anchors", "time-step"),
+        ("layout", "conversion.mbs.bodies[0].points.clear()", "anchors", "assign-names"),
         ("decompose-joints", "conversion.segments['arm'].parts.clear()", "bodies", "reframe-"),
         ("check", "conversion.mbs.view = None", "view", "emit"),
     ],

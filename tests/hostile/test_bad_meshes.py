@@ -252,7 +252,7 @@ def test_what_a_mesh_names_is_never_fetched(name: str, tmp_path: Path) -> None:
     result = robot(folder, "a.obj", "b.dae", "c.gltf")
     assert result.report.passes["convert-meshes"]["converted"] == 2
     assert not [file for file in result.conversion.files if file.suffix not in (
-        ".mbs", ".wrl", ".py", ".json", "",
+        ".mbs", ".base", ".wrl", ".py", ".json", ".txt", "",
     )]  # fmt: skip
 
 

@@ -23,7 +23,7 @@ from urdf2mbs_report.page import make
 
 pytestmark = pytest.mark.slow
 
-HEADERS = Path(__file__).parents[2] / "urdf2mbs" / "runtime" / "mbsysc"
+HEADERS = Path(__file__).parents[2] / "plugins" / "urdf2mbs_simulate" / "mbsysc"
 
 #: Names that XML permits and that something else may stumble on.
 NAMES = {

@@ -29,7 +29,7 @@ def code_of(conversion: Conversion, *endings: str) -> dict[str, bytes]:
     assert project is not None
     return {
         path.relative_to(project).as_posix(): data
-        for path, data in {**conversion.starters, **conversion.files}.items()
+        for path, data in conversion.files_of("starter", "ours").items()
         if path == output or (path.parent.name in FOLDERS and path.suffix in endings)
     }
 

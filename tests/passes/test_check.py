@@ -51,7 +51,7 @@ def test_the_same_robot() -> None:
         assert found.differences == []
         assert max(found.largest.values()) < 1e-14
         assert result.conversion.rejected is None
-        assert list(result.conversion.files) == [result.conversion.settings.output]
+        assert [*result.conversion.files_of("ours")] == [result.conversion.settings.output]
 
 
 @pytest.mark.parametrize(
@@ -72,7 +72,7 @@ def test_another_robot_is_rejected(old: str, new: str, kind: str) -> None:
     assert found.largest[kind] > 1e-9
     output = result.conversion.settings.output
     assert result.conversion.rejected == output.with_suffix(".rejected.mbs")
-    assert list(result.conversion.files) == [result.conversion.rejected]
+    assert [*result.conversion.files_of("ours")] == [result.conversion.rejected]
 
 
 @pytest.mark.parametrize("values", [(0.0698, 3.0718), (-0.0698, -3.0718), (-3.0718, 0.0698)])
@@ -137,4 +137,3 @@ def test_a_file_that_is_no_mbs_is_neither_read_nor_merged(tmp_path: Path) -> Non
     result = convert_text(TINY, output=output)
     assert result.conversion.proof.same
     assert list(result.conversion.files) == [output]
-    assert not result.conversion.behind

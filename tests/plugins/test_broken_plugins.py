@@ -86,7 +86,7 @@ def test_a_relative_path_names_the_line_too(here: Path, capsys: Any) -> None:
         assert main(["explain", "c.yaml"]) == 2
         assert f"mine.py:{line}: error[plugin-broken]" in capsys.readouterr().err
     Path("passes.txt").touch()
-    assert main(["passes", "--plugin", "passes.txt"]) == 2
+    assert main(["explain", "--plugin", "passes.txt"]) == 2
     assert "is not a Python file (.py)" in capsys.readouterr().err
 
 
@@ -100,7 +100,7 @@ def test_files_of_one_name_do_not_mix(tmp_path: Path, capsys: Any) -> None:
         assert run_pass("a", file).robot.name == file.parent.name
         (found,) = Plugins([file], installed=False).passes["a"]
         assert (found.kind.summary(), found.file) == (f"{file.parent.name}.", str(file))
-    assert main(["passes", "--plugin", str(files[0]), "--plugin", str(files[1])]) == 2
+    assert main(["explain", "--plugin", str(files[0]), "--plugin", str(files[1])]) == 2
     assert re.search(r"plugin-doubled\].*one/mine.py and .*two/mine.py", capsys.readouterr().err)
 
 

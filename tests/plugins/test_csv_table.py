@@ -1,4 +1,4 @@
-"""plugins/csv_table.py: another format is one small pass, and is checked as the .mbs is."""
+"""samples/csv_table.py: another format is one small pass, and is checked as the .mbs is."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 from urdf2mbs.cli import main
 
-PLUGIN = Path(__file__).resolve().parents[2] / "plugins" / "csv_table.py"
+PLUGIN = Path(__file__).with_name("samples") / "csv_table.py"
 SPOIL = """
 from making import hookimpl, make
 

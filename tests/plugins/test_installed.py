@@ -34,7 +34,7 @@ def test_every_config_knows_its_passes_unless_asked_not_to(site: Path, capsys: A
     config = str(site.parent / "c.yaml")
     assert main(["passes"]) == 0
     assert f"rename of renaming 0.1.0 ({site}/renaming.py)" in capsys.readouterr().out
-    assert main(["passes", "--no-plugins"]) == 0
+    assert main(["explain", "--no-plugins"]) == 0
     assert "rename-links" not in capsys.readouterr().out
     assert main(["explain", config]) == 0
     assert main(["explain", "--no-plugins", config]) == 2
@@ -71,7 +71,7 @@ def test_a_broken_one_blocks_nothing_and_is_named(text: str, site: Path, capsys:
         assert "--no-plugins" in err
     assert set(Plugins().passes) == set(Plugins(installed=False).passes)
     assert [found.code for found in convert_text().diagnostics].count("plugin-broken") == 1
-    assert main(["passes", "--no-plugins"]) == 0
+    assert main(["explain", "--no-plugins"]) == 0
     assert capsys.readouterr().err == ""
 
 

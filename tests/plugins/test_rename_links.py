@@ -1,4 +1,4 @@
-"""plugins/rename_links.py, used as a lab would: named by a config, from outside the package."""
+"""samples/rename_links.py, used as a lab would: named by a config, from outside the package."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY, assert_same_robot, run_pass
 
-PLUGIN = Path(__file__).resolve().parents[2] / "plugins" / "rename_links.py"
+PLUGIN = Path(__file__).with_name("samples") / "rename_links.py"
 
 
 def rename(robot: str = TINY, **options: Any) -> Any:

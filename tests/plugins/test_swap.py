@@ -22,9 +22,9 @@ BUILT_IN = [name for name in passes_of("faithful") if name != "check"]
 
 STAND_IN = """
 from urdf2mbs.plugin import hookimpl
-from urdf2mbs import passes
+from urdf2mbs.engine.plugins import Plugins
 
-Original = next(kind for kind in passes.urdf2mbs_passes() if kind.name == "{name}")
+Original = Plugins(installed=False).passes["{name}"][0].kind
 
 class StandIn(Original):
     name = "{name}"

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-import urdf2mbs_simulate
+from urdf2mbs_simulate import runtime
 from urdf2mbs_simulate.dirdyn import close
 from urdf2mbs_simulate.python_code import PythonCode, load, loaded
 
@@ -48,7 +48,7 @@ def from1(*shape: int) -> Any:
 BOUND = frozenset(["q", "qd", "qdd", "q0", "Qq", "Qc", "SWr", "dpt", "xfidpt", "g"])
 
 
-class MbsData(urdf2mbs_simulate.MbsData):
+class MbsData(runtime.MbsData):
     """The runtime's data with arrays that are checked."""
 
     def __init__(self, path: str | Path) -> None:
@@ -107,7 +107,7 @@ class RungeKutta:
 def user_functions(project: Path) -> Iterator[dict[str, ModuleType]]:
     """The modules in a project's userfctR, each loaded from its file as the runtime does it."""
     (model,) = project.glob("dataR/*.mbs")
-    data = urdf2mbs_simulate.MbsData(model)
+    data = runtime.MbsData(model)
     with loaded(data):
         yield {file.stem: load(file) for file in sorted(data.user_path.glob("user_*.py"))}
 

@@ -19,7 +19,7 @@ from urdf2mbs.engine.output import write
 from urdf2mbs.testing import TINY
 
 ROOT = Path(__file__).resolve().parents[2]
-HEADERS = ROOT / "urdf2mbs" / "runtime" / "mbsysc"
+HEADERS = ROOT / "plugins" / "urdf2mbs_simulate" / "mbsysc"
 GRIPPER = SHARED / "robots/robotiq_2f_140/expanded/robotiq_arg2f_140_model.urdf"
 #: All warnings are errors, with the two exceptions that docs/first-simulation.md names.
 FLAGS = ["-O1", "-Wall", "-Werror", "-Wno-comment", "-Wno-unused-variable"]

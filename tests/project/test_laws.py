@@ -31,7 +31,7 @@ class Laws(Pass):
                        if step.joint.name == "shoulder"]
         _, point = conversion.add_point("here", "hand", (0.1, 0.0, 0.0), "laws-link", "laws: at")
         point.extforce = mbs.Sensor("breeze", ("Pos", "Vit"))
-        conversion.state(Simulation).laws += [
+        conversion.state(simulation.Simulation).laws += [
             simulation.Law("rubber", """
 def rubber(mbs_data, joint):
     return -3.0 * mbs_data.q[joint] ** 3

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from urdf2mbs.engine.plugins import Plugins
 from urdf2mbs.testing import convert_text
 from urdf2mbs.urdf.model import Dynamics, Robot
 from urdf2mbs.urdf.reader import parse
@@ -32,12 +33,13 @@ ARMS = f"""<robot name="arms">
   <axis xyz="0 0.6 0.8"/>
 </joint>
 """
+EXTEND = Plugins(installed=False).hook.urdf2mbs_extension
 XYZ = "0.01 0.02 0.03"
 RPY = (0.4, 0.5, 0.6)
 
 
 def read(more: str) -> tuple[Robot, list[Any]]:
-    return parse(f"{ARMS}{more}</robot>".encode(), "arms.urdf")
+    return parse(f"{ARMS}{more}</robot>".encode(), "arms.urdf", extend=EXTEND)
 
 
 def imu(pose: str, name: str = "imu", link: str = "tool") -> str:
@@ -320,7 +322,7 @@ def test_a_spring_of_a_joint() -> None:
     (told,) = said
     assert told.message.endswith("it has no spring here: joint 'left', joint 'none'")
     damped = ARMS.replace('<axis xyz="0 0.6 0.8"/>', '<dynamics damping="3"/>')
-    robot = parse(f"{damped}{spring.format(1)}</robot>".encode(), "arms.urdf")[0]
+    robot = parse(f"{damped}{spring.format(1)}</robot>".encode(), "arms.urdf", extend=EXTEND)[0]
     assert robot.joints["hip"].dynamics == Dynamics(3.0, 0.0, 0.0, 1.0)
 
 

@@ -33,8 +33,9 @@ from urdf2mbs.urdf.model import (
     Visual,
 )
 from urdf2mbs.urdf.packages import Packages
-from urdf2mbs.urdf.reader import has_xacro, parse
+from urdf2mbs.urdf.reader import parse
 from urdf2mbs.urdf.xml import mend
+from urdf2mbs_xacro import has_xacro
 
 UNIT = '<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>'
 

@@ -10,7 +10,7 @@ import argparse
 import os
 import re
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from errno import ENOSPC
 from importlib import import_module
@@ -129,7 +129,7 @@ def parse(words: Sequence[str]) -> argparse.Namespace:
     whole = parser(known, words[:1], texts=may_ask_for_help or not words)
     if not words:
         whole.print_help()
-        whole.exit(2)
+        whole.exit()
     if not name.startswith("-") and name not in known:
         whole.error(f"there is no command '{name}'{_nearest(name, known)}")
     arguments, unknown = whole.parse_known_args(words)
@@ -171,16 +171,18 @@ def parser(
     known = commands_of() if known is None else known
     named = known if named is None else named
     whole = _Parser(
-        prog="urdf2mbs", description="Convert URDF and xacro robots to Robotran .mbs files."
-    )
+        prog="urdf2mbs", description="Convert URDF and xacro robots to Robotran .mbs files.",
+        epilog=_listed(known), formatter_class=_Help,
+    )  # fmt: skip
     whole.color = False  # type: ignore[attr-defined]  # no escape code passes a screen
     whole.add_argument("--version", action=_Version, help="show the version and exit")
-    commands = whole.add_subparsers(title="commands", required=True, metavar="COMMAND")
+    commands = whole.add_subparsers(required=True, metavar="COMMAND", help="one of those below")
     for name, command in known.items():
         if not texts and name not in named:
             continue
         one = commands.add_parser(
-            name, help=command.does, description=f"{command.does[0].upper()}{command.does[1:]}.",
+            name, help=command.does,
+            description=f"{command.does[0].upper()}{command.does[1:]}.",
             formatter_class=argparse.RawDescriptionHelpFormatter,
         )  # fmt: skip
         if name in named:
@@ -190,6 +192,19 @@ def parser(
 
                 add_texts(one)
     return whole
+
+
+def _listed(known: Mapping[str, Command]) -> str:
+    """The commands with a sentence each, those of a plugin below its name."""
+    lines: list[str] = []
+    title = ""
+    for name, command in known.items():
+        package = command.module.partition(".")[0]
+        if package != title:
+            title = package
+            lines.append("commands:" if package == "urdf2mbs" else f"of {package}:")
+        lines.append(f"  {name:11} {command.does}")
+    return "\n".join(lines)
 
 
 def _add_options(own: argparse.ArgumentParser, command: Command) -> None:
@@ -203,6 +218,13 @@ def _add_options(own: argparse.ArgumentParser, command: Command) -> None:
         help="auto: on a terminal only",
     )  # fmt: skip
     module.add_options(own)
+
+
+class _Help(argparse.RawDescriptionHelpFormatter):
+    """Without argparse's own list of the commands: ours says whose they are."""
+
+    def _iter_indented_subactions(self, action: argparse.Action) -> Iterator[argparse.Action]:
+        return iter(())
 
 
 class _Parser(argparse.ArgumentParser):

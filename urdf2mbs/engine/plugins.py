@@ -33,7 +33,7 @@ GROUP = "urdf2mbs"
 #: The plugins of this project: the packages ``urdf2mbs_NAME``.  One that is not there is missed by
 #: nobody.
 OURS = (
-    "xacro", "inertia", "meshes", "project", "equations", "simulate", "report", "edits",
+    "xacro", "meshes", "inertia", "equations", "project", "report", "simulate", "edits",
     "certificate", "many", "ci",
 )  # fmt: skip
 
@@ -412,16 +412,19 @@ _PRESET = "{'my-preset': {'extends': 'compact', 'after': {'expand': 'my-pass'}}}
 
 @cache
 def _ours() -> tuple[tuple[str, Any], ...]:
-    """Our own plugins, as far as they are there."""
-    found = []
+    """Our own plugins, as far as they are there, each behind those that it ``NEEDS``."""
+    found: dict[str, Any] = {}
     for name in OURS:
         module = f"{GROUP}_{name}"
         try:
-            found.append((name, import_module(module)))
+            plugin = import_module(module)
         except ModuleNotFoundError as error:
             if error.name != module:
                 raise
-    return tuple(found)
+        else:
+            if found.keys() >= {*getattr(plugin, "NEEDS", ())}:
+                found[name] = plugin
+    return tuple(found.items())
 
 
 def _hooks() -> list[str]:

@@ -54,6 +54,7 @@ def resolve(config: Config, lines: Lines, plugins: Plugins) -> list[Configured]:
     else:
         names = config.pipeline
     names, keys = _place(names, config, known, lines)
+    preset_alone = isinstance(config.pipeline, str)
     for key, mentioned in (("passes", config.passes), ("swap", config.swap)):
         for name in mentioned:
             if name not in names:
@@ -77,7 +78,7 @@ def resolve(config: Config, lines: Lines, plugins: Plugins) -> list[Configured]:
             given = {**options.get(name, {}), **config.passes.get(name, {})}
             configured.append(Configured(
                 chosen, given, at, lines, swapped=name in config.swap,
-                named=at[0] != "pipeline" or not isinstance(config.pipeline, str),
+                named=name in config.passes or at[0] != "pipeline" or not preset_alone,
             ))  # fmt: skip
     return configured
 

@@ -17,12 +17,17 @@ from urdf2mbs.urdf.reader import is_name, stem
 
 
 def settings_of(
-    config: Config, lines: Lines, folder: Path, hook: Any, *, fresh: bool = False
+    config: Config, lines: Lines, folder: Path, hook: Any = None, *, fresh: bool = False
 ) -> Settings:
-    """What a config says, with absolute paths; ``folder`` is where its relative ones begin."""
+    """What a config says, with absolute paths; ``folder`` is where its relative ones begin.
+
+    ``hook`` are the hooks of plugins, which know where a robot is that is no file but has a name.
+    """
     xacro_args = dict(config.xacro_args)
     packages = {}
-    located = hook.urdf2mbs_locate(source=config.source) if is_name(config.source) else None
+    located = None
+    if hook is not None and is_name(config.source):
+        located = hook.urdf2mbs_locate(source=config.source)
     if located is not None:
         source = absolute(located.source)
         packages = located.packages

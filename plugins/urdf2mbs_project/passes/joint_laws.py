@@ -29,6 +29,8 @@ class JointLaws(Pass):
     writes = ("forces",)
 
     def run(self, conversion: Conversion) -> None:
+        if conversion.settings.project is None:
+            return
         models: dict[str, dict[str, float]] = conversion.report.get("joint-parameters", {})
         limited = dict.fromkeys((*models.get("q_min", ()), *models.get("q_max", ())))
         rubbing = models.get("friction", {})
