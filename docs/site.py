@@ -14,9 +14,9 @@ from importlib import import_module
 from pathlib import Path, PurePosixPath
 from typing import Any
 
+from urdf2mbs import hookspecs
 from urdf2mbs.commands import commands_of, parser
 from urdf2mbs.commands.schema import schema
-from urdf2mbs.engine import hookspecs
 from urdf2mbs.engine.plugins import Plugins
 
 DOCS = Path(__file__).resolve().parent

@@ -23,11 +23,24 @@ from urdf2mbs.urdf.model import Robot
 
 NINE = passes_of("faithful")
 #: Those of them that have work with the tiny robot alone.
-RAN = (
-    "expand insert-base prune-massless reframe-inertia decompose-joints collect-anchors "
-    "joint-parameters convert-visuals assign-names layout fit-view left-out emit merge "
-    "find-singular check"
-).split()
+RAN = [
+    "expand",
+    "insert-base",
+    "prune-massless",
+    "reframe-inertia",
+    "decompose-joints",
+    "collect-anchors",
+    "joint-parameters",
+    "convert-visuals",
+    "assign-names",
+    "layout",
+    "fit-view",
+    "left-out",
+    "emit",
+    "merge",
+    "find-singular",
+    "check",
+]
 
 
 def marks(tmp_path: Path, *names: str) -> Path:

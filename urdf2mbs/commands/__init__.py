@@ -10,7 +10,7 @@ import argparse
 import os
 import re
 import sys
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Generator, Iterable, Mapping, Sequence
 from contextlib import suppress
 from errno import ENOSPC
 from importlib import import_module
@@ -223,8 +223,10 @@ def _add_options(own: argparse.ArgumentParser, command: Command) -> None:
 class _Help(argparse.RawDescriptionHelpFormatter):
     """Without argparse's own list of the commands: ours says whose they are."""
 
-    def _iter_indented_subactions(self, action: argparse.Action) -> Iterator[argparse.Action]:
-        return iter(())
+    def _iter_indented_subactions(
+        self, action: argparse.Action
+    ) -> Generator[argparse.Action, None, None]:
+        yield from ()
 
 
 class _Parser(argparse.ArgumentParser):
