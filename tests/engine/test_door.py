@@ -130,7 +130,7 @@ def test_new_pass_is_typed(tmp_path: Path) -> None:
     new_pass("my-pass", tmp_path)
     done = subprocess.run(
         [sys.executable, "-m", "mypy", "--strict", "--cache-dir", str(ROOT / ".mypy_cache"),
-         str(tmp_path / "my_pass.py"), str(ROOT / "tests" / "plugins" / "samples" / "csv_table.py")],
+         str(tmp_path / "my_pass.py"), str(ROOT / "tests/plugins/samples/csv_table.py")],
         check=False, capture_output=True, text=True, cwd=ROOT,
     )  # fmt: skip
     assert done.returncode == 0, done.stdout
