@@ -155,8 +155,8 @@ def test_doctor(capsys: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) ->
     found = json.loads(capsys.readouterr().out)
     assert found["urdf2mbs"]["lxml"] == version("lxml")
     assert found["ROS packages"]["AMENT_PREFIX_PATH"] == str(tmp_path)
-    monkeypatch.setattr("urdf2mbs.commands.doctor.version_of", lambda name: "")
-    monkeypatch.setattr("urdf2mbs.commands.doctor.version", lambda name: "0")
+    monkeypatch.setattr("urdf2mbs_setup.commands.doctor.version_of", lambda name: "")
+    monkeypatch.setattr("urdf2mbs_setup.commands.doctor.version", lambda name: "0")
     assert main(["doctor"]) == 0
     said = capsys.readouterr().out
     assert re.search(r"^  distributed +not installed, for ", said, re.M)
@@ -334,7 +334,7 @@ def test_how_a_command_ends(
     def carry_out(arguments: object) -> int:
         raise raised
 
-    monkeypatch.setattr("urdf2mbs.commands.doctor.carry_out", carry_out)
+    monkeypatch.setattr("urdf2mbs_setup.commands.doctor.carry_out", carry_out)
     assert main(["doctor"]) == code
     err = capsys.readouterr().err
     assert err.startswith(said)

@@ -13,7 +13,6 @@ from jsonschema import Draft202012Validator
 from urdf2mbs import convert
 from urdf2mbs.commands import parse as read_words
 from urdf2mbs.commands import parser
-from urdf2mbs.commands.schema import schema
 from urdf2mbs.commands.settings import ALONE, FLAGS, RUNNING, choose_fields, field_docs
 from urdf2mbs.config.model import Config, Lines, config_of, load, parse, typed
 from urdf2mbs.config.yaml_text import word
@@ -21,6 +20,7 @@ from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.engine.plugins import Plugins
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY
+from urdf2mbs_setup.commands.schema import schema
 
 ROOT = Path(__file__).resolve().parents[2]
 FILE = Path("robot.yaml")

@@ -39,15 +39,6 @@ CORE = [
         f"{_HERE}.explain",
     ),
     Command("new-pass", "write a plugin with one pass, and its test", f"{_HERE}.new_pass"),
-    Command("schema", "print the JSON schema of a config, for editors", f"{_HERE}.schema"),
-    Command(
-        "doctor", "show versions, extras, plugins, ROS packages and Robotran as they are here",
-        f"{_HERE}.doctor",
-    ),
-    Command(
-        "completion", "print a script that completes commands and options in a shell",
-        f"{_HERE}.completion",
-    ),
 ]  # fmt: skip
 
 

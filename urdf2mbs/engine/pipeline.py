@@ -20,10 +20,11 @@ from urdf2mbs.engine.faults import (
 )
 from urdf2mbs.engine.levels import CHANGEABLE, judge, weigh
 from urdf2mbs.engine.order import check_order, find_stale
-from urdf2mbs.engine.plugins import FAILURES, Registered, hooks_of, plugins_of
+from urdf2mbs.engine.plugins import Registered, hooks_of, plugins_of
 from urdf2mbs.engine.resolve import Configured, resolve
 from urdf2mbs.engine.sections import find_changed, look
 from urdf2mbs.engine.settings import check_output, expand, settings_of
+from urdf2mbs.engine.tracebacks import FAILURES
 from urdf2mbs.hookspecs import Pass
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, nearest
 from urdf2mbs.proof.verdict import NOT_CHECKED

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import inspect
-import os
 import sys
 from collections.abc import Iterable, Sequence
 from functools import cache, cached_property
 from importlib import import_module
-from importlib.machinery import PathFinder
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +15,9 @@ import pluggy
 
 from urdf2mbs import hookspecs, passes
 from urdf2mbs.config.model import Lines, Preset, typed
-from urdf2mbs.disk.files import MOST, beginning, is_file
+from urdf2mbs.disk.files import is_file
+from urdf2mbs.engine.installed import GROUP, installed_plugins, version_of
+from urdf2mbs.engine.tracebacks import FAILURES, frames_in, in_words, line_in
 from urdf2mbs.hookspecs import Command, Pass, PassEntry
 from urdf2mbs.messages.diagnostics import ConfigError, Diagnostic
 
@@ -27,62 +27,12 @@ if TYPE_CHECKING:
 
     from urdf2mbs.conversion import Conversion
 
-#: The entry point group in which an installed package names its plugin, and our own name there.
-GROUP = "urdf2mbs"
-
 #: The plugins of this project: the packages ``urdf2mbs_NAME``.  One that is not there is missed by
 #: nobody.
 OURS = (
     "xacro", "meshes", "inertia", "equations", "project", "report", "simulate", "edits",
-    "certificate", "many", "ci",
+    "certificate", "many", "ci", "setup",
 )  # fmt: skip
-
-#: The exceptions of a plugin that become a message, ``sys.exit()`` among them.
-FAILURES = (Exception, SystemExit)
-
-
-@cache
-def _installed(path: tuple[str, ...]) -> tuple[tuple[EntryPoint, str], ...]:
-    """The installed plugins, each with its package.  ``path`` is ``sys.path``.
-
-    The result is kept: a second search would take longer than the conversion of a small robot.
-    """
-    if not any(map(_may_name_plugins, path)) and all(map(_is_usual, sys.meta_path)):
-        return ()
-    from importlib import metadata
-
-    packages = {dist.name: dist for dist in reversed([*metadata.distributions(path=[*path])])}
-    return tuple(
-        (entry, name)
-        for name, package in reversed(packages.items())
-        for entry in package.entry_points.select(group=GROUP)
-    )
-
-
-def _may_name_plugins(folder: str) -> bool:
-    """True if a package in a folder of ``sys.path`` may have entry points of our group.
-
-    This does not import ``importlib.metadata``.
-
-    Gain: a quarter of a process that converts a small robot, with 120 packages installed.
-    """
-    if is_file(Path(folder)) or folder.endswith(".egg"):
-        return True  # only importlib.metadata looks into a zip file
-    try:
-        names = os.listdir(folder)  # noqa: PTH208
-    except OSError:
-        return False
-    group = f"[{GROUP}]".encode()
-    return any(
-        name.endswith(".egg") or group in beginning(Path(folder, name, "entry_points.txt"), MOST)
-        for name in names
-        if name.lower().endswith((".dist-info", ".egg-info", ".egg"))
-    )
-
-
-def _is_usual(finder: object) -> bool:
-    """True if this finder cannot find a package outside ``sys.path``."""
-    return finder is PathFinder or not hasattr(finder, "find_distributions")
 
 
 class Registered:
@@ -198,7 +148,7 @@ class Plugins:
         for name, plugin in _ours():
             self._add(plugin, name, GROUP, plugin.__file__ or "")
         if installed:
-            for entry, package in _installed(tuple(sys.path)):
+            for entry, package in installed_plugins(tuple(sys.path)):
                 self._add_installed(entry, package)
         for file in files:
             self._load_file(file)
@@ -293,7 +243,7 @@ class Plugins:
                 hint = "install it where urdf2mbs is; a plugin of several files must be a package"
             raise ConfigError(
                 "plugin-broken", f"plugin '{file}' cannot be loaded: {in_words(error)}",
-                file=str(file), line=_line_in(file, error), hint=hint,
+                file=str(file), line=line_in(file, error), hint=hint,
             ) from error  # fmt: skip
         self._add(module, file.stem, "", str(file))
 
@@ -398,7 +348,7 @@ class Plugins:
         file = self._files[plugin]
         return ConfigError(
             "plugin-broken", f"plugin '{plugin}': {fault}", file=file, hint=hint or None,
-            line=_line_in(Path(file), error) if error else None,
+            line=line_in(Path(file), error) if error else None,
         )  # fmt: skip
 
 
@@ -467,43 +417,3 @@ def _source(kind: type[Pass], plugin: str, file: str) -> str:
     if plugin not in (GROUP, *OURS) and kind.__module__.partition(".")[0].startswith(GROUP):
         return file
     return str(getattr(sys.modules.get(kind.__module__), "__file__", None) or file)
-
-
-@cache
-def version_of(package: str) -> str:
-    """The version of an installed package; empty where it is not known."""
-    from importlib import metadata
-
-    try:
-        return metadata.version(package)
-    except metadata.PackageNotFoundError:
-        return ""
-
-
-def in_words(error: BaseException) -> str:
-    """An exception in one line; a SyntaxError repeats its own file and line otherwise."""
-    text = error.msg if isinstance(error, SyntaxError) else " ".join(str(error).split())
-    return f"{type(error).__name__}: {text}" if text else type(error).__name__
-
-
-def _line_in(file: Path, error: BaseException) -> int | None:
-    own = (str(file), os.path.abspath(file))  # noqa: PTH100 importlib names the whole path
-    if isinstance(error, SyntaxError) and error.filename in own:
-        return error.lineno
-    frames = frames_in(str(file), error.__traceback__)
-    return frames[-1][1] if frames else None
-
-
-def frames_in(file: str, tb: TracebackType | None) -> list[tuple[str, int]]:
-    """The frames of a traceback (file, line) in a plugin's own code: its file, or its folder if
-    that is a package."""
-    import traceback
-
-    own = os.path.abspath(file)  # noqa: PTH100 importlib names the whole path
-    folder = own.removesuffix("__init__.py")
-    frames = [(frame.f_code.co_filename, line) for frame, line in traceback.walk_tb(tb)]
-    return [
-        (name, line)
-        for name, line in frames
-        if name in (file, own) or (folder != own and name.startswith(folder))
-    ]

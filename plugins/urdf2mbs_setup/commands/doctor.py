@@ -11,9 +11,11 @@ import sys
 from importlib.metadata import requires, version
 from pathlib import Path
 
+from urdf2mbs import __file__ as our_file
 from urdf2mbs.commands.printing import print_json
 from urdf2mbs.commands.settings import add_json, add_no_plugins
-from urdf2mbs.engine.plugins import Plugins, version_of
+from urdf2mbs.engine.installed import version_of
+from urdf2mbs.engine.plugins import Plugins
 
 EXAMPLES = (
     "urdf2mbs doctor",
@@ -51,7 +53,7 @@ def examine(*, installed_plugins: bool = True) -> dict[str, dict[str, str]]:
             listed[found.plugin] = f"{found.package} {found.version}"
     return {
         "urdf2mbs": {
-            "urdf2mbs": f"{version('urdf2mbs')} ({Path(__file__).parents[1]})",
+            "urdf2mbs": f"{version('urdf2mbs')} ({Path(our_file).parent})",
             "Python": f"{platform.python_version()} ({sys.executable})",
             "system": f"{platform.system()} {platform.machine()}",
             "C compiler": (compiler and compiler()) or "none: simulations run in Python",

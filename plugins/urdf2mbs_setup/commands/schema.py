@@ -12,7 +12,7 @@ import msgspec
 from urdf2mbs.commands.printing import print_json, warn_of
 from urdf2mbs.commands.settings import add_fields, add_no_plugins, field_docs
 from urdf2mbs.config.model import Config
-from urdf2mbs.engine.plugins import GROUP, Plugins
+from urdf2mbs.engine.plugins import Plugins
 
 EXAMPLES = ("urdf2mbs schema > config.schema.json",)
 
@@ -51,7 +51,10 @@ def schema(plugins: Plugins) -> dict[str, Any]:
     options: dict[str, Any] = {}
     for name, offered in sorted(plugins.passes.items()):
         # which plugin's options hold is said by 'swap'
-        found = [_options(pass_.kind, f"{name}.{pass_.plugin}", defs) for pass_ in offered]
+        found = [
+            _options(one.kind, name if one.is_ours else f"{name}.{one.plugin}", defs)
+            for one in offered
+        ]
         options[name] = found[0] if len(found) == 1 else {"anyOf": found}
         options[name]["description"] = offered[0].kind.summary()
     properties["passes"] |= {"properties": options, "additionalProperties": False}
@@ -65,7 +68,6 @@ def schema(plugins: Plugins) -> dict[str, Any]:
 
 def _options(kind: type, prefix: str, defs: dict[str, Any]) -> dict[str, Any]:
     """The schema of a pass's options; the classes in it go into ``defs``."""
-    prefix = prefix.removesuffix(f".{GROUP}")
     (reference,), components = msgspec.json.schema_components(
         [kind], ref_template=f"#/$defs/{prefix}.{{name}}"
     )
