@@ -22,7 +22,7 @@ DOCS = Path(__file__).resolve().parent
 
 def main() -> None:
     sys.path.insert(0, str(DOCS.parent / "tests"))
-    from project.test_only_generated import from_the_page
+    from plugins.simulate.test_only_generated import from_the_page
 
     with tempfile.TemporaryDirectory() as folder:
         results = simulate(from_the_page(Path(folder)), time=2.0, rate=200.0, language="python")

@@ -1,10 +1,10 @@
-"""A plugin of plugins/ as pip would leave it when installed, without pip."""
+"""A plugin of strangers/ as pip would leave it when installed, without pip."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-PLUGIN = Path(__file__).resolve().parents[0] / "plugins" / "samples" / "rename_links.py"
+PLUGIN = Path(__file__).resolve().parent / "strangers" / "samples" / "rename_links.py"
 
 
 def install(site: Path, text: str | None = None) -> Path:

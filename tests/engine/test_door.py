@@ -119,7 +119,7 @@ def test_a_hook_before_the_source_is_read(tmp_path: Path) -> None:
 def test_what_the_door_shows() -> None:
     assert all(hasattr(plugin, name) for name in plugin.__all__)
     assert plugin.VERSION == 1
-    for file in ROOT.glob("tests/plugins/samples/*.py"):
+    for file in ROOT.glob("tests/strangers/samples/*.py"):
         lines = [line for line in file.read_text().splitlines() if "import" in line]
         ours = [line for line in lines if line.startswith(("from urdf2mbs", "import urdf2mbs"))]
         assert all(line.startswith("from urdf2mbs.plugin import") for line in ours), file
@@ -130,7 +130,7 @@ def test_new_pass_is_typed(tmp_path: Path) -> None:
     new_pass("my-pass", tmp_path)
     done = subprocess.run(
         [sys.executable, "-m", "mypy", "--strict", "--cache-dir", str(ROOT / ".mypy_cache"),
-         str(tmp_path / "my_pass.py"), str(ROOT / "tests/plugins/samples/csv_table.py")],
+         str(tmp_path / "my_pass.py"), str(ROOT / "tests/strangers/samples/csv_table.py")],
         check=False, capture_output=True, text=True, cwd=ROOT,
     )  # fmt: skip
     assert done.returncode == 0, done.stdout

@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from meshes.samples import dae_text
+from plugins.meshes.samples import dae_text
 from urdf2mbs.api import Result, convert
 from urdf2mbs_meshes import model, vrml
 from urdf2mbs_meshes.model import MeshError
@@ -318,7 +318,7 @@ def test_a_mesh_has_so_many_triangles(tmp_path: Path, monkeypatch: pytest.Monkey
 
 
 def test_a_texture_of_too_many_pixels(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from meshes.samples import image
+    from plugins.meshes.samples import image
 
     mesh = model.Mesh(tmp_path / "a.obj")
     assert mesh.texture(image("PNG"), "a.png")

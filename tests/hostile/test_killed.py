@@ -18,7 +18,7 @@ from unittest.mock import patch
 
 import pytest
 
-from merge.edits import as_saved
+from plugins.edits.edits import as_saved
 from urdf2mbs import convert
 from urdf2mbs.disk.record import RECORD
 from urdf2mbs.mbs.model import Point

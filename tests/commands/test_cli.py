@@ -1,0 +1,302 @@
+"""The commands: what they print, write and return."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import subprocess
+import sys
+from argparse import Namespace
+from importlib.metadata import version
+from pathlib import Path
+from threading import Event
+from typing import Any
+
+import pytest
+
+import urdf2mbs
+from urdf2mbs.cli import main
+from urdf2mbs.commands.printing import near
+from urdf2mbs.commands.progress import Progress
+from urdf2mbs.config.model import load
+from urdf2mbs.engine.pipeline import Pipeline
+from urdf2mbs.hookspecs import hookimpl
+from urdf2mbs.mbs.reader import read
+from urdf2mbs.testing import TINY
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.fixture
+def robot(here: Path) -> Path:
+    """A folder with a tiny robot and its config, which is where we are."""
+    (here / "tiny.yaml").write_text("source: tiny.urdf\n")
+    return here
+
+
+def test_run(robot: Path, capsys: Any) -> None:
+    assert main(["run", "tiny.yaml"]) == 0
+    said = capsys.readouterr()
+    assert said.out.startswith("tiny: written to tiny.mbs\n  5 links -> 3 bodies, mass 2.6 kg\n")
+    assert "warning[base-guessed]" in said.err
+    assert "note[" not in said.err
+    assert len(read((robot / "tiny.mbs").read_bytes(), "").bodies) == 3
+    assert sorted(file.name for file in robot.iterdir()) == [
+        ".urdf2mbs", "tiny.mbs", "tiny.mbs.base", "tiny.urdf", "tiny.yaml",
+    ]  # fmt: skip
+    assert main(["run", "-v", "tiny.yaml"]) == 0
+    err = capsys.readouterr().err
+    assert " ms  decompose-joints\n" in err
+    assert "note[collision]" in err
+
+
+def test_one_line_for_one_cause(robot: Path, capsys: Any) -> None:
+    """Warnings of one code are one, a path is printed once, a text that is nowhere has no lines."""
+    names = ("dynamic", "limits", "axs", "mimc", "orign", "safty_controller", "calibraton")
+    wrong = "".join(
+        f'<link name="l_{name}"/><joint name="j_{name}" type="fixed"><parent link="tool"/>'
+        f'<child link="l_{name}"/><{name}/></joint>'
+        for name in names
+    )
+    (robot / "tiny.urdf").write_text(TINY.replace("</robot>", f"{wrong}</robot>"))
+    assert main(["convert", "tiny.urdf", "-o", "a.mbs"]) == 0
+    said = capsys.readouterr()
+    first, *others = [line for line in said.err.splitlines() if "warning[" in line]
+    assert "-v shows the notes" in said.out
+    assert first.startswith("tiny.urdf:")
+    assert "warning[misspelt]" in first
+    assert "orign" in first
+    assert "safty" not in first
+    assert "and 2 more (-v shows them)" in first
+    assert "misspelt" not in "".join(others)
+    assert main(["convert", "tiny.urdf", "-o", "a.mbs", "-v"]) == 0
+    assert capsys.readouterr().err.count("warning[misspelt]") == 7
+    (robot / "below").mkdir()
+    (robot / "below" / "x.xacro").write_text((robot / "tiny.urdf").read_text())
+    assert main(["convert", "below/x.xacro", "-o", "b.mbs"]) == 0
+    err = capsys.readouterr().err
+    assert err.count(f"below{os.sep}x.xacro") == 1
+    assert "(expanded)" not in err
+    assert "\nx.xacro: warning[base-guessed]" in err
+
+
+def test_run_json(robot: Path, capsys: Any) -> None:
+    assert main(["run", "--json", "tiny.yaml"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert report["names"]["coordinates"]["wrist_pitch"] == ["wrist_pitch"]
+    assert report["numbers"]["floating_base_T1"] == 1
+    assert report["left_out"] == {}  # limits and damping are in user models
+    assert {found["code"] for found in report["diagnostics"]} >= {"collision", "joint-dynamics"}
+
+
+def test_dump_and_stop_after(robot: Path, capsys: Any) -> None:
+    for words in (["run", "tiny.yaml", "--dump", "one"], ["convert", "tiny.urdf", "--dump", "two"]):
+        assert main([*words, "--stop-after", "insert-base"]) == 0
+        assert "stopped after 'insert-base': nothing is written" in capsys.readouterr().out
+    one, two = (
+        {file.name: file.read_bytes() for file in Path(folder).glob("[!.]*")}
+        for folder in ("one", "two")
+    )
+    assert one == two
+    assert min(one) == "01-expand.yaml"
+    assert max(one).endswith("-insert-base.yaml")
+    assert not (robot / "tiny.mbs").exists()
+
+
+def test_explain_runs_nothing(robot: Path, capsys: Any) -> None:
+    (robot / "tiny.urdf").unlink()
+    assert main(["explain", "tiny.yaml"]) == 0
+    out = capsys.readouterr().out
+    assert f"source  {robot}/tiny.urdf" in out
+    assert "prune-massless: Prune massless links" in out
+    assert "   reads    robot, base\n   writes   bodies\n   options  keep: []" in out
+    assert main(["explain", "--json", "tiny.yaml"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    prune = next(one for one in told if one["name"] == "prune-massless")
+    assert prune["options"] == {"keep": []}
+    assert prune["writes"] == ["bodies"]
+    assert prune["file"].endswith("prune_massless.py")
+
+
+@pytest.mark.parametrize(
+    "words", [["explain"], ["report"], ["run", "--plan"], ["simulate", "--time", "0.01"]]
+)
+def test_no_plugins_leaves_out_those_of_a_config(words: list[str], robot: Path) -> None:
+    """A config is code: its plugins run, unless they are left out."""
+    (robot / "lab.py").write_text("open('ran', 'w').close()\n")
+    (robot / "tiny.yaml").write_text("source: tiny.urdf\nplugins: [lab.py]\n")
+    main([*words, "tiny.yaml", "--no-plugins"])
+    assert not (robot / "ran").exists()
+    main([*words, "tiny.yaml"])
+    assert (robot / "ran").exists()
+
+
+def test_passes(capsys: Any) -> None:
+    plugin = str(ROOT / "tests" / "strangers" / "samples" / "rename_links.py")
+    assert main(["explain", "--no-plugins", "--plugin", plugin]) == 0
+    out = capsys.readouterr().out
+    assert "robot, base -> bodies; urdf2mbs " in out
+    assert f"- -> robot; rename_links ({near(Path(plugin))})" in out
+    assert main(["explain", "--no-plugins", "--json"]) == 0
+    assert {one["name"] for one in json.loads(capsys.readouterr().out)} >= {"expand", "emit"}
+
+
+def test_new_pass(robot: Path, capsys: Any) -> None:
+    """What it writes runs as it is, by the very lines that it says to add; so does the test."""
+    assert main(["new-pass", "count-links"]) == 0
+    out = capsys.readouterr().out
+    assert out.startswith("wrote count_links.py and test_count_links.py\n")
+    lines = [
+        line[2:] for line in out.splitlines() if line.startswith("  ") and "urdf2mbs" not in line
+    ]
+    (robot / "tiny.yaml").write_text("\n".join(["source: tiny.urdf", *lines[:4]]))
+    assert main(["run", "-v", "tiny.yaml"]) == 0
+    assert "note[heavy-link]: link 'body' has 2 kg" in capsys.readouterr().err
+    assert main(["explain", "tiny.yaml"]) == 0
+    assert "from     count_links (count_links.py)" in capsys.readouterr().out
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "test_count_links.py"],
+        check=False, capture_output=True, text=True,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout
+    assert "2 passed" in done.stdout
+
+
+#: Prints what a program has imported, after it.
+MODULES = "import sys, contextlib\nwith contextlib.suppress(SystemExit):\n  {}\nprint(*sys.modules)"
+
+
+def loaded(program: str) -> set[str]:
+    code = MODULES.format(program)
+    done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+    return set(done.stdout.splitlines()[-1].split())
+
+
+def test_help_imports_no_heavy_package() -> None:
+    heavy = {"numpy", "lxml", "yaml", "xacro", "urdf2mbs.conversion"}
+    assert loaded("from urdf2mbs.cli import main; main(['--help'])") & heavy == set()
+
+
+@pytest.mark.parametrize(
+    ("program", "rooms"),
+    [
+        ("from urdf2mbs import convert",
+         "api config conversion disk engine hookspecs mbs messages passes proof ranges spatial "
+         "summary urdf xml"),
+        ("import urdf2mbs; urdf2mbs.convert('plain.urdf').write()",
+         "api config conversion diagram disk engine hookspecs mbs messages passes plugin proof "
+         "ranges spatial summary urdf xml edits.merge edits.passes.merge edits.passes "
+         "edits.merge.base project.passes project.passes.find_singular project.singular "
+         "project.simulation"),
+    ],
+)  # fmt: skip
+def test_a_conversion_imports_what_it_needs(program: str, rooms: str, robot: Path) -> None:
+    """No numpy, no ctypes, no generator of equations, no other process."""
+    link = '<link name="a"><inertial><mass value="1"/><inertia {}/></inertial></link>'
+    inertia = 'ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"'
+    (robot / "plain.urdf").write_text(f'<robot name="plain">{link.format(inertia)}</robot>')
+    modules = loaded(program)
+    ours = {name.split(".")[1] for name in modules if name.startswith("urdf2mbs.")}
+    ours |= {n.removeprefix("urdf2mbs_") for n in modules if n.startswith("urdf2mbs_") and "." in n}
+    assert ours == set(rooms.split())
+    modules -= loaded("import lxml.etree, msgspec, pluggy, pluggy._manager")
+    others = {name.split(".")[0] for name in modules} - sys.stdlib_module_names
+    others = {name for name in others if not name.startswith("urdf2mbs")}
+    assert others == set()
+    assert modules & {"ctypes", "multiprocessing", "concurrent.futures", "subprocess"} == set()
+
+
+def test_the_package_imports_what_is_asked_for() -> None:
+    assert "urdf2mbs.messages.diagnostics" not in loaded("import urdf2mbs")
+    stub = (ROOT / "urdf2mbs" / "__init__.pyi").read_text()
+    for name in re.findall(r"as (\w+)", stub):
+        assert getattr(urdf2mbs, name).__name__ == name
+        assert name in dir(urdf2mbs)
+    with pytest.raises(AttributeError, match="'urdf2mbs' has no attribute 'nosuch'"):
+        urdf2mbs.nosuch  # noqa: B018
+
+
+class Ear:
+    """Standard error, which lets a run go on when it has heard where the run is."""
+
+    def __init__(self) -> None:
+        self.text = ""
+        self.heard = Event()
+
+    def write(self, text: str) -> None:
+        self.text += text
+        if "at the end" in self.text:
+            self.heard.set()
+
+    @hookimpl
+    def urdf2mbs_before_pass(self, pass_: Any, conversion: Any) -> None:
+        if pass_.name == "emit":
+            conversion.progress("at the end")
+            assert self.heard.wait(10.0)
+
+
+@pytest.mark.parametrize("verbose", [False, True])
+def test_a_run_that_lasts_says_where_it_is(
+    verbose: bool, robot: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ear = Ear()
+    monkeypatch.setattr(sys, "stderr", ear)
+    monkeypatch.setattr(Progress, "PATIENCE", 0.001)
+    pipeline = Pipeline(*load(robot / "tiny.yaml"))
+    with Progress(Namespace(verbose=verbose)) as progress:
+        pipeline.watch(progress)
+        pipeline.watch(ear)
+        pipeline.run()
+    assert "... emit: at the end\n" in ear.text
+    assert (" ms  emit\n" in ear.text) == verbose
+
+
+def test_version(capsys: Any) -> None:
+    with pytest.raises(SystemExit) as caught:
+        main(["--version"])
+    assert caught.value.code == 0
+    assert capsys.readouterr().out == f"urdf2mbs {version('urdf2mbs')}\n"
+
+
+@pytest.mark.parametrize("there", [True, False])
+def test_convert_into_a_folder_makes_a_project(robot: Path, there: bool) -> None:
+    if there:
+        (robot / "arm").mkdir()
+    words = ["convert", "tiny.urdf", "-o", "arm" if there else "arm/"]
+    assert main([*words, "--language", "c"]) == 0
+    assert (robot / "arm" / "dataR" / "arm.mbs").is_file()
+    assert list((robot / "arm" / "userfctR").glob("*.c"))
+    assert not list((robot / "arm").rglob("main.py"))
+
+
+def test_versions_in_file_names_stay(robot: Path) -> None:
+    for name in ("panda_v1.0.urdf", "panda_v1.1.URDF", "a.b.urdf.xacro", ".urdf"):
+        (robot / name).write_text(TINY)
+        assert main(["convert", name]) == 0
+    assert {file.name for file in robot.glob("*.mbs")} | {".urdf.mbs"} == {
+        "panda_v1.0.mbs", "panda_v1.1.mbs", "a.b.mbs", ".urdf.mbs",
+    }  # fmt: skip
+    (robot / "panda_v1.0.mbs").rename("panda_v1.0")
+    assert main(["diagram", "panda_v1.0"]) == 0
+    assert (robot / "panda_v1.0.svg").is_file()
+
+
+@pytest.mark.parametrize("encoding", ["cp1252", "ascii"])
+@pytest.mark.parametrize("command", [["convert", "r.urdf"], ["convert", "r.urdf", "--json"]])
+def test_names_that_the_pipe_has_no_letters_for(
+    robot: Path, encoding: str, command: list[str]
+) -> None:
+    (robot / "r.urdf").write_text(TINY.replace('"tiny"', '"机器人"'), "utf-8")
+    done = subprocess.run(
+        [sys.executable, "-m", "urdf2mbs", *command],
+        check=False, capture_output=True, env={**os.environ, "PYTHONIOENCODING": encoding},
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert rb"\u673a\u5668\u4eba" in done.stdout
+
+
+def test_verify_needs_no_output(robot: Path, capsys: Any) -> None:
+    assert main(["convert", "tiny.urdf"]) == 0
+    (robot / "tiny.urdf.mbs").mkdir()
+    assert main(["verify", "tiny.urdf", "tiny.mbs"]) == 0

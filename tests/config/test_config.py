@@ -1,0 +1,305 @@
+"""The config: typed data, errors with file, line, key and the nearest known name; its schema."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import pytest
+import yaml
+from jsonschema import Draft202012Validator
+
+from urdf2mbs import convert
+from urdf2mbs.commands import parse as read_words
+from urdf2mbs.commands import parser
+from urdf2mbs.commands.settings import ALONE, FLAGS, RUNNING, choose_fields, field_docs
+from urdf2mbs.config.model import Config, Lines, config_of, load, parse, typed
+from urdf2mbs.config.yaml_text import word
+from urdf2mbs.engine.pipeline import Pipeline
+from urdf2mbs.engine.plugins import Plugins
+from urdf2mbs.messages.diagnostics import ConfigError
+from urdf2mbs.testing import TINY
+from urdf2mbs_setup.commands.schema import schema
+
+ROOT = Path(__file__).resolve().parents[2]
+FILE = Path("robot.yaml")
+
+
+def test_all_keys() -> None:
+    config, lines = parse(
+        """
+source: a.urdf.xacro
+output: {project: out}
+base: fixed
+gravity: [0, 0, -1.62]
+packages: {a: ../a}
+xacro_args: {hand: false, mass: 1.50, name: x, on: on}
+plugins: one.py
+pipeline: [expand, emit]
+after: {expand: x, emit: [y, z]}
+swap: {layout: mine}
+passes: {check: {tolerance: 1e-6}}
+""",
+        FILE,
+    )
+    assert config.gravity == (0, 0, -1.62)
+    assert config.xacro_args == {"hand": "false", "mass": "1.50", "name": "x", "on": "on"}
+    assert config.plugins == ["one.py"]
+    assert config.after == {"expand": "x", "emit": ["y", "z"]}
+    assert lines.error("c", "m", ("after", "emit", 1)).line == 10
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "code", "said"),
+    [
+        ("", None, "config-type", "'key: value' lines"),
+        ("- a", 1, "config-type", ""),
+        ("a", 1, "config-type", ""),
+        ("output: x", 1, "config-key-missing", "'source'"),
+        ("base: fixed\nsorce: x", 2, "unknown-key", "'source'?"),
+        ("source: x\nzzz: 1", 2, "unknown-key", "known: source, output"),
+        ("source: x\ndiagnostics:\n  base: eror", 3, "config-type", "error, ignore, note, warning"),
+        ("source: x\nbase: float", 2, "config-type", "auto, fixed, floating"),
+        ("source: x\nstrict: 1", 2, "config-type", "true or false is wanted, and this is 1"),
+        ("source: 3", 1, "config-type", "'source': a word is wanted, and this is 3"),
+        ("source: x\ngravity: [1, 2]", 2, "config-type", "'gravity': a list of 3"),
+        ("source: x\ngravity: [0, 0, down]", 2, "config-type", "'gravity.2': a number"),
+        ("source: x\ngravity: [0, 0, 1.0e+300]", 2, "value-range",
+         "'gravity.2' is 1e+300: a number from -1000 to 1000 is wanted"),
+        ("source: x\ngravity: [0, 0, .nan]", 2, "config-type", "and this is nan"),
+        ("source: x\npackages:\n  a: 1\n", 3, "config-type", "'packages.a'"),
+        ("source: x\npasses:\n  a: b\n", 3, "config-type", "'passes.a'"),
+        ("source: x\noutput: {projekt: y}", 2, "unknown-key", "'project'?"),
+        ("source: x\noutput: {project: ''}", 2, "config-type", "'output.project': this is empty"),
+        ("source: ''", 1, "config-type", "'source': this is empty"),
+        ("source: x\nplugins: ['']", 2, "config-type", "'plugins.0': this is empty"),
+        ("source: x\npackages: {'': p}", 2, "config-type", "'packages': a key is empty"),
+        ("source: x\nsource: y", 2, "config-key-doubled", "'source'"),
+        ("passes:\n  a: {b: 1,\n    b: 2}", 3, "config-key-doubled", "'passes.a.b'"),
+        ("source: [", 2, "config-yaml", "a bracket is not closed"),
+        ("source: x\n\tbase: y", 2, "config-yaml", "tab character"),
+        ("source: *x", 1, "config-yaml", "begins with '*'"),
+        ("source: !!python/object:a.b {}", 1, "config-yaml", "begins with '!'"),
+        ("source: 'a\x07'", None, "config-yaml", ""),
+        ("a: 1\n---\nb: 2", 2, "config-yaml", "'---'"),
+        ("a: &x\n  - *x", 1, "config-yaml", "lists in one another"),
+        ("[" * 5000, 1, "config-yaml", "lists in one another"),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_and_where(text: str, line: int | None, code: str, said: str) -> None:
+    with pytest.raises(ConfigError) as caught:
+        parse(text, FILE)[1].check()
+    faults = {fault.code: fault for fault in (*caught.value.said, caught.value)}
+    assert (faults[code].file, faults[code].line) == (str(FILE), line)
+    assert said in str(faults[code]) + str(faults[code].hint)
+
+
+@pytest.mark.parametrize("content", [None, b"\xff\xfe\x00x"])
+def test_a_file_that_cannot_be_read(content: bytes | None, tmp_path: Path) -> None:
+    if content is not None:
+        (tmp_path / "c.yaml").write_bytes(content)
+    with pytest.raises(ConfigError, match=r"c.yaml: error\[config-unreadable\]: cannot read"):
+        load(tmp_path / "c.yaml")
+
+
+class Rule(msgspec.Struct, forbid_unknown_fields=True, rename="kebab"):
+    name: str = ""
+    by_link: dict[str, float] | None = None
+
+
+class Options(msgspec.Struct, forbid_unknown_fields=True, rename="kebab"):
+    must: int
+    words: list[str] = []
+    rules: list[Rule] = []
+    for_each: dict[str, Rule] = {}
+    deep_words: dict[str, list[dict[str, int]]] = {}
+
+    def __post_init__(self) -> None:
+        if self.must < 0:
+            raise ValueError("must is below zero")
+
+
+@pytest.mark.parametrize(
+    ("options", "line", "code", "said"),
+    [
+        ("{words: a}", 3, "config-key-missing", "'passes.p.must'"),
+        ("{must: 1.5}", 3, "config-type", "'passes.p.must': a whole number is wanted"),
+        ("{must: -1}", 3, "config-type", "'passes.p': must is below zero"),
+        ("{must: 1, wods: a}", 3, "unknown-key", "'passes.p.wods'"),
+        ("\n    must: 1\n    rules:\n      - name: 1", 6, "config-type", "'passes.p.rules.0.name'"),
+        ("\n    must: 1\n    rules:\n      - nam: a", 6, "unknown-key", "'passes.p.rules.0.nam'"),
+        ("\n    must: 1\n    for-each:\n      x: 3", 6, "config-type", "'passes.p.for-each.x'"),
+        ("{must: 1, for-each: {a: {}, b: {by-link: {c: 1, '...': x}}}}", 3, "config-type",
+         "'passes.p.for-each.b.by-link....': a number is wanted, and this is 'x'"),
+        ("{must: 1, for-each: {a: {by-link: 3}}}", 3, "config-type", "lines or nothing is wanted"),
+        ("{must: 1, deep-words: {a.b: [{}, {k: 1, l: x}]}}", 3, "config-type",
+         "'passes.p.deep-words.a.b.1.l'"),
+        ("[]", 3, "config-type", "'passes.p' wants 'key: value' lines"),
+    ],
+)  # fmt: skip
+def test_options_of_a_pass(options: str, line: int, code: str, said: str) -> None:
+    text = f"source: x\npasses:\n  p: {options}"
+    data = yaml.safe_load(text)["passes"]["p"]
+    lines = parse(text.replace("[]", "{}") if options == "[]" else text, FILE)[1]
+    with pytest.raises(ConfigError) as caught:
+        typed(Options, data, lines, ("passes", "p"))
+    assert (caught.value.code, caught.value.line) == (code, line)
+    assert said in caught.value.message
+    assert typed(Options, {"must": 1, "words": "a"}, Lines()).words == ["a"]
+
+
+def test_words_of_the_command_line_and_numbers_with_an_exponent() -> None:
+    texts = ("1.5", "[a, b]", "a b", "{", "true", "*", "1e", "1e1x", "1e1", "1E+1", "-2e-3")
+    assert [word(text) for text in texts] == [
+        1.5, ["a", "b"], "a b", "{", True, "*", "1e", "1e1x", 10.0, 10.0, -0.002,
+    ]  # fmt: skip
+    config, _ = parse("source: a.urdf\ngravity: [0, 0, 1e1]\nxacro_args: {a: 1e1}\n", None)
+    assert config.gravity[2] == 10.0
+    assert config.xacro_args == {"a": "1e1"}, "arguments are as they are written"
+
+
+# --- the schema ------------------------------------------------------------------------------
+
+
+#: The codes of what a schema can see.
+SEEN = {"config-type", "unknown-key", "value-range", "unknown-pass", "unknown-preset"}
+
+
+def good(text: str, whole: dict[str, Any]) -> bool:
+    return Draft202012Validator(whole).is_valid(yaml.safe_load(text))
+
+
+@pytest.fixture(scope="module")
+def ours() -> dict[str, Any]:
+    return schema(Plugins(installed=False))
+
+
+@pytest.mark.parametrize("file", sorted((ROOT / "configs").glob("*.yaml")), ids=lambda f: f.name)
+def test_our_configs_agree_with_it(file: Path, ours: dict[str, Any]) -> None:
+    assert good(file.read_text(), ours)
+
+
+@pytest.mark.parametrize(
+    ("text", "right"),
+    [
+        ("output: {project: x}", True),
+        ("output: {project: ''}", False),
+        ("output: {project: x, more: 1}", False),
+        ("outptu: x", False),
+        ("base: flying", False),
+        ("gravity: [0, 0, 1.0e+300]", False),
+        ("passes: {check: {tolerance: 1.0e-6}}", True),
+        ("passes: {check: {tolerance: 0.8}}", False),
+        ("xacro_args: {a: 1, b: true, c: x}", True),
+        ("plugins: [a.py, 1]", False),
+        ("pipeline: faithless", False),
+        ("pipeline: [expand, emit]", True),
+        ("pipeline: [expand, emitt]", False),
+        ("after: {expand: [check]}", True),
+        ("after: {xpand: check}", False),
+        ("swap: {emitt: mine}", False),
+        ("passes: {prune-massless: {keep: '*'}}", True),
+        ("passes: {prune-massless: {keep: ['a', 'b']}}", True),
+        ("passes: {prune-massless: {kep: '*'}}", False),
+        ("passes: {prune: {}}", False),
+    ],
+)
+def test_the_schema_and_the_reader_know_good_from_bad(
+    text: str, right: bool, ours: dict[str, Any]
+) -> None:
+    assert good(f"source: x\n{text}", ours) == right
+    assert not good(text, ours), "there is no source"
+    try:
+        Pipeline(*parse(f"source: x\n{text}", FILE), installed_plugins=False)
+        read = True
+    except ConfigError as error:
+        read = error.code not in SEEN
+    assert read == right
+
+
+def test_every_key_of_a_config_is_described(ours: dict[str, Any]) -> None:
+    assert set(ours["properties"]) == set(Config.__struct_fields__)
+    assert all(one["description"] for one in ours["properties"].values())
+    for name, definition in ours["$defs"].items():
+        if "." in name:  # of a pass
+            for field, one in definition.get("properties", {}).items():
+                assert one.get("description"), f"{name}.{field} has no docstring"
+
+
+def test_a_plugins_options_are_in_the_schema() -> None:
+    whole = schema(
+        Plugins([ROOT / "tests" / "strangers" / "samples" / "rename_links.py"], installed=False)
+    )
+    text = "source: x\nafter: {expand: rename-links}\npasses: {rename-links: {links: {a: b}}}"
+    assert good(text, whole)
+    assert not good(text.replace("a: b", "a: 1"), whole)
+    assert not good(text.replace("{links", "{lnks"), whole)
+    rules = whole["$defs"]["rename-links.rename_links.RenameLinks"]["properties"]
+    assert rules["links"]["description"] == "Link: its new name."
+
+
+def test_python_takes_the_fields_of_a_config_or_a_config(tmp_path: Path) -> None:
+    robot = tmp_path / "tiny.urdf"
+    robot.write_text(TINY)
+    packages = {"robots": tmp_path}
+    by_fields = convert(robot, pipeline="compact", gravity=[0, 0, -1.62], packages=packages)
+    config = Config(str(robot), pipeline="compact", gravity=(0.0, 0.0, -1.62))
+    assert by_fields.data == convert(config).data != convert(robot).data
+    assert by_fields.mbs.base.gravity == (0.0, 0.0, -1.62)
+    with pytest.raises(ConfigError, match=r"unknown key 'pipelin'\n.*did you mean 'pipeline'"):
+        convert(config, pipelin="faithful")
+    with pytest.raises(ConfigError, match="holds no such thing: <object"):
+        convert(config, strict=object())
+
+
+def test_python_takes_a_config_file_and_changes_it(tmp_path: Path) -> None:
+    (tmp_path / "tiny.urdf").write_text(TINY)
+    file = tmp_path / "tiny.yaml"
+    file.write_text("source: tiny.urdf\nbase: fixed\ndiagnostics: {collision: warning}\n"
+                    "passes: {layout: {style: tree}, check: {tolerance: 1.0e-8}}\n")  # fmt: skip
+    config, lines = config_of(
+        file, base="floating", diagnostics={"limit": "note"}, passes={"layout": {"keep": False}}
+    )
+    assert (config.base, lines.folder) == ("floating", tmp_path)
+    assert config.diagnostics == {"collision": "warning", "limit": "note"}
+    assert config.passes == {
+        "layout": {"style": "tree", "keep": False}, "check": {"tolerance": 1e-8},
+    }  # fmt: skip
+    assert convert(file).mbs.base.gravity == (0.0, 0.0, -9.81)
+
+
+def test_a_flag_says_what_its_field_says() -> None:
+    command = parser(named=["convert"]).parse_args(["convert", "r.urdf"]).parser
+    known = {flag: action.help for action in command._actions for flag in action.option_strings}
+    docs = field_docs(Config)
+    assert FLAGS.keys() == {*RUNNING, *ALONE}
+    for field, flag in FLAGS.items():
+        assert known[flag.flag] == docs[field]
+
+
+@pytest.mark.parametrize("word", ["-h", "--help", "--he", "-qh"])
+def test_only_help_reads_the_texts_of_the_fields(
+    word: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit):
+        read_words(["convert", word])
+    assert "let the robot's xacro do whatever" in " ".join(capsys.readouterr().out.split())
+    monkeypatch.setattr("urdf2mbs.commands.settings.field_docs", lambda _: pytest.fail("read"))
+    assert read_words(["convert", "r.urdf", "-o", "r.mbs", "-q"]).quiet
+
+
+@pytest.mark.parametrize(
+    ("words", "field", "value"),
+    [
+        (["--base", "fixed"], "base", "fixed"),
+        (["--arg", "a:=b=c"], "xacro_args", {"a": "b=c"}),
+        (["--after", "emit=a", "--after", "emit=b"], "after", {"emit": ["a", "b"]}),
+        (["--set", "layout.scale=2"], "passes", {"layout": {"scale": 2}}),
+        (["--level", "no-mass=error"], "diagnostics", {"no-mass": "error"}),
+        (["--strict"], "strict", True),
+    ],
+)
+def test_a_flag_sets_its_field(words: list[str], field: str, value: Any) -> None:
+    arguments = parser(named=["convert"]).parse_args(["convert", "r.urdf", *words])
+    assert choose_fields(arguments) == {field: value}

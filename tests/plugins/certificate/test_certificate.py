@@ -1,0 +1,301 @@
+"""The replay of certificates: it says "the same robot" of the same robot, and of no other."""
+
+from __future__ import annotations
+
+import ast
+import json
+import re
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from proof.test_not_fooled import PLANTS
+from proof.test_planted import PLANTED
+from proof.test_words import FOUND, MIMIC, TINY, WORLD
+from proving import SOLID, joint, link, robot
+from robots import CONVERTIBLE, RealRobot
+from urdf2mbs import Result, convert, verify
+from urdf2mbs.mbs.model import Joint, Mbs
+from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.writer import write
+from urdf2mbs_certificate import certificate as checker
+
+CHECKER = Path(checker.__file__)
+CONFIGS = Path(__file__).parents[3] / "configs"
+ALWAYS = {"certificate": {"write": "always"}}
+#: Lines of code, without docstrings, comments and empty lines.
+LONGEST = 200
+FILES = ("robot.urdf", "model.mbs", "model.proof.json")
+
+
+class Said:
+    """What the replay says of three files."""
+
+    def __init__(self, code: int, out: str, error: str) -> None:
+        self.code, self.out, self.error = code, out, error
+        self.plain = out == "the same robot\n"
+
+
+def replay(urdf: bytes, mbs: bytes, said: Any, folder: Path, capsys: Any) -> Said:
+    files = [folder / name for name in FILES]
+    text = said if isinstance(said, str) else json.dumps(said)
+    for file, data in zip(files, (urdf, mbs, text.encode()), strict=True):
+        file.write_bytes(data)
+    capsys.readouterr()
+    code = checker.main([str(file) for file in files])
+    out = capsys.readouterr()
+    assert out.err.count("\n") == (code == 1), "one line says why a file is refused"
+    assert code in (0, 1, 3)
+    assert out.out.startswith("the same robot") == (code == 0)
+    assert out.out.startswith("NOT the same robot") == (code == 3)
+    return Said(code, out.out, out.err)
+
+
+def files_of(result: Result) -> tuple[bytes, bytes, Any]:
+    """The URDF, the .mbs and its certificate."""
+    conversion = result.conversion
+    path = conversion.settings.output.with_suffix(".proof.json")
+    return conversion.expanded or conversion.source, result.data, json.loads(conversion.files[path])
+
+
+def made(text: str, folder: Path, **settings: Any) -> tuple[bytes, bytes, Any]:
+    source = folder / "tiny.urdf"
+    source.write_text(text)
+    return files_of(convert(source, **{"passes": ALWAYS, **settings}))
+
+
+def test_it_is_one_short_file_of_the_standard_library() -> None:
+    text = CHECKER.read_text("utf-8")
+    tree = ast.parse(text)
+    said = {
+        number
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
+        for number in range(node.lineno, (node.end_lineno or 0) + 1)
+    }
+    code = [
+        line
+        for number, line in enumerate(text.splitlines(), start=1)
+        if line.strip() and not line.lstrip().startswith("#") and number not in said
+    ]
+    assert len(code) <= LONGEST
+    names = {
+        name.partition(".")[0]
+        for node in ast.walk(tree)
+        if isinstance(node, (ast.Import, ast.ImportFrom))
+        for name in [getattr(node, "module", None) or node.names[0].name]
+    }
+    assert names <= sys.stdlib_module_names
+
+
+# --- the same robot -----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("pipeline", ["faithful", "compact"])
+@pytest.mark.parametrize("name", ["arm", "biped", "hexapod"])
+def test_our_robots_are_the_same(name: str, pipeline: str, tmp_path: Path, capsys: Any) -> None:
+    result = convert(CONFIGS / f"{name}.urdf.xacro", pipeline=pipeline, passes=ALWAYS)
+    assert replay(*files_of(result), tmp_path, capsys).code == 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("pipeline", ["faithful", "compact"])
+@pytest.mark.parametrize("robot", CONVERTIBLE)
+def test_real_robots_are_the_same(
+    robot: RealRobot, pipeline: str, tmp_path: Path, capsys: Any
+) -> None:
+    result = robot.convert(pipeline=pipeline, passes=ALWAYS)
+    assert replay(*files_of(result), tmp_path, capsys).code == 0
+
+
+def test_it_runs_alone(tmp_path: Path, capsys: Any) -> None:
+    files = made(TINY, tmp_path, base="fixed")
+    said = replay(*files, tmp_path, capsys)
+    (tmp_path / "alone").mkdir()
+    (tmp_path / "alone" / "certificate.py").write_bytes(CHECKER.read_bytes())
+    done = subprocess.run(
+        [sys.executable, "-I", "certificate.py", *(f"../{name}" for name in FILES)],
+        cwd=tmp_path / "alone", capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert (done.returncode, done.stdout) == (0, said.out.replace("\r", ""))
+    for files in ((), ("missing.urdf", *FILES[1:])):
+        done = subprocess.run(
+            [sys.executable, CHECKER, *files], capture_output=True, text=True, check=False
+        )
+        assert (done.returncode, done.stdout) == (1, "")
+        assert "Traceback" not in done.stderr
+
+
+HANDLESS = re.sub(r'(?s)(<link name="hand">\s*)<inertial>.*?</inertial>', r"\1", TINY)
+#: The joint "stays" follows a joint that moves nothing, with the multiplier 0.
+STAYS = robot(
+    link("world"), link("a", SOLID), joint("world", "a"),
+    link("knob"), joint("a", "knob", name="drive"), link("b", SOLID),
+    joint("a", "b", name="stays", xyz="1 0 0").replace(
+        "<limit", '<mimic joint="drive" multiplier="0" offset="0.1"/><limit'),
+)  # fmt: skip
+#: Robots, how they are converted, and what the replay says beside "the same robot".
+SAME: Any = {
+    "fixed": (TINY, {"base": "fixed"}, []),
+    "floating": (TINY, {"base": "floating"}, ['<joint name="floating_base" type="floating">']),
+    "world": (WORLD, {}, []),
+    "a world that is not declared": (WORLD.replace('<link name="world"/>', ""), {}, []),
+    "mimic": (MIMIC, {}, ["nature of 'wrist_pitch': 'independent', and 'follower'"]),
+    "mimic in a project": (MIMIC, {"output": {"project": "p"}},
+                           ["nature of 'wrist_pitch': 'dependent', and 'follower'"]),
+    "mimic by force": (MIMIC, {"output": {"project": "p"}, "passes": {
+        "mimic": {"joints": {"*": "driven"}}}},
+        ["nature of 'wrist_pitch': 'driven', and 'follower'"]),
+    "a follower that stays": (STAYS, {"output": {"project": "p"}},
+                              ["nature of 'stays': 'driven', and 'follower'"]),
+    "held": (HANDLESS, {"base": "fixed"}, ["joint 'wrist_pitch' is held at zero: '"]),
+    "estimate-inertia": (HANDLESS, {"output": {"project": "p"}, "passes": {
+        "estimate-inertia": {"density": 1000.0}}}, ["<link> 'hand' has '<inertial>"]),
+    "rotors": (TINY, {"output": {"project": "p"}, "passes": {
+        "rotors": {"armature": {"wrist_roll": 0.1}}}}, ['<link name="wrist_roll_rotor"']),
+    "snap": (TINY, {"output": {"project": "p"}, "passes": {"snap": {"angle": 1e-3}}},
+             ["<joint> 'tool_mount' has '<origin ", "on purpose, and '<origin "]),
+    "a rod": (TINY, {"base": "fixed", "passes": {**ALWAYS, "loops": {"cuts": {"rod": {
+        "kind": "rod", "length": 0.5,
+        "ends": [{"link": "body"}, {"link": "tool", "at": [0, 0, 1]}]}}}}},
+        ["rod of '", "'dependent', and 'independent'"]),
+    "the moon": (TINY, {"gravity": [0, 0, -1.62]}, ["gravity of 'base': (0.0, 0.0, -1.62)"]),
+    "no damping": (TINY, {"without": ["joint-parameters"]}, ["damping of 'shoulder': None, and"]),
+    "unknown attributes": (TINY.replace('<axis xyz="0 1 1"/>', '<axis xyz="0 1 1" rpy="0 0 1"/>'),
+                           {}, ["rpy='0 0 1'"]),
+    "blank lines first": (f"\n\n{TINY}", {}, []),
+    "a mark of byte order": (f"\ufeff{TINY}", {}, []),
+    **{kind: (TINY.replace('name="wrist_pitch" type="revolute"',
+                           f'name="wrist_pitch" type="{kind}"'), {}, [])
+       for kind in ("planar", "floating", "prismatic", "continuous")},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("pipeline", ["faithful", "compact"])
+@pytest.mark.parametrize("name", SAME)
+def test_the_same(name: str, pipeline: str, tmp_path: Path, monkeypatch: Any, capsys: Any) -> None:
+    text, settings, known = SAME[name]
+    monkeypatch.chdir(tmp_path)
+    said = replay(*made(text, tmp_path, pipeline=pipeline, **settings), tmp_path, capsys)
+    assert said.code == 0
+    for words in known:
+        assert words in said.out
+
+
+def test_a_long_chain(tmp_path: Path, capsys: Any) -> None:
+    """Nothing is called once for each link of a chain within the one before it."""
+    inertial = '<inertial><mass value="1"/></inertial>'
+    urdf = mbs = ""
+    for n in range(1, 1300):
+        urdf += f'<link name="l{n}">{inertial}</link><joint name="j{n}" type="continuous">'
+        urdf += f'<parent link="l{n - 1}"/><child link="l{n}"/><origin xyz="0.1 0 0"/></joint>'
+        parent = f"<bodyname>l{n - 1}</bodyname><pointname>end</pointname>"
+        mbs += f"<body><bodyname>l{n}</bodyname><parent>{parent}</parent>"
+        mbs += f"<joint><jointname>j{n}</jointname><type>R1</type><nature>independent</nature>"
+        mbs += f"</joint><mass>1</mass>{END}</body>"
+    base = f"<base><gravity><coordinates><z>-9.81</z></coordinates></gravity>{END}</base>"
+    mbs = mbs.replace("<bodyname>l0<", "<bodyname>base<")
+    said = {"joints": {f"j{n}": [f"j{n}"] for n in range(1, 1300)}}
+    nothing = {"planes": {}, "held": {}, "changes": [], "edited": []}
+    found = replay(
+        f'<robot name="long"><link name="l0"/>{urdf}</robot>'.encode(),
+        f"<mbsDescR7>{base}<bodytree>{mbs}</bodytree></mbsDescR7>".encode(),
+        {**said, **nothing, "gravity": [0.0, 0.0, -9.81]}, tmp_path, capsys,
+    )  # fmt: skip
+    assert found.plain, found.error
+
+
+END = "<point><pointname>end</pointname><coordinates><x>0.1</x></coordinates></point>"
+
+
+def test_what_people_edited_is_named(tmp_path: Path, capsys: Any) -> None:
+    source, model = tmp_path / "tiny.urdf", tmp_path / "p" / "dataR" / "p.mbs"
+    source.write_text(TINY)
+    convert(source, output={"project": tmp_path / "p"}).write()
+    mbs = read(model.read_bytes(), "p.mbs")
+    mbs.bodies[-1].mass = 7.0
+    next(m for m in mbs.user_models if m.name == "q_max").parameters[0].values = ("0.25",)
+    mbs.bodies[-1].joints.append(Joint("spin", "R1", "independent"))
+    model.write_bytes(write(mbs))
+    result = convert(source, output={"project": tmp_path / "p"})
+    files = files_of(result)
+    said = replay(*files, tmp_path, capsys)
+    assert said.code == 0
+    for words in ("mass or inertia of 'wrist_pitch'", "q_max of ", "motion of 'spin'"):
+        assert re.search(f"{words}.*as edited", said.out), words
+    files[2]["edited"] = []
+    assert replay(*files, tmp_path, capsys).code == 3
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [(b"<q>0.1</q>", b"<q>0.2</q>"), (b'multiplier="0"', b'multiplier="2"'),
+     (b'offset="0.1"', b'offset="0.2"'), (b"<q/>", b"<qd/>")],
+)  # fmt: skip
+def test_a_follower_stays_at_its_offset(
+    old: bytes, new: bytes, tmp_path: Path, capsys: Any
+) -> None:
+    urdf, mbs, said = made(STAYS, tmp_path, output={"project": tmp_path / "p"})
+    assert old in urdf + mbs
+    (tmp_path / "new.urdf").write_bytes(urdf.replace(old, new))
+    (tmp_path / "new.mbs").write_bytes(mbs.replace(old, new))
+    assert replay(urdf.replace(old, new), mbs.replace(old, new), said, tmp_path, capsys).code == 3
+    found = verify(tmp_path / "new.urdf", tmp_path / "new.mbs").differences
+    assert {one.joint for one in found} == {"stays"}
+
+
+# --- another robot ------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module", params=["faithful", "compact"])
+def biped(request: pytest.FixtureRequest) -> tuple[bytes, bytes, Any]:
+    return files_of(convert(CONFIGS / "biped.urdf.xacro", pipeline=request.param, passes=ALWAYS))
+
+
+def is_found(
+    files: tuple[bytes, bytes, Any], plant: Callable[[Mbs], None], folder: Path, capsys: Any
+) -> bool:
+    """True if the replay fails, or says what it does not say without the fault."""
+    before = replay(*files, folder, capsys).out
+    mbs = read(files[1], "model.mbs")
+    plant(mbs)
+    said = replay(files[0], write(mbs), files[2], folder, capsys)
+    return said.code != 0 or not {*said.out.splitlines()} <= {*before.splitlines()}
+
+
+@pytest.mark.parametrize("fault", PLANTED)
+def test_a_planted_fault_is_found(fault: str, biped: Any, tmp_path: Path, capsys: Any) -> None:
+    assert is_found(biped, PLANTED[fault][0], tmp_path, capsys)
+
+
+@pytest.mark.parametrize("fault", FOUND)
+def test_a_fault_of_natures_and_cuts_is_found(fault: str, tmp_path: Path, capsys: Any) -> None:
+    text, base, plant, _ = FOUND[fault]
+    if text == WORLD:  # the certificate is of the robot that stands; the .mbs floats
+        floats = made(text, tmp_path, base=base)[1]
+        urdf, _, said = made(text, tmp_path)
+        assert replay(urdf, floats, said, tmp_path, capsys).code == 3
+    else:
+        assert is_found(made(text, tmp_path, base=base), plant, tmp_path, capsys)
+
+
+@pytest.mark.parametrize("where", PLANTS)
+def test_another_number_is_found(where: str, tmp_path: Path, capsys: Any) -> None:
+    files = made(TINY, tmp_path)
+    assert is_found(files, lambda mbs: PLANTS[where](mbs, 1e-4), tmp_path, capsys)
+
+
+def test_a_small_inertia_is_compared_with_its_own_size(
+    biped: Any, tmp_path: Path, capsys: Any
+) -> None:
+    for name in [body.name for body in read(biped[1], "model.mbs").bodies][-3:]:
+
+        def plant(mbs: Mbs, name: str = name) -> None:
+            (body,) = (body for body in mbs.bodies if body.name == name)
+            body.inertia = (body.inertia[0] * (1.0 + 1e-7), *body.inertia[1:])
+
+        assert is_found(biped, plant, tmp_path, capsys), name

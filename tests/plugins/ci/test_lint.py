@@ -1,0 +1,177 @@
+"""`lint`, and `verify --ci`: what a CI of somebody else reads, as lines, JSON and SARIF."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from urdf2mbs import convert
+from urdf2mbs.cli import main
+from urdf2mbs.testing import TINY
+
+ROOT = Path(__file__).resolve().parents[3]
+#: A xacro robot in two files, with a fault in a link of the second.
+MAIN = """<robot name="two" xmlns:xacro="http://www.ros.org/wiki/xacro">
+  <xacro:include filename="arm.xacro"/>
+  <link name="body"/>
+</robot>"""
+ARM = """<robot xmlns:xacro="http://www.ros.org/wiki/xacro">
+  <joint name="shoulder" type="continuous">
+    <parent link="body"/><child link="arm"/><axis xyz="0 0 1"/>
+  </joint>
+
+  <link name="arm">
+    <inertial>
+      <mass value="1"/>
+      <inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="9"/>
+    </inertial>
+  </link>
+</robot>"""
+
+
+@pytest.fixture
+def here(here: Path) -> Path:
+    Path("wrong.urdf").write_text(TINY.replace('link="arm"', 'link="amr"'))
+    Path("odd.urdf").write_text(TINY.replace('izz="0.01"', 'izz="0.1"'))
+    Path("two.urdf.xacro").write_text(MAIN)
+    Path("arm.xacro").write_text(ARM)
+    return here
+
+
+def results(file: str = "found.sarif") -> list[dict[str, Any]]:
+    """The results of a SARIF file, which has what GitHub wants."""
+    log = json.loads(Path(file).read_text())
+    assert log["version"] == "2.1.0"
+    assert log["$schema"].endswith("sarif-2.1.0.json")
+    (run,) = log["runs"]
+    rules = {
+        rule["id"]: rule["shortDescription"]["text"] for rule in run["tool"]["driver"]["rules"]
+    }
+    assert run["tool"]["driver"]["name"] == "urdf2mbs"
+    for result in run["results"]:
+        assert rules[result["ruleId"]]
+        assert result["level"] in ("error", "warning", "note")
+        assert result["message"]["text"]
+    found: list[dict[str, Any]] = run["results"]
+    return found
+
+
+def place(result: dict[str, Any]) -> tuple[str, int]:
+    (location,) = result["locations"]
+    physical = location["physicalLocation"]
+    return physical["artifactLocation"]["uri"], physical["region"]["startLine"]
+
+
+def test_a_robot_without_a_fault(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["lint", "tiny.urdf", "--sarif", "found.sarif"]) == 0
+    assert capsys.readouterr().out.endswith("tiny: 0 errors, 0 warnings, 1 note\n")
+    assert [result["level"] for result in results()] == ["note"]
+    assert not list(here.glob("*.mbs"))
+    Path("found.sarif").write_text("mine")
+    assert main(["lint", "tiny.urdf", "--sarif", "found.sarif"]) == 2
+    assert Path("found.sarif").read_text() == "mine"
+
+
+def test_errors_say_where_and_what_to_do(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["lint", "wrong.urdf", "--sarif", "found.sarif"]) == 1
+    said = capsys.readouterr()
+    assert said.out.startswith("wrong.urdf:13: error[link-unknown]")
+    assert "did you mean 'arm'?" in said.out
+    (first, *_) = results()
+    assert (first["ruleId"], first["level"], place(first)) == (
+        "link-unknown", "error", ("wrong.urdf", 13),
+    )  # fmt: skip
+    assert main(["lint", "wrong.urdf", "--json"]) == 1
+    found = json.loads(capsys.readouterr().out)
+    assert found["error"] >= 1
+    assert found["diagnostics"][0]["line"] == 13
+
+
+def test_a_warning_is_an_error_with_strict(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["lint", "odd.urdf"]) == 0
+    assert "warning[inertia-triangle]" in capsys.readouterr().out
+    assert main(["lint", "odd.urdf", "--strict"]) == 1
+    assert main(["lint", "odd.urdf", "--strict", "--level", "inertia-triangle=note"]) == 0
+
+
+def test_a_fault_in_xacro_has_the_line_of_its_own_file(here: Path) -> None:
+    assert main(["lint", "two.urdf.xacro", "--sarif", "found.sarif"]) == 0
+    found = {result["ruleId"]: place(result) for result in results()}
+    assert found["inertia-triangle"] == ("arm.xacro", 6)
+
+
+def test_a_config_is_linted_and_a_wrong_command_line_is_no_fault_of_the_robot(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("odd.yaml").write_text("source: odd.urdf\noutput: {project: p}\n")
+    assert main(["lint", "odd.yaml", "--strict"]) == 1
+    assert not Path("p").exists()
+    capsys.readouterr()
+    assert main(["lint", "odd.yaml", "--base", "fixed"]) == 2
+    assert main(["lint", "odd.urdf", "--level", "nosuch=note", "--sarif", "found.sarif"]) == 2
+    assert not Path("found.sarif").exists()
+
+
+def test_verify_ci_has_the_line_of_what_differs(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("tiny.mbs").write_bytes(convert("tiny.urdf").data)
+    words = ["verify", "tiny.urdf", "tiny.mbs", "--ci", "--sarif", "found.sarif"]
+    assert main(words) == 0
+    assert capsys.readouterr().out.startswith("the same robot")
+    Path("tiny.urdf").write_text(TINY.replace('<mass value="0.5"/>', '<mass value="0.6"/>'))
+    assert main(words) == 3
+    out = capsys.readouterr().out.splitlines()
+    assert out[0].startswith("tiny.urdf:13: error[not-the-same]: link 'arm': mass is 0.5")
+    assert out[-1] == "NOT the same robot"
+    (differs,) = [result for result in results() if result["level"] == "error"]
+    assert (differs["ruleId"], place(differs)) == ("not-the-same", ("tiny.urdf", 13))
+    assert main(["verify", "wrong.urdf", "tiny.mbs", "--sarif", "found.sarif"]) == 1
+    assert results()[0]["ruleId"] == "link-unknown"
+
+
+def act(**given: str) -> list[int]:
+    """Run the action's shell steps here with these inputs and the defaults of the others, until
+    one fails; gives the exit codes.  Nothing is installed twice."""
+    action = yaml.safe_load((ROOT / "action.yml").read_text("utf-8"))
+    values = {f"inputs.{name}": about.get("default") for name, about in action["inputs"].items()}
+    values |= {f"inputs.{name}": text for name, text in given.items()}
+    values["github.action_path"] = str(ROOT)
+    Path("bin").mkdir(exist_ok=True)
+    ours = f'"{sys.executable}" -m urdf2mbs "$@"'
+    for name, does in (("pip", 'test -f "${@: -1}/pyproject.toml"'), ("urdf2mbs", ours)):
+        Path("bin", name).write_text(f"#!/bin/bash\n{does}\n")
+        Path("bin", name).chmod(0o755)
+    codes: list[int] = []
+    for step in action["runs"]["steps"]:
+        if "run" in step and not any(codes):
+            assert "${{" not in step["run"], "an input in a script is code of whoever wrote it"
+            env = {**os.environ, "PATH": f"{Path('bin').absolute()}:{os.environ['PATH']}"}
+            for name, text in step["env"].items():
+                env[name] = re.sub(r"\$\{\{ (.*?) \}\}", lambda found: values[found[1]], text)
+            script = [step["shell"], "-eo", "pipefail", "-c", step["run"]]
+            codes.append(subprocess.run(script, env=env, check=False).returncode)
+    return codes
+
+
+@pytest.mark.skipif(shutil.which("bash") is None, reason="there is no bash")
+def test_the_action_runs_as_github_would_run_it(here: Path) -> None:
+    shutil.copy(ROOT / "configs" / "lamp.urdf", "lamp.urdf")
+    assert main(["convert", "lamp.urdf", "-o", "lamp.mbs"]) == 0
+    assert act(robot="lamp.urdf") == [0, 0]
+    assert act(robot="lamp.urdf", model="lamp.mbs", passes="--frames") == [0, 0]
+    assert json.loads(Path("urdf2mbs.sarif").read_text())["runs"]
+    text, mass = Path("lamp.urdf").read_text(), '<mass value="'
+    Path("lamp.urdf").write_text(text.replace(mass, f"{mass}9"))
+    assert act(robot="lamp.urdf", model="lamp.mbs", sarif="found.sarif") == [0, 3]
+    assert results()
+    assert act(robot="nothing.urdf") == [0, 1]

@@ -1,0 +1,198 @@
+"""Convert again, from the command line: what is written, kept, planned and refused."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import pytest
+from lxml import etree
+
+from plugins.edits import edits
+from urdf2mbs.cli import main
+from urdf2mbs.disk.record import is_ours
+from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.writer import write
+from urdf2mbs_edits.merge.base import is_base
+
+ROBOT = """<robot name="one">
+  <link name="body"><inertial><mass value="1"/>
+    <inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
+  <link name="arm"><inertial><mass value="2"/>
+    <inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
+  <joint name="elbow" type="revolute"><parent link="body"/><child link="arm"/>
+    <origin xyz="1 0 0"/><axis xyz="0 1 0"/>
+    <limit lower="-1" upper="1" effort="1" velocity="1"/></joint>
+</robot>"""
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "one.urdf").write_text(ROBOT)
+    return tmp_path
+
+
+def robot(old: str, new: str) -> None:
+    assert old in ROBOT
+    Path("one.urdf").write_text(ROBOT.replace(old, new))
+
+
+def edit(file: str, *made: Any) -> None:
+    """Edit and save a file as people do it in MBSysPad."""
+    path = Path(file)
+    mbs = read(edits.as_saved(path.read_bytes()), file)
+    for change in made:
+        change(mbs, Random(1))
+    path.write_bytes(write(mbs))
+
+
+def convert(*words: str) -> int:
+    return main(["convert", "one.urdf", "-o", "one.mbs", *words])
+
+
+def test_the_base_is_beside_the_output_and_says_of_which_robot(here: Path) -> None:
+    assert convert("-q") == 0
+    base = (here / "one.mbs.base").read_bytes()
+    assert is_base(base)
+    assert b"made of robot 'one' in one.urdf, sha256 " in base
+    assert read(base, "base") == read((here / "one.mbs").read_bytes(), "one")
+
+
+def test_an_edited_file_is_merged(here: Path, capsys: Any) -> None:
+    assert convert("-q") == 0
+    edit("one.mbs", edits.sensor, edits.link)
+    robot('value="2"', 'value="4"')
+    assert convert() == 0
+    said = capsys.readouterr().out
+    assert "merged with your edits: 1 updated, 2 kept" in said
+    assert "the same robot; not compared: " in said
+    assert "(added in one.mbs)" in said
+    data = (here / "one.mbs").read_bytes()
+    assert b"my_sensor" in data
+    assert b"my_link" in data
+    assert b"<mass>4.0</mass>" in data
+    assert b"\r\n" in data  # it is still the file of MBSysPad
+    assert not is_ours(here / "one.mbs")  # nobody replaces it without a merge
+    assert convert("-q") == 0
+    assert (here / "one.mbs").read_bytes() == data
+
+
+def test_the_plan_writes_nothing_and_is_what_happens(here: Path, capsys: Any) -> None:
+    assert convert("-q") == 0
+    edit("one.mbs", edits.sensor)
+    robot('value="2"', 'value="4"')
+    before = {path: path.read_bytes() for path in here.iterdir() if path.is_file()}
+    capsys.readouterr()
+    assert convert("--plan") == 0
+    said = capsys.readouterr().out
+    assert "body 'arm': mass 2 -> 4 kg" in said
+    assert "changed files: one.mbs, one.mbs.base" in said
+    assert convert("--plan", "--json") == 0
+    plan = json.loads(capsys.readouterr().out)
+    assert [change["field"] for change in plan["merge"]["updated"]] == ["mass"]
+    assert {path: path.read_bytes() for path in here.iterdir() if path.is_file()} == before
+    assert convert("-q") == 0
+    changed = {path.name for path, data in before.items() if path.read_bytes() != data}
+    assert changed == {".urdf2mbs", "one.mbs", "one.mbs.base"}
+
+
+@pytest.mark.parametrize("prefer", ["edited", "{mass: edited}", ""])
+def test_both_changed_it_and_the_urdf_wins_unless_the_edit_is_preferred(
+    prefer: str, here: Path, capsys: Any
+) -> None:
+    assert convert("-q") == 0
+    edit("one.mbs", edits.mass)
+    for old, new in (("1", "1.5"), ("2", "4")):
+        text = Path("one.urdf").read_text()
+        Path("one.urdf").write_text(text.replace(f'mass value="{old}"', f'mass value="{new}"'))
+    capsys.readouterr()
+    assert convert(*["--set", f"merge.prefer={prefer}"] * bool(prefer)) == 0
+    said = capsys.readouterr()
+    assert "warning[merge-conflict-won]" in said.err
+    assert (b"<mass>33" in (here / "one.mbs").read_bytes()) == bool(prefer)
+    assert ("as edited in one.mbs" in said.out) == bool(prefer)
+
+
+def test_what_cannot_stand_is_kept_beside(here: Path, capsys: Any) -> None:
+    shorter = ROBOT[: ROBOT.index('  <link name="arm">')] + "</robot>"
+    for point in ("mine", "later"):  # those of the next time stand beside the first
+        Path("one.urdf").write_text(ROBOT)
+        assert convert("-q") == 0
+        mbs = read((here / "one.mbs").read_bytes(), "one")
+        mbs.bodies[-1].points.append(edits.Point(point, (0.5, 0.0, 0.0)))
+        (here / "one.mbs").write_bytes(write(mbs))
+        Path("one.urdf").write_text(shorter)
+        capsys.readouterr()
+        assert convert() == 0
+        gone = f"body 'arm' is gone: point '{point}' of body 'arm' added"
+        assert f"warning[merge-orphaned]: {gone}" in capsys.readouterr().err
+    orphans = (here / "one.orphaned.mbs").read_bytes()
+    assert b"\n  <!-- body 'arm' is gone -->\n  <body>\n" in orphans
+    assert b"<pointname>mine</pointname>" in orphans
+    assert b"<pointname>later</pointname>" in orphans
+    assert len(etree.fromstring(orphans)) == 4  # two of them say why
+
+
+def test_starting_over(here: Path) -> None:
+    assert convert("-q") == 0
+    first = (here / "one.mbs").read_bytes()
+    edit("one.mbs", edits.sensor)
+    assert convert("-q", "--fresh") == 0
+    assert (here / "one.mbs").read_bytes() == first
+    (here / "two.mbs").write_text("thesis")
+    assert main(["convert", "one.urdf", "-o", "two.mbs", "-q", "--fresh"]) == 2  # it never was ours
+    assert (here / "two.mbs").read_text() == "thesis"
+
+
+def test_another_robot_is_not_merged(here: Path, capsys: Any) -> None:
+    assert convert("-q") == 0
+    edit("one.mbs", edits.sensor)
+    mine = (here / "one.mbs").read_bytes()
+    Path("two.urdf").write_text(ROBOT.replace('name="one"', 'name="two"'))
+    assert main(["convert", "two.urdf", "-o", "one.mbs", "-q"]) == 2
+    assert "error[merge-other-robot]" in capsys.readouterr().err
+    assert (here / "one.mbs").read_bytes() == mine
+
+
+@pytest.mark.parametrize(("file", "name"), [("one.urdf", "two"), ("two.urdf", "one")])
+def test_a_robot_or_a_file_may_be_called_otherwise(file: str, name: str, here: Path) -> None:
+    assert convert("-q") == 0
+    edit("one.mbs", edits.sensor)
+    Path(file).write_text(ROBOT.replace('name="one"', f'name="{name}"'))
+    assert main(["convert", file, "-o", "one.mbs", "-q"]) == 0
+    assert b"my_sensor" in (here / "one.mbs").read_bytes()
+
+
+def test_without_its_base_an_edited_file_is_refused(here: Path, capsys: Any) -> None:
+    assert convert("-q") == 0
+    edit("one.mbs", edits.sensor)
+    base = here / "one.mbs.base"
+    base.write_bytes(base.read_bytes().replace(b"<mass>1.0", b"<mass>9.0"))
+    assert convert("-q") == 2
+    assert "error[output-not-ours]" in capsys.readouterr().err
+
+
+def test_standard_output_is_merged_with_nothing(here: Path, capsysbinary: Any) -> None:
+    assert convert("-q") == 0
+    edit("one.mbs", edits.sensor)
+    capsysbinary.readouterr()
+    assert main(["convert", "one.urdf", "-o", "-", "-q"]) == 0
+    assert b"my_sensor" not in capsysbinary.readouterr().out
+
+
+def test_a_project_follows_the_merged_model(here: Path) -> None:
+    assert main(["convert", "one.urdf", "-o", "p/", "-q"]) == 0
+    edit("p/dataR/p.mbs", edits.renamed_joint, edits.a_joint)
+    assert main(["convert", "one.urdf", "-o", "p/", "-q"]) == 0
+    module = (here / "p/userfctR/p_robot.py").read_text()
+    assert "my_joint" in module or "my_slide" in module
+
+
+@pytest.mark.parametrize("flag", ["--plan", "--fresh"])
+def test_it_is_for_one_robot(flag: str, here: Path, capsys: Any) -> None:
+    Path("one.yaml").write_text("source: one.urdf\n")
+    assert main(["run", "one.yaml", "one.yaml", flag]) == 2
+    assert f"{flag} is for one robot" in capsys.readouterr().err

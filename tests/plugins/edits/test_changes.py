@@ -1,0 +1,401 @@
+"""What differs between two models: each edit is found, under its name, and nothing else."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from copy import deepcopy
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from lxml import etree
+
+from mbs.models import everything, few
+from urdf2mbs.mbs.model import Body, Connection, Joint, Mbs, Parameter, Point, Sensor, Shape, View
+from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.writer import write
+from urdf2mbs_edits.diff.changes import Change, Differences, differences
+from urdf2mbs_edits.diff.words import in_words, line
+
+SHARED = Path(__file__).resolve().parents[4] / "shared" / "mbs-samples"
+real = pytest.mark.skipif(not SHARED.exists(), reason=f"the real files are not here: {SHARED}")
+
+#: What an edit must be found as: change, kind, name, field.
+Found = set[tuple[str, str, str, str]]
+Edit = Callable[[Mbs], Found]
+EDITS: dict[str, Edit] = {}
+
+
+def edit(function: Edit) -> Edit:
+    EDITS[function.__name__] = function
+    return function
+
+
+def found(changes: Differences) -> Found:
+    assert len({line(change) for change in changes.changes}) == len(changes.changes)
+    return {(c.change, c.kind, c.name, c.field) for c in changes.changes}
+
+
+def rename_body(mbs: Mbs, old: str, new: str) -> None:
+    for body in mbs.bodies:
+        body.name = new if body.name == old else body.name
+        body.parent = new if body.parent == old else body.parent
+    for connection in mbs.cuts + mbs.links:
+        for end in ("endpoint1", "endpoint2"):
+            name, point = getattr(connection, end)
+            setattr(connection, end, (new if name == old else name, point))
+
+
+@edit
+def body_renamed(mbs: Mbs) -> Found:
+    rename_body(mbs, "trunk", "torso")
+    return {("renamed", "body", "trunk", "name")}
+
+
+@edit
+def leaf_and_its_joint_renamed(mbs: Mbs) -> Found:
+    rename_body(mbs, "arm", "wing")
+    mbs.bodies[1].joints[0].name = "flap"
+    mbs.user_constraints[0].joints = ("flap", "kick")
+    assert mbs.view is not None
+    mbs.view.viewpoints[0].joint = mbs.view.lights[1].joint = "flap"
+    return {("renamed", "body", "arm", "name"), ("renamed", "joint", "swing", "name")}
+
+
+@edit
+def point_renamed(mbs: Mbs) -> Found:
+    mbs.base.points[0].name = "track"
+    mbs.bodies[3].point = "track"
+    next(cut for cut in mbs.cuts if cut.name == "a_ball").endpoint2 = (None, "track")
+    return {("renamed", "point", "rail", "name")}
+
+
+@edit
+def body_heavier(mbs: Mbs) -> Found:
+    mbs.bodies[0].mass = 77.0
+    return {("changed", "body", "trunk", "mass")}
+
+
+@edit
+def inertia_changed(mbs: Mbs) -> Found:
+    mbs.bodies[2].inertia = (1.0, 0.0, 0.0, 1.0, 0.0, 1.0)
+    return {("changed", "body", "leg", "inertia")}
+
+
+@edit
+def body_added(mbs: Mbs) -> Found:
+    mbs.bodies.append(Body("head", "trunk", None, [Joint("nod", "R1")], mass=3.0))
+    return {("added", "body", "head", "")}
+
+
+@edit
+def body_hung_elsewhere(mbs: Mbs) -> Found:
+    mbs.bodies[2].point = "handle"
+    return {("changed", "body", "leg", "point")}
+
+
+@edit
+def joint_type_changed(mbs: Mbs) -> Found:
+    mbs.bodies[0].joints[1].type = "R2"
+    return {("changed", "joint", "turn", "type")}
+
+
+@edit
+def joint_added(mbs: Mbs) -> Found:
+    mbs.bodies[0].joints.append(Joint("more", "T2"))
+    return {("added", "joint", "more", "")}
+
+
+@edit
+def joint_moved(mbs: Mbs) -> Found:
+    mbs.bodies[2].joints.append(mbs.bodies[0].joints.pop(2))
+    return {("moved", "joint", "tilt", "owner")}
+
+
+@edit
+def start_changed(mbs: Mbs) -> Found:
+    mbs.bodies[0].joints[0].q = 0.0
+    return {("changed", "joint", "lift", "q")}
+
+
+@edit
+def joint_moved_in_the_diagram(mbs: Mbs) -> Found:
+    mbs.bodies[0].joints[0].position = (500.0, 2.0)
+    return {("changed", "joint", "lift", "position")}
+
+
+@edit
+def body_moved_in_the_diagram(mbs: Mbs) -> Found:
+    assert mbs.bodies[0].drawing is not None
+    mbs.bodies[0].drawing.control_points = ((1.0, 2.0),)
+    return {("changed", "body", "trunk", "drawing.control_points")}
+
+
+@edit
+def sensor_moved(mbs: Mbs) -> Found:
+    shoulder = mbs.bodies[0].points[0]
+    mbs.bodies[3].points.append(Point("origin", sensor=shoulder.sensor))
+    shoulder.sensor = None
+    return {("moved", "sensor", "imu", "owner"), ("added", "point", "origin", "")}
+
+
+@edit
+def force_renamed(mbs: Mbs) -> Found:
+    force = mbs.bodies[0].points[1].extforce
+    assert force is not None
+    force.name = "shove"
+    return {("renamed", "force", "push", "name")}
+
+
+@edit
+def signal_dropped(mbs: Mbs) -> Found:
+    force = mbs.bodies[0].points[1].extforce
+    assert force is not None
+    force.measures = force.measures[1:]
+    return {("changed", "force", "push", "measures")}
+
+
+@edit
+def cut_removed(mbs: Mbs) -> Found:
+    del mbs.cuts[1]
+    return {("removed", "cut", "a_rod", "")}
+
+
+@edit
+def link_renamed(mbs: Mbs) -> Found:
+    mbs.links[0].name = "coil"
+    return {("renamed", "link", "a_spring", "name")}
+
+
+@edit
+def link_added(mbs: Mbs) -> Found:
+    mbs.links.append(Connection("link", "damper", ("leg", None), (None, None)))
+    return {("added", "link", "damper", "")}
+
+
+@edit
+def parameter_changed(mbs: Mbs) -> Found:
+    mbs.user_models[0].parameters[0].values = ("0.75",)
+    return {("changed", "parameter", "gain", "values")}
+
+
+@edit
+def parameter_added(mbs: Mbs) -> Found:
+    mbs.user_models[0].parameters.append(Parameter("mine", "scalar", ("3",)))
+    return {("added", "parameter", "mine", "")}
+
+
+@edit
+def variable_removed(mbs: Mbs) -> Found:
+    del mbs.user_variables[0]
+    return {("removed", "user variable", "q_ref", "")}
+
+
+@edit
+def gravity_changed(mbs: Mbs) -> Found:
+    mbs.base.gravity = (0.0, 0.0, -1.62)
+    return {("changed", "base", "workshop", "gravity")}
+
+
+@edit
+def shape_of_a_name_there_already(mbs: Mbs) -> Found:
+    mbs.base.shapes.insert(0, Shape("box", "a_box", size=(9.0, 9.0, 9.0)))
+    return {("added", "shape", "a_box", "")}
+
+
+@edit
+def shape_recoloured(mbs: Mbs) -> Found:
+    mbs.bodies[0].shapes[1].color = (200, 0, 0)
+    return {("changed", "shape", "a_cylinder", "color")}
+
+
+@edit
+def viewpoint_moved(mbs: Mbs) -> Found:
+    assert mbs.view is not None
+    mbs.view.viewpoints[0].position = (9.0, 9.0, 9.0)
+    return {("changed", "viewpoint", "eye", "position")}
+
+
+@edit
+def cuts_reordered(mbs: Mbs) -> Found:
+    mbs.cuts.reverse()
+    return {("reordered", "cut", "", "order")} if len(mbs.cuts) > 1 else set()
+
+
+@few
+@given(st.lists(st.sampled_from(sorted(EDITS)), unique=True, max_size=6), st.booleans())
+def test_random_edits_are_all_found_and_nothing_else(names: list[str], from_file: bool) -> None:
+    before = everything()
+    if from_file:
+        before = read(write(before), "before.mbs")
+    after = deepcopy(before)
+    expected: Found = set()
+    for name in sorted(names):
+        expected |= EDITS[name](after)
+    if from_file:
+        after = read(write(after), "after.mbs")
+    assert found(differences(before, after)) == expected
+    # the other way round, as many
+    back = differences(after, before).changes
+    assert len(back) == len(expected)
+    physics = {(c.change, c.kind, c.name, c.field) for c in differences(before, after).changes
+               if not c.drawing}  # fmt: skip
+    assert found(differences(before, after, physics=True)) == physics
+
+
+@pytest.mark.parametrize("name", EDITS)
+def test_each_edit_is_found_by_itself(name: str) -> None:
+    before = everything()
+    after = deepcopy(before)
+    expected = EDITS[name](after)
+    assert found(differences(before, after)) == expected
+    pictures = {"shape", "viewpoint", "light", "view"}
+    drawn = {c for c in expected if c[1] in pictures or c[3].startswith(("position", "drawing"))}
+    assert found(differences(before, after, physics=True)) == expected - drawn
+
+
+def test_numbers_that_only_respell_are_no_difference() -> None:
+    before = everything()
+    before.bodies[2].com = None
+    data = write(before)
+    after = data.replace(b"<mass>", b"<mass> +").replace(b"<value>1.0<", b"<value>1e0<")
+    after = after.replace(b"</mass>", b"00 </mass>")
+    assert after != data
+    model = read(after, "after.mbs")
+    model.bodies[2].com = (0.0, -0.0, 0.0)
+    model.bodies[0].joints[0].symbols = ("qdd", "q", "qd")
+    assert differences(read(data, "before.mbs"), model).changes == []
+
+
+def test_what_the_model_does_not_know_is_compared() -> None:
+    root = etree.fromstring(write(everything()))
+    [joint] = root.xpath("//joint[jointname='lift']")
+    etree.SubElement(joint, "extforce", name="brake").text = " 1.50 "
+    root.find("bodytree").set("age", "3")  # type: ignore[union-attr]
+    before = read(etree.tostring(root), "before.mbs")
+    assert differences(before, before).changes == []
+    joint.find("extforce").text = "15e-1"
+    joint.append(etree.Comment("nothing"))
+    assert differences(before, read(etree.tostring(root), "m.mbs")).changes == []
+    joint.find("extforce").text = "2.5"
+    del root.find("bodytree").attrib["age"]  # type: ignore[union-attr]
+    after = read(etree.tostring(root), "after.mbs")
+    assert found(differences(before, after)) == {
+        ("changed", "joint", "lift", "extforce"), ("changed", "model", "machine", "bodytree/@age"),
+    }  # fmt: skip
+    # and against a model of which there is no file
+    assert ("changed", "joint", "lift", "extforce") in found(differences(before, everything()))
+
+
+def test_what_belongs_to_a_removed_body_is_not_named_beside_it() -> None:
+    before, after = everything(), everything()
+    after.bodies = after.bodies[:3]
+    after.cuts, after.links = after.cuts[:2], after.links[1:]
+    assert found(differences(before, after)) == {
+        ("removed", "body", "cart", ""), ("removed", "cut", "a_solid", ""),
+        ("removed", "link", "a_spring", ""),
+    }  # fmt: skip
+
+
+def test_bodies_in_another_order_are_said_once_and_joints_have_other_numbers() -> None:
+    before, after = everything(), everything()
+    after.bodies = [after.bodies[3], *after.bodies[:3]]
+    differ = differences(before, after)
+    assert found(differ) == {("reordered", "body", "", "order")}
+    assert differ.renumbered["lift"] == (1, 2)
+    assert differ.renumbered["roll"] == (7, 1)
+    assert differences(before, before).renumbered == {}
+
+
+def test_what_is_no_number_is_a_difference() -> None:
+    before, after = everything(), everything()
+    after.bodies[0].mass = float("nan")
+    assert ("changed", "body", "trunk", "mass") in found(differences(before, after))
+    assert ("changed", "body", "trunk", "mass") in found(differences(after, before))
+
+
+def test_two_sensors_without_a_view_and_with_one() -> None:
+    before, after = everything(), everything()
+    before.view, after.view = None, View()
+    after.bodies[1].points[0].sensor = Sensor("eye")
+    assert found(differences(before, after)) == {
+        ("added", "view", "", ""), ("added", "sensor", "eye", "")
+    }  # fmt: skip
+
+
+# --- words ---
+
+
+def test_the_words_of_changes() -> None:
+    before, after = everything(), everything()
+    for name in ("body_heavier", "joint_moved", "body_added", "body_renamed", "link_added"):
+        EDITS[name](after)
+    lines = in_words(differences(before, after))
+    assert "body 'trunk' is called 'torso' now" in lines
+    assert any(text.startswith("body 'trunk': mass ") and text.endswith(" -> 77 kg")
+               for text in lines)  # fmt: skip
+    assert "joint 'tilt' moved from body 'trunk' to body 'leg'" in lines
+    assert "link 'damper' added: link between body 'leg' (origin) and the base (origin)" in lines
+    assert any(text.startswith("body 'head' added: on body 'torso'") for text in lines)
+
+
+def test_changes_as_json_are_plain_and_the_same_every_time() -> None:
+    before, after = everything(), everything()
+    for change in EDITS.values():
+        change(after)
+    texts = [msgspec.json.encode(differences(before, after)) for _ in range(2)]
+    assert texts[0] == texts[1]
+    again = msgspec.json.decode(texts[0], type=Differences)
+    assert [(c.change, c.name) for c in again.changes] == [
+        (c.change, c.name) for c in differences(before, after).changes
+    ]
+    assert isinstance(again.changes[0], Change)
+
+
+# --- the real files ---
+
+
+def real_differences(before: str, after: str, **options: Any) -> Differences:
+    models = [read((SHARED / f"{name}.mbs").read_bytes(), name) for name in (before, after)]
+    return differences(*models, **options)
+
+
+@real
+@pytest.mark.parametrize("year", ["2014", "2016"])
+@pytest.mark.parametrize("robot", ["biped", "ur5", "nao", "cassie"])
+def test_no_edit_is_found_in_what_mbsyspad_only_saved(robot: str, year: str) -> None:
+    saved = real_differences(f"saved/{robot}.written", f"saved/{robot}.saved-{year}")
+    assert saved.changes == []
+    assert saved.renumbered == {}
+
+
+@real
+def test_what_students_edited() -> None:
+    base = "emecdelam-suspension.base"
+    ours = real_differences(base, "emecdelam-suspension.ours")
+    assert found(ours) == {("added", "point", "Point_6", "")}
+    assert found(real_differences(base, "emecdelam-suspension.theirs", physics=True)) == {
+        ("changed", "joint", "Joint_3", "type"), ("changed", "joint", "Joint_5", "type"),
+        ("added", "link", "Link_1", ""),
+    }  # fmt: skip
+    base = "ovankerm-Jeep.base"
+    assert found(real_differences(base, "ovankerm-Jeep.ours", physics=True)) == {
+        ("added", "parameter", "Bumpy", "")
+    }
+    lost = real_differences("ovankerm-Jeep.ours", "ovankerm-Jeep.merged")
+    assert ("removed", "shape", "New_Shape", "") in found(lost)
+    moved = found(real_differences("emecdelam-Jpp.before", "emecdelam-Jpp.after"))
+    assert {change for change in moved if change[0] == "moved"} == {
+        ("moved", "joint", "Joint_10", "owner"), ("moved", "joint", "Joint_14", "owner")
+    }  # fmt: skip
+    assert not {change for change in moved if change[1] == "body" and change[0] != "changed"}
+
+
+@real
+@pytest.mark.parametrize("file", sorted(SHARED.glob("*.mbs")), ids=lambda file: file.stem)
+def test_a_real_file_is_as_itself(file: Path) -> None:
+    mbs = read(file.read_bytes(), file.name)
+    assert differences(mbs, read(file.read_bytes(), file.name)).changes == []

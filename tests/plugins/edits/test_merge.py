@@ -1,0 +1,187 @@
+"""The three-way merge: every edit is kept or named, and the plan is what happens."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from lxml import etree
+
+from conftest import SHARED
+from plugins.edits.edits import BESIDE, CHANGES, MECHANICS, as_saved, no_leaf, renamed_joint
+from urdf2mbs import convert
+from urdf2mbs.mbs.model import Mbs
+from urdf2mbs.mbs.reader import read, read_again
+from urdf2mbs.mbs.writer import write
+from urdf2mbs_edits.diff.changes import (
+    Change,
+    changed_things,
+    differences,
+    in_words,
+    plain_values,
+)
+from urdf2mbs_edits.diff.matching import Matching, things
+from urdf2mbs_edits.merge.apply import is_place
+from urdf2mbs_edits.merge.merge import Merged, merge
+
+CONFIGS = Path(__file__).resolve().parents[3] / "configs"
+ROBOTS = ("lamp.urdf", "biped.urdf.xacro", "arm.urdf.xacro", "hexapod.urdf.xacro")
+SAMPLES = SHARED / "mbs-samples"
+
+few = settings(max_examples=40, deadline=None, derandomize=True, database=None)
+
+
+@cache
+def urdf(robot: str) -> bytes:
+    result = convert(CONFIGS / robot, pipeline=["expand"], output="r.mbs")
+    return result.conversion.expanded or (CONFIGS / robot).read_bytes()
+
+
+@cache
+def fresh(text: bytes, preset: str, folder: Path) -> bytes:
+    file = folder / "robot.urdf"
+    file.write_bytes(text.replace(b"meshes/", f"{CONFIGS}/meshes/".encode()))
+    return convert(file, pipeline=preset, output=folder / "out" / "r.mbs").data
+
+
+def changed(text: bytes, changes: list[Any], random: Random) -> bytes:
+    root = etree.fromstring(text)
+    for change in changes:
+        change(root, random)
+    return etree.tostring(root)
+
+
+def model(data: bytes) -> Mbs:
+    mbs = read(data, "m.mbs")
+    for thing in things(mbs):
+        if hasattr(thing.part, "origin"):
+            thing.part.origin = None
+    return mbs
+
+
+def named(change: Change, sentences: list[Change]) -> bool:
+    """True if one of the sentences is about what an edit is about."""
+    return any(other == change for other in sentences)
+
+
+def check_all_kept_or_named(base: Mbs, edited: Mbs, merged: Merged, new: Mbs) -> None:
+    plan = merged.plan
+    said = [conflict.edit for conflict in plan.conflicts]
+    said += [edit for orphan in plan.orphaned for edit in orphan.edits]
+    fresh_things = Matching(base, new)
+    seen = Matching(base, edited)
+    gone = {t.part.name for t in fresh_things.removed() if t.kind != "view"}
+    for change, thing in changed_things(seen, base, edited):
+        kept = any(
+            (c.change, c.kind, c.field, c.after)
+            == (change.change, change.kind, change.field, change.after)
+            for c in plan.kept
+        )
+        if change.change in ("added", "removed", "reordered"):
+            kept = any(
+                (c.change, c.kind, c.name) == (change.change, change.kind, change.name)
+                for c in plan.kept
+            )
+        of_gone = thing.name in gone or any(f"'{name}'" in change.owner for name in gone)
+        both = dict(zip(seen.before, fresh_things.before, strict=True))
+        partner = fresh_things.partner.get(both.get(thing, thing))
+        if partner is not None:  # the URDF made the same change
+            kept |= plain_values(partner).get(change.field, change) == change.after
+        passes_with_it = of_gone and (is_place(change) or change.change in ("removed", "reordered"))
+        assert kept or named(change, said) or passes_with_it, change
+
+
+def check_physics(new: Mbs, merged: Mbs) -> None:
+    """What the URDF defines is as in the new conversion, to the last digit."""
+    for change in differences(new, merged, physics=True).changes:
+        people = change.change in ("added", "renamed", "reordered") or change.field == "q"
+        assert people or "graphics" in change.field or "x3D" in change.field, change
+
+
+def own_text(data: bytes) -> dict[tuple[str, str, str], set[str]]:
+    """What each object of a file says itself, without the objects in it."""
+    mbs, elements = read_again(data)
+    texts: dict[tuple[str, str, str], set[str]] = {}
+    for thing in things(mbs):
+        origin = getattr(thing.part, "origin", None)
+        if origin is not None and thing.kind != "model":
+            owner = "" if thing.owner is None else in_words(thing.owner)
+            said = words(elements[origin.number], set(elements))
+            texts.setdefault((thing.kind, owner, thing.name), set()).add(" ".join(said))
+    return texts
+
+
+def words(element: Any, objects: set[Any]) -> list[str]:
+    """An element as text, without those of objects in it."""
+    own = [f"{element.tag}{sorted(element.items())}{(element.text or '').strip()}"]
+    for child in element.iterchildren("*"):
+        own += words(child, objects) if child not in objects else []
+    return own
+
+
+def check_plan_is_deed(edited: bytes, merged: Merged) -> None:
+    before, after = own_text(edited), own_text(merged.data)
+    updated = merged.plan.updated
+    told = {f"{c.kind} '{c.name}'" for c in updated}
+    told |= {f"{c.kind} '{c.after}'" for c in updated if c.change == "renamed"}
+    for key in before.keys() | after.keys():
+        kind, owner, name = key
+        if before.get(key) != after.get(key):
+            reason = f"{kind} '{name}'" in told or any(word in owner for word in told)
+            # what refers to something by its name says the new name
+            renamed = any(c.change == "renamed" for c in updated)
+            assert reason or renamed, (key, before.get(key), after.get(key))
+    if not updated:
+        assert merged.data == edited
+
+
+@pytest.mark.slow
+@few
+@given(
+    st.sampled_from(ROBOTS), st.sampled_from(["faithful", "compact"]), st.integers(0, 10**6),
+    st.lists(st.sampled_from(BESIDE + MECHANICS), unique=True, max_size=5),
+    st.lists(st.sampled_from(CHANGES), unique=True, max_size=3), st.booleans(),
+)  # fmt: skip
+def test_each_edit_is_kept_or_named_and_the_plan_is_the_deed(
+    tmp_path_factory: Any, robot: str, preset: str, seed: int, edits: list[Any],
+    changes: list[Any], backwards: bool,
+) -> None:  # fmt: skip
+    folder = tmp_path_factory.getbasetemp()
+    check(folder, robot, preset, seed, edits, changes, backwards)
+
+
+def check(
+    folder: Path, robot: str, preset: str, seed: int, edits: list[Any], changes: list[Any],
+    backwards: bool,
+) -> None:  # fmt: skip
+    random = Random(seed)
+    texts = [urdf(robot), changed(urdf(robot), changes, random)]
+    data = [fresh(text, preset, folder) for text in (texts[::-1] if backwards else texts)]
+    edited = read(as_saved(data[0]), "edited.mbs")
+    for edit in edits:
+        edit(edited, random)
+    saved = write(edited).replace(b"<bodytree>", b"<bodytree><!-- mine -->")
+    edited = read(saved, "edited.mbs")
+    base, new = read(data[0], "base.mbs"), model(data[1])
+    merged = merge(base, edited, new)
+    again = read(merged.data, "merged.mbs")
+    assert b"<!-- mine -->" in merged.data
+    if data[0] == data[1] and renamed_joint not in edits:  # whose parameters follow it
+        assert merged.data == saved
+    check_all_kept_or_named(base, read(saved, "edited.mbs"), merged, model(data[1]))
+    check_plan_is_deed(saved, merged)
+    if not set(edits) & set(MECHANICS):
+        check_physics(model(data[1]), again)
+    # a merge that is done again changes nothing
+    second = merge(model(data[1]), again, model(data[1]))
+    assert second.data == merged.data, second.plan.words()
+    # nor one whose base was not replaced any more, because the process was killed before
+    if no_leaf in edits:
+        return  # a twin of what was removed may look like it
+    third = merge(read(data[0], "base.mbs"), read(merged.data, "m.mbs"), model(data[1]))
+    assert third.data == merged.data, third.plan.words()

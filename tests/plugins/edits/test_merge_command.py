@@ -1,0 +1,185 @@
+"""`merge`: three versions of a file become one, in the real histories and as git calls it."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import pytest
+
+from conftest import SHARED
+from plugins.edits.edits import a_body, mass, no_leaf, renamed_body
+from urdf2mbs.cli import main
+from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.writer import write
+from urdf2mbs_edits.diff.changes import differences
+from urdf2mbs_edits.diff.matching import things
+from urdf2mbs_edits.merge.merge import merge
+
+SAMPLES = SHARED / "mbs-samples"
+needs_samples = pytest.mark.skipif(not SAMPLES.is_dir(), reason="the samples are not there")
+
+
+def changes(before: Path | bytes, after: Path | bytes, *, physics: bool = False) -> list[str]:
+    data = [file if isinstance(file, bytes) else file.read_bytes() for file in (before, after)]
+    models = [read(file, "m") for file in data]
+    found = differences(models[0], models[1], physics=physics).changes
+    return [f"{change.change} {change.kind} {change.name} {change.field}" for change in found]
+
+
+@needs_samples
+@pytest.mark.parametrize("year", ["2014", "2016"])
+@pytest.mark.parametrize("name", ["biped", "ur5", "nao", "cassie"])
+def test_no_edit_is_found_in_what_mbsyspad_only_saved(name: str, year: str) -> None:
+    base = read((SAMPLES / f"saved/{name}.written.mbs").read_bytes(), "base")
+    saved = (SAMPLES / f"saved/{name}.saved-{year}.mbs").read_bytes()
+    new = read((SAMPLES / f"saved/{name}.written.mbs").read_bytes(), "new")
+    for thing in things(new):
+        if hasattr(thing.part, "origin"):
+            thing.part.origin = None
+    new.bodies[1].mass = 0.75
+    merged = merge(base, read(saved, "saved"), new)
+    assert [(c.kind, c.field, c.after) for c in merged.plan.updated] == [("body", "mass", 0.75)]
+    assert merged.plan.kept == merged.plan.conflicts == merged.plan.orphaned == []
+    lines = zip(saved.splitlines(), merged.data.splitlines(), strict=False)
+    assert sum(one != other for one, other in lines) <= 1 or b"<mass>" not in saved
+
+
+@needs_samples
+@pytest.mark.parametrize("change", [mass, a_body, renamed_body, no_leaf])
+@pytest.mark.parametrize("year", ["2014", "2016"])
+@pytest.mark.parametrize("name", ["biped", "ur5", "nao", "cassie"])
+def test_what_mbsyspad_saved_follows_the_urdf(name: str, year: str, change: Any) -> None:
+    """A changed mass, a new, a renamed and a removed link: nothing is taken for an edit."""
+    written = (SAMPLES / f"saved/{name}.written.mbs").read_bytes()
+    new = read(written, "new")
+    for thing in things(new):
+        if hasattr(thing.part, "origin"):
+            thing.part.origin = None
+    change(new, Random(name + year))
+    saved = read((SAMPLES / f"saved/{name}.saved-{year}.mbs").read_bytes(), "saved")
+    merged = merge(read(written, "base"), saved, new)
+    assert merged.plan.updated
+    assert merged.plan.kept == merged.plan.conflicts == merged.plan.orphaned == []
+    assert changes(write(new), merged.data, physics=True) == []
+
+
+@needs_samples
+def test_the_merge_that_git_could_do(tmp_path: Path) -> None:
+    files = [
+        str(SAMPLES / f"emecdelam-suspension.{side}.mbs") for side in ("base", "ours", "theirs")
+    ]
+    merged = tmp_path / "m.mbs"
+    assert main(["merge", *files, "-o", str(merged), "-q"]) == 0
+    assert changes(SAMPLES / "emecdelam-suspension.merged.mbs", merged) == []
+
+
+@needs_samples
+def test_the_merge_on_which_students_lost_a_shape(tmp_path: Path) -> None:
+    files = [SAMPLES / f"ovankerm-Jeep.{side}.mbs" for side in ("base", "ours", "theirs")]
+    merged = tmp_path / "m.mbs"
+    assert main(["merge", *map(str, files), "-o", str(merged), "-q"]) == 0
+    # all that ours says beyond the base, the box among it, and all that theirs says
+    assert "added shape New_Shape " in changes(files[2], merged)
+    assert "added parameter Bumpy " in changes(files[2], merged, physics=True)
+    assert changes(files[1], merged, physics=True) == changes(files[0], files[2], physics=True)
+
+
+@needs_samples
+@pytest.mark.parametrize("pair", ["emecdelam-Jpp", "emecdelam-suspension"])
+def test_the_next_version_of_students_on_a_base_that_changed(pair: str) -> None:
+    before, after = ((SAMPLES / f"{pair}.{side}.mbs").read_bytes() for side in ("before", "after"))
+    new = read(before, "new")
+    new.bodies[0].mass = 123.5
+    merged = merge(read(before, "base"), read(after, "edited"), new)
+    assert changes(after, merged.data) == [f"changed body {new.bodies[0].name} mass"]
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    from mbs.models import everything
+
+    monkeypatch.chdir(tmp_path)
+    for side in ("base", "ours", "theirs"):
+        (tmp_path / f"{side}.mbs").write_bytes(write(everything()))
+    return tmp_path
+
+
+def change(file: str, old: str, new: str) -> None:
+    text = Path(file).read_text()
+    assert old in text
+    Path(file).write_text(text.replace(old, new, 1))
+
+
+def test_a_conflict_is_named_and_ours_stays(here: Path, capsys: Any) -> None:
+    change("ours.mbs", "<type>T3</type>", "<type>T1</type>")
+    change("theirs.mbs", "<type>T3</type>", "<type>T2</type>")
+    change("theirs.mbs", "<type>R3</type>", "<type>R2</type>")
+    assert main(["merge", "base.mbs", "ours.mbs", "theirs.mbs", "--path", "arm.mbs"]) == 1
+    said = capsys.readouterr()
+    assert (
+        "arm.mbs: conflict: joint 'lift' of body 'trunk': type 'T3' -> 'T1'; theirs has 'T2'"
+        in (said.err)
+    )
+    text = (here / "ours.mbs").read_text()
+    assert "<type>T1</type>" in text
+    assert text.count("<type>R2</type>") == 3
+
+
+def test_what_theirs_added_comes_with_all_that_stands_in_it(here: Path) -> None:
+    change(
+        "theirs.mbs",
+        "<user_model>",
+        "<user_model><name>B</name><!-- why --><unit>m</unit></user_model><user_model>",
+    )
+    change("ours.mbs", "<bodytree>", "<bodytree><!-- mine -->")
+    assert main(["merge", "base.mbs", "ours.mbs", "theirs.mbs", "-q"]) == 0
+    text = (here / "ours.mbs").read_text()
+    assert "<unit>m</unit>" in text
+    assert "<!-- mine -->" in text
+
+
+def test_what_nobody_knows_and_theirs_changed_is_a_conflict(here: Path, capsys: Any) -> None:
+    for side, unit in (("base", "m"), ("ours", "m"), ("theirs", "mm")):
+        change(f"{side}.mbs", "<user_model>", f"<user_model><unit>{unit}</unit>")
+    assert main(["merge", "base.mbs", "ours.mbs", "theirs.mbs", "-q"]) == 1
+    assert "unit" in capsys.readouterr().err
+
+
+def test_a_file_that_is_none_is_trouble(here: Path) -> None:
+    (here / "theirs.mbs").write_text("<<<<<<< HEAD")
+    ours = (here / "ours.mbs").read_bytes()
+    assert main(["merge", "base.mbs", "ours.mbs", "theirs.mbs", "-q"]) == 2
+    assert (here / "ours.mbs").read_bytes() == ours
+
+
+@pytest.mark.slow
+def test_git_merges_by_it(here: Path) -> None:
+    def git(*words: str, code: int = 0) -> str:
+        made = subprocess.run(["git", *words], capture_output=True, text=True, check=False)
+        assert made.returncode == code, made.stdout + made.stderr
+        return made.stdout
+
+    base = (here / "base.mbs").read_text()
+    git("init", "-q", ".")
+    git("config", "user.email", "a@b.c")
+    git("config", "user.name", "a")
+    driver = f"'{sys.executable}' -m urdf2mbs merge %O %A %B --path %P"
+    git("config", "merge.urdf2mbs.driver", driver)
+    Path(".gitattributes").write_text("*.mbs merge=urdf2mbs\n")
+    Path("arm.mbs").write_text(base)
+    git("add", ".gitattributes", "arm.mbs")
+    git("commit", "-qm", "base")
+    git("checkout", "-qb", "other")
+    change("arm.mbs", "<type>T3</type>", "<type>T2</type>")
+    git("commit", "-qam", "theirs")
+    git("checkout", "-q", "-")
+    change("arm.mbs", "<type>R3</type>", "<type>R2</type>")
+    git("commit", "-qam", "ours")
+    git("merge", "-q", "other", "-m", "both")
+    text = Path("arm.mbs").read_text()
+    assert "<type>T2</type>" in text
+    assert text.count("<type>R2</type>") == 3

@@ -1,0 +1,182 @@
+"""The equations of motion against pinocchio, in Python and C, with and without constants."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+from conftest import SHARED
+from oracle.generated import CEquations, PythonEquations, error, random_state
+from oracle.pin import TOLERANCE, Truth
+from robots import CONVERTIBLE, RealRobot
+from urdf2mbs import convert
+from urdf2mbs.mbs.model import Connection, Sensor
+from urdf2mbs.mbs.reader import read
+from urdf2mbs.testing import TINY, convert_text
+from urdf2mbs_equations.files import generate
+from urdf2mbs_equations.python import PythonWriter
+
+if TYPE_CHECKING:
+    from urdf2mbs.mbs.model import Mbs
+
+CONFIGS = Path(__file__).resolve().parents[3] / "configs"
+WALKMAN = SHARED / "mbs-samples" / "walkman_robotran.mbs"
+
+
+def model(path: Path) -> tuple[Mbs, bytes]:
+    if not path.is_file():
+        pytest.skip(f"{path.name} is in ../shared, which is not here")
+    data = path.read_bytes()
+    return read(data, path.name, mechanics_only=True), data
+
+
+def real(name: str) -> tuple[Mbs, bytes]:
+    """A robot beside the project, as compact makes it."""
+    for param in CONVERTIBLE:
+        if param.values[0].name == name:
+            data = param.values[0].convert(pipeline="compact").data
+            return read(data, "robot.mbs", mechanics_only=True), data
+    pytest.skip("the real robots are not here")
+
+
+def compare(eq: PythonEquations, mbs: Mbs, *, sensors: bool = True) -> None:
+    truth, rng = Truth(mbs), np.random.default_rng(7)
+    for _ in range(2):
+        truth.check_forces(eq, random_state(mbs, rng))
+    if sensors:
+        truth.check_sensors(eq, random_state(mbs, rng))
+
+
+def compare_accelerations(eq: PythonEquations, mbs: Mbs) -> None:
+    """The accelerations are those that need the forces of the independent joints."""
+    truth, s = Truth(mbs), random_state(mbs, np.random.default_rng(9), loads=False)
+    free = np.array([joint.nature != "driven" for joint in mbs.joints().values()])
+    s.Qq[1:] = truth.forces(s, accelerated=True)
+    s.qdd[1:][free] = np.nan
+    assert eq.accelred(s) == 0
+    assert error(truth.forces(s, accelerated=True)[free], s.Qq[1:][free]) <= TOLERANCE
+
+
+@pytest.mark.parametrize(
+    ("fold", "work"), [(False, (11832, 5028, 15563)), (True, (10791, 4766, 14539))]
+)
+def test_walkmans_own_file_in_python(fold: bool, work: tuple[int, ...], tmp_path: Path) -> None:
+    mbs, data = model(WALKMAN)
+    made = generate(mbs, data, WALKMAN.name, fold=fold)
+    names = ("dirdyna", "invdyna", "accelred")
+    assert tuple(made.counts[name].operations for name in names) == work
+    eq = PythonEquations(made, mbs, tmp_path)
+    compare(eq, mbs, sensors=not fold)
+
+
+#: The operations of biped, and how many of them are done in pairs.
+WORK = {
+    "c": {
+        "dirdyna": (4348, 3044), "invdyna": (2026, 1218), "accelred": (4956, 0),
+        "gensensor": (8142, 0),
+    },
+    "python": {
+        "dirdyna": (3883, 0), "invdyna": (1816, 0), "accelred": (4956, 0), "gensensor": (8142, 0),
+    },
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("language", WORK)
+def test_the_operations_of_a_biped(language: str) -> None:
+    """They are counted exactly: a change that costs some shows here, and one that saves some."""
+    data = convert(CONFIGS / "biped.urdf.xacro", pipeline="compact").data
+    counts = generate(read(data, ""), data, "biped.mbs", language=language).counts.items()
+    work = {name: (count.operations, count.paired) for name, count in counts if count.operations}
+    assert work == WORK[language]
+
+
+def test_what_is_asked_of_a_model() -> None:
+    """Only what a model has is called, or has memory."""
+    mbs = read(convert_text(TINY).data, "")
+    for body in mbs.bodies:
+        for joint in body.joints:
+            joint.nature = "independent"
+    assert set(PythonWriter(mbs).facts().values()) == {False}
+    mbs.bodies[-1].points[0].extforce = Sensor("push")
+    mbs.bodies[-1].joints[-1].nature = "driven"
+    mbs.links.append(Connection("link", "spring", (None, None), (mbs.bodies[-1].name, None)))
+    facts = PythonWriter(mbs).facts()
+    assert facts == {"ANY_DRIVEN": True, "LINKS": True, "LINKS3D": False, "EXTFORCES": True}
+    mbs.links[0].kind = "link3D"
+    assert PythonWriter(mbs).facts() == facts | {"LINKS": False, "LINKS3D": True}
+
+
+@pytest.mark.parametrize("fold", [False, True], ids=["symbols", "folded"])
+def test_c(fold: bool, tmp_path: Path) -> None:
+    mbs, data = model(SHARED / "mbs-samples" / "minimal.mbs")
+    made = generate(mbs, data, "minimal.mbs", language="c", fold=fold)
+    eq = CEquations(made, mbs, tmp_path)
+    compare(eq, mbs)
+    compare_accelerations(eq, mbs)
+
+
+#: All in compact, and some in faithful, whose equations are three times as long.
+EVERY = [(param.values[0], "compact") for param in CONVERTIBLE]
+SOME = [
+    (param.values[0], "faithful")
+    for param in CONVERTIBLE
+    if param.values[0].name
+    in ("ur-ur10e", "franka-fr3", "leo_rover-leo", "robotiq_2f_140-robotiq_arg2f_140_model")
+]
+
+
+@pytest.mark.parametrize(
+    "robot", [pytest.param(one, id=f"{one[0].name}-{one[1]}") for one in EVERY + SOME]
+)
+def test_real_robots(robot: tuple[RealRobot, str], tmp_path: Path) -> None:
+    source, preset = robot
+    data = source.convert(pipeline=preset).data
+    mbs = read(data, "robot.mbs", mechanics_only=True)
+    if not mbs.numbers():
+        pytest.skip("nothing moves")
+    made = generate(mbs, data, "robot.mbs")
+    eq = PythonEquations(made, mbs, tmp_path)
+    compare(eq, mbs)
+    if "accelred" in made.left_out:
+        assert "no matter moves with joint" in made.left_out["accelred"]
+    else:
+        compare_accelerations(eq, mbs)
+
+
+def test_c_in_pieces() -> None:
+    """Cassie's equations take several pieces, which share variables.  What they compute is held
+    against Pinocchio by ``test_callable``."""
+    mbs, data = real("cassie-cassie_v4")
+    made = generate(mbs, data, "robot.mbs", language="c")
+    text = made.files[f"mbs_dirdyna_{mbs.name}.c"]
+    assert b"mbs_dirdyna_5(M, c, s, w, v);" in text
+    for array in (b"w", b"v"):  # no place is left out, and the size is the last number
+        places = {int(number) for number in re.findall(rb"\b%s\[(\d+)\]" % array, text)}
+        assert places == set(range(len(places)))
+
+
+def test_same_input_same_bytes() -> None:
+    mbs, data = model(WALKMAN)
+    again = read(data, WALKMAN.name, mechanics_only=True)
+    assert generate(mbs, data, "a").files == generate(again, data, "a").files
+
+
+def test_masses_can_change_without_generating_again(tmp_path: Path) -> None:
+    mbs, data = model(SHARED / "mbs-samples" / "minimal.mbs")
+    eq = PythonEquations(generate(mbs, data, "minimal.mbs"), mbs, tmp_path)
+    rng = np.random.default_rng(3)
+    s = random_state(mbs, rng)
+    number = 0
+    for body in mbs.bodies:
+        number += len(body.joints)
+        if body.mass:
+            body.mass *= rng.uniform(0.5, 2.0)
+            s.m[number] = body.mass
+        if body.com:
+            body.com = tuple(x * rng.uniform(0.5, 2.0) for x in body.com)
+            s.l[1:, number] = body.com
+    Truth(mbs).check_forces(eq, s)

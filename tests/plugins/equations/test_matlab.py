@@ -1,0 +1,197 @@
+"""The equations in MATLAB, run by GNU Octave, beside those in Python."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+from conftest import SHARED
+from oracle.generated import TABLES, Data, PythonEquations, error, random_state
+from urdf2mbs.mbs.model import Body, Connection, Joint, Mbs, Point, Sensor
+from urdf2mbs.mbs.reader import read
+from urdf2mbs.testing import convert_text
+from urdf2mbs_equations.constraints import count_equations
+from urdf2mbs_equations.files import generate
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+CONFIGS = Path(__file__).resolve().parents[3] / "configs"
+needs_octave = pytest.mark.skipif(
+    shutil.which("octave-cli") is None, reason="GNU Octave is not installed (octave-cli)"
+)
+
+#: What calls a function, as MBsysLab does, and prints all of its results, and what the user's
+#: functions were told.
+DRIVER = """\
+1;
+function out = wrench(P, R, V, OM, A, OMP, s, tsim, number)
+  global told
+  told = [told; P; R(:); V; OM; A; OMP];
+  out = number + sin([P; V; A]);
+end
+function force = pull(Z, Zd, s, tsim, number)
+  force = number + 2 * Z + 3 * Zd;
+end
+function show(x)
+  if isstruct(x)
+    cellfun(@show, struct2cell(x));
+  else
+    printf("%.17g\\n", x);
+  end
+end
+global told
+told = [];
+usrfun = struct('fext', @wrench, 'flink', @pull);
+"""
+
+
+class Told(Data):
+    """The same forces of the user in Python, and what the functions were told."""
+
+    def __init__(self, mbs: Mbs) -> None:
+        super().__init__(mbs)
+        self.told: list[Any] = []
+
+    def user_ExtForces(self, *arguments: Any) -> NDArray[np.float64]:  # noqa: N802
+        p, r, v, om, a, omp, _, _, number = arguments
+        self.told += [p[1:], r[1:, 1:].T.ravel(), v[1:], om[1:], a[1:], omp[1:]]
+        return np.array([0.0, *(number + np.sin([*p[1:], *v[1:], *a[1:]]))])
+
+    def user_LinkForces(self, z: float, zd: float, *arguments: Any) -> float:  # noqa: N802
+        return float(arguments[2] + 2 * z + 3 * zd)
+
+
+def model_with_all() -> Mbs:
+    """A loop, links and forces, all signals or some."""
+    signals = ("Pos", "Rot", "Vit", "Om", "Acc", "Omp")
+    mbs = Mbs("everything")
+    for k, (parent, kind) in enumerate([(None, "R2"), ("b0", "R1"), (None, "R3"), ("b2", "T1")]):
+        body = Body(f"b{k}", parent, None, [Joint(f"j{k}", kind)])
+        body.mass, body.com, body.inertia = 2.0, (0.1, 0.0, 0.3), (0.1, 0.01, 0.02, 0.2, 0.03, 0.25)
+        body.points = [
+            Point("P", (0.3, -0.2, 0.1), sensor=Sensor("", (*signals, "Jac"))),
+            Point("Q", (0.0, 0.5, 0.0), extforce=Sensor("", signals[: 6 - k])),
+        ]
+        mbs.bodies.append(body)
+    mbs.cuts = [
+        Connection("rod", "rod", ("b1", "P"), ("b3", "Q"), 0.4),
+        Connection("ball", "ball", ("b1", "Q"), ("b3", "P")),
+    ]
+    mbs.links = [
+        Connection("link", "one", ("b1", "P"), ("b2", "Q")),
+        Connection("link", "two", (None, None), ("b3", "P")),
+    ]
+    return mbs
+
+
+def biped() -> Mbs:
+    text = (CONFIGS / "biped.urdf.xacro").read_text()
+    return read(convert_text(text).data, "biped", mechanics_only=True)
+
+
+def sample(name: str) -> Mbs:
+    file = SHARED / "mbs-samples" / name
+    if not file.is_file():
+        pytest.skip(f"no sample beside the project: {file}")
+    return read(file.read_bytes(), name, mechanics_only=True)
+
+
+def in_python(eq: PythonEquations, s: Told) -> dict[str, list[Any]]:
+    """All that each function computes, as Octave prints it: column by column."""
+    rows = count_equations(eq.mbs)
+    h, jac, jdqd = eq.constraints(s, rows) if rows else (np.zeros(0),) * 3
+    out: dict[str, list[Any]] = {
+        "dirdyna": list(eq.dirdyna(s)), "invdyna": [eq.invdyna(s)],
+        "cons_hJ": [h, jac], "cons_jdqd": [jdqd],
+    }  # fmt: skip
+    points = [point for body in eq.mbs.bodies for point in body.points]
+    count = sum(point.sensor is not None for point in points)
+    pushed = any(point.extforce for point in points)
+    for kind, number in (("sensor", count), ("gensensor", s.njoint)):
+        for k in range(1, number + 1):
+            sens = eq.sensor(s, k, kind)
+            out[f"{kind},{k}"] = [
+                sens.P[1:], sens.R[1:, 1:], *(x[1:] for x in (sens.V, sens.OM, sens.A, sens.OMP)),
+                sens.J[1:, 1:],
+            ]  # fmt: skip
+    for name, any_load in (("link", bool(eq.mbs.links)), ("extforces", pushed)):
+        frc, trq = s.frc.copy(), s.trq.copy()
+        if any_load:
+            eq.loads(s, name)
+        out[name] = [s.frc[1:, 1:].copy(), s.trq[1:, 1:].copy()]
+        out[name] += [s.Fl[1:], s.Z[1:], s.Zd[1:]] if name == "link" else s.told
+        s.frc[:], s.trq[:] = frc, trq
+    square, three = (s.njoint + 1,) * 2, (4,)
+    for name, shapes in {
+        "energy": [(3,)], "momentum": [three, three], "com": [three], "derivatives": [square] * 3,
+        "regressor": [(s.njoint + 1, 10 * len(eq.mbs.bodies) + 1)],
+    }.items():  # fmt: skip
+        arrays = [np.zeros(shape) for shape in shapes]
+        eq.fill(name, s, *arrays)
+        out[name] = [array[(slice(1, None),) * array.ndim] for array in arrays]
+    return out
+
+
+@needs_octave
+@pytest.mark.parametrize(
+    "make",
+    [biped, model_with_all, lambda: sample("Vhinque-Ankle.mbs")],
+    ids=["biped", "all", "ankle"],
+)
+def test_octave_computes_what_python_computes(make: Any, tmp_path: Path) -> None:
+    mbs: Mbs = make()
+    python, matlab = (
+        generate(mbs, b"<mbsDescR7/>", "m.mbs", language=language, energy=True, derivatives=True)
+        for language in ("python", "matlab")
+    )
+    for name, text in matlab.files.items():
+        (tmp_path / name).write_bytes(text)
+    s = Told(mbs)
+    random = random_state(mbs, np.random.default_rng(7), loads=True)
+    for name in ("q", "qd", "qdd", "frc", "trq"):
+        getattr(s, name)[:] = getattr(random, name)
+    wanted = in_python(PythonEquations(python, mbs, tmp_path), s)
+    script = DRIVER
+    for name in ("q", "qd", "qdd", "m", "g", "lrod", *TABLES):
+        array = getattr(s, name)[(slice(1, None),) * getattr(s, name).ndim]
+        rows = array.reshape(-1, 1) if array.ndim == 1 else array
+        script += f"s.{name} = [{';'.join(' '.join(map(repr, row)) for row in rows.tolist())}];\n"
+    for call, results in wanted.items():
+        name, _, number = call.partition(",")
+        count = 1 if number else 2 if name == "extforces" else len(results)
+        outs = [f"r{k}" for k in range(count)]
+        more = f", {number}" if number else ""
+        script += f"[{', '.join(outs)}] = mbs_{name}_{mbs.name}(s, 0, usrfun{more});\n"
+        script += "".join(f"show({out});\n" for out in outs)
+        script += "show(told); printf('\\n');\n" * (name == "extforces") + "printf('end\\n');\n"
+    (tmp_path / "driver.m").write_text(script)
+    ran = subprocess.run(
+        ["octave-cli", "--norc", "--quiet", "driver.m"],
+        cwd=tmp_path, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert ran.returncode == 0, ran.stderr
+    *printed, rest = ran.stdout.split("end\n")
+    assert rest == ""
+    for (call, results), text in zip(wanted.items(), printed, strict=True):
+        ours = np.concatenate([np.ravel(result, order="F") for result in results])
+        found = np.array(text.split(), dtype=float)
+        assert found.shape == ours.shape, call
+        assert error(found, ours) < 1e-12, call
+
+
+def test_matlab_says_what_it_leaves_out() -> None:
+    mbs = model_with_all()
+    made = generate(mbs, b"<mbsDescR7/>", "m.mbs", language="matlab")
+    assert "link3D" not in made.left_out
+    (link,) = (text for name, text in made.files.items() if name.startswith("mbs_link_"))
+    assert f"Flink = zeros({len(mbs.links)},1);".encode() in link
+    mbs.links[0].kind = "link3D"
+    made = generate(mbs, b"<mbsDescR7/>", "m.mbs", language="matlab")
+    assert "link3D" in made.left_out
+    assert not [name for name in made.files if "link3D" in name or "accelred" in name]

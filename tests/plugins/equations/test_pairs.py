@@ -1,0 +1,139 @@
+"""Mirrored limbs, which C computes together."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from oracle.generated import CEquations, random_state
+from oracle.pin import Truth
+from plugins.equations.test_dynamics import real
+from plugins.equations.test_loops import slow
+from urdf2mbs.mbs.model import Base, Body, Joint, Mbs, Point
+from urdf2mbs_equations.files import generate
+from urdf2mbs_equations.graph import Expr, Graph, Op
+from urdf2mbs_equations.mirror import find_mirrored
+from urdf2mbs_equations.pairs import in_pairs
+from urdf2mbs_equations.routine import Routine, statements
+from urdf2mbs_equations.tree import Tree
+
+numbers = st.sampled_from([0.0, 0.1, -0.2, 0.35])
+vectors = st.tuples(numbers, numbers, numbers)
+
+
+@st.composite
+def limbs(draw: st.DrawFn) -> Mbs:
+    """A body that flies, and two limbs of the same joints.
+
+    The second has other numbers, its axes may have other names, and it may have a fixed turn or
+    a joint that the first has not.
+    """
+    mbs = Mbs("limbs", base=Base(gravity=(0.0, 0.0, -9.81)))
+    base = Body("base", None, None, [Joint(f"b{k}", k) for k in ("T1", "T2", "T3", "R1", "R2")])
+    base.mass, base.inertia = 5.0, (0.3, 0.0, 0.0, 0.4, 0.0, 0.5)
+    base.points = [Point(side, draw(vectors)) for side in "lr"]
+    mbs.bodies = [base]
+    kinds = draw(st.lists(st.sampled_from(["R1", "R2", "R3", "R1", "R2", "T1"]), min_size=2))[:4]
+    shift = draw(st.integers(0, 2))
+    turned = draw(st.sampled_from([None, 0.3, np.pi / 2]))
+    for side in "lr":
+        parent, point = "base", side
+        for i, kind in enumerate(kinds):
+            axis = int(kind[1]) - 1 + (shift if side == "r" else 0)
+            joints = [Joint(f"{side}{i}", f"{kind[0]}{axis % 3 + 1}")]
+            if turned and i == 1:
+                fixed = Joint(f"{side}f", "R1" if side == "l" else "R2", nature="driven")
+                fixed.q, fixed.symbols = turned, ("q",)
+                joints.insert(0, fixed)
+            body = Body(f"{side}body{i}", parent, point, joints, mass=draw(st.floats(0.5, 2.0)))
+            body.com = draw(vectors)
+            body.inertia = (0.1, draw(numbers) / 9, 0.0, 0.2, 0.01, 0.25)
+            body.points = [Point("P", draw(vectors))]
+            mbs.bodies.append(body)
+            parent, point = body.name, "P"
+        if draw(st.booleans()):
+            tip = Body(f"{side}tip", parent, point, [Joint(f"{side}tip", "R1")], mass=0.1)
+            mbs.bodies.append(tip)
+    return mbs
+
+
+@settings(slow, max_examples=8)
+@given(limbs(), st.booleans(), st.integers(0, 9))
+def test_random_limbs(mbs: Mbs, fold: bool, seed: int) -> None:
+    made = generate(mbs, b"<mbsDescR7/>", "limbs.mbs", language="c", fold=fold)
+    assert made.counts["dirdyna"].paired > 0
+    made.files = {name: text for name, text in made.files.items() if "dyna" in name}
+    with tempfile.TemporaryDirectory() as folder:
+        eq, truth = CEquations(made, mbs, Path(folder)), Truth(mbs)
+    s = random_state(mbs, np.random.default_rng(seed))
+    truth.check_forces(eq, s)
+
+
+@pytest.mark.parametrize(
+    ("name", "dirdyna", "invdyna"),
+    [
+        ("nao-naoV50_generated_urdf", (12561, 11150), (5794, 4990)),
+        ("icub-iCubGazeboV2_5", (13872, 9338), (5710, 4200)),
+    ],
+)
+def test_humanoids_are_mirrored(
+    name: str, dirdyna: tuple[int, int], invdyna: tuple[int, int]
+) -> None:
+    """Operations, and how many of them are in pairs; fewer operations are better.
+
+    iCub's left and right limbs turn about axes of other names.
+    """
+    mbs, _ = real(name)
+    twin, _ = find_mirrored(Tree(mbs))
+    names = [joint.name for body in mbs.bodies for joint in body.joints]
+    for k, j in twin.items():
+        one, other = sorted((names[k - 1].lower(), names[j - 1].lower()))
+        assert one.replace("l", "r") == other.replace("l", "r"), (one, other)
+    counts = generate(mbs, b"<mbsDescR7/>", "robot.mbs", language="c").counts
+    for routine, expected in (("dirdyna", dirdyna), ("invdyna", invdyna)):
+        assert (counts[routine].operations, counts[routine].paired) == expected
+
+
+def test_any_compiler_without_pairs() -> None:
+    mbs, data = real("cassie-cassie_v4")
+    made = generate(mbs, data, "robot.mbs", language="c", pairs=False)
+    for text in made.files.values():
+        assert b"pair" not in text
+        assert b"vector_size" not in text
+
+
+@pytest.mark.parametrize("part", [Op.FIRST, Op.SECOND])
+def test_a_pair_of_which_half_is_used_has_a_name(part: Op) -> None:
+    graph = Graph()
+    routine = Routine(graph)
+    pair = graph.pair(graph.symbol("a[1]").node, graph.symbol("a[2]").node)
+    routine.store("c[1]", Expr(graph, graph.part(part, pair)))
+    first, last = statements(routine)[0]
+    assert (first.text, first.pair) == ("PAIR(a[1], a[2])", True)
+    assert last.text == f"{first.variable}[{part - Op.FIRST}]"
+
+
+def test_twins_that_need_each_other_are_taken_apart() -> None:
+    graph = Graph()
+    a, b, c, d = (graph.symbol(f"{x}[{k}]") for x in "ab" for k in (1, 2))
+    low, high = a * c, b * d
+    one = (low + a) * c
+    # the sum is a twin of its own operand's sum
+    other = (one * d + b) * d
+    routine = Routine(graph)
+    routine.store("c[1]", one)
+    routine.store("c[2]", other)
+    routine.store("c[3]", high)
+    routine.mirror(one, other)
+    routine.mirror(low, high)
+    paired = in_pairs(routine)
+    made: set[str] = set()
+    for line in statements(paired)[0]:
+        assert {name for name in line.uses if name.startswith("x")} <= made
+        made.add(line.variable or "")
+    assert len(paired.steps) == 3

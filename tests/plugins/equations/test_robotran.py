@@ -1,0 +1,289 @@
+"""Beside Robotran's own equations, and what follows from that: rows, signs, messages."""
+
+from __future__ import annotations
+
+import ctypes
+import importlib.util
+import json
+import subprocess
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from oracle.generated import HEADER, Data, PythonEquations
+from plugins.equations.test_loops import written
+from plugins.project.passes.test_loops import BALL, FOUR_BAR, at, link
+from urdf2mbs.cli import main
+from urdf2mbs.mbs.model import Body, Connection, Joint, Mbs, Point
+from urdf2mbs.mbs.model import Sensor as Measures
+from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.writer import write
+from urdf2mbs.testing import convert_text
+from urdf2mbs_equations.constraints import constant_gaps
+from urdf2mbs_equations.files import Equations, generate
+
+SAMPLES = Path(__file__).resolve().parents[4] / "shared" / "mbs-samples"
+REFERENCES = sorted(SAMPLES.glob("*.reference.json"))
+
+
+@pytest.mark.skipif(not REFERENCES, reason="no samples beside the project: ../shared/mbs-samples")
+@pytest.mark.parametrize(
+    "reference", REFERENCES, ids=lambda path: path.stem.removesuffix(".reference")
+)
+def test_the_numbers_of_robotrans_own_equations(reference: Path, tmp_path: Path) -> None:
+    spec = importlib.util.spec_from_file_location("check", SAMPLES / "check.py")
+    assert spec is not None
+    assert spec.loader is not None
+    check = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(check)
+    name = reference.name.removesuffix(".reference.json")
+    model = SAMPLES / f"{name}.mbs"
+    mbs = read(model.read_bytes(), name, mechanics_only=True)
+    for file, text in generate(mbs, b"<mbsDescR7/>", name).files.items():
+        (tmp_path / file).write_bytes(text)
+    wanted, data = json.loads(reference.read_text()), check.Data(str(model))
+    different = set()
+    for function, results in wanted["functions"].items():
+        ours = check.load(str(tmp_path), function)
+        for state, result in zip(wanted["states"], results, strict=True):
+            if not check.difference(result, check.run(data, function, ours, state)) < 1e-9:
+                different.add(function)
+    assert not different
+
+
+def closed(text: str, cuts: dict[str, Any]) -> Mbs:
+    result = convert_text(text, base="fixed", passes={"loops": {"cuts": cuts}})
+    return read(result.data, "four_bar", mechanics_only=True)
+
+
+def residual(eq: PythonEquations, s: Data, count: int) -> float:
+    """How far J qdd + jdqd is from zero."""
+    _, jacobian, jdqd = eq.constraints(s, count)
+    return float(np.abs(jacobian @ s.qdd[1:] + jdqd).max())
+
+
+@pytest.mark.parametrize("c", [False, True], ids=["python", "c"])
+def test_two_planar_four_bars(c: bool) -> None:
+    """Their rows follow one another, without rows of zeros between: the partition counts such."""
+    second = FOUR_BAR.partition(">")[2].removesuffix("</robot>").replace(link("base"), "")
+    for name in ("left", "coupler", "right", "crank", "elbow", "rocker"):
+        second = second.replace(f'"{name}"', f'"{name}2"').replace(f"'{name}'", f"'{name}2'")
+    cuts = {
+        **BALL,
+        "pin2": {"ends": [{**end, "link": f"{end['link']}2"} for end in BALL["pin"]["ends"]]},
+    }
+    mbs = closed(FOUR_BAR.replace("</robot>", f"{second}</robot>"), cuts)
+    assert sum(j.nature == "dependent" for body in mbs.bodies for j in body.joints) == 4
+    eq, s = written(mbs, c=c), Data(mbs)
+    names = mbs.numbers()
+    s.q[names["crank"]], s.qd[names["crank"]], s.qd[names["crank2"]] = 0.3, 1.0, -2.0
+    s.q[names["elbow"]], s.q[names["rocker"]] = -0.3, 0.3
+    assert eq.accelred(s) == 0
+    assert abs(s.qd[names["rocker"]] - 1.0) <= 1e-9
+    assert abs(s.qd[names["rocker2"]] + 2.0) <= 1e-9
+    _, jacobian, _ = eq.constraints(s, 6)
+    assert np.abs(jacobian).max(axis=1).astype(bool).tolist() == [True] * 4 + [False] * 2
+    assert residual(eq, s, 4) <= 1e-9
+
+
+def test_a_turn_that_never_moves_brings_no_row_back() -> None:
+    """A plane that stands upright by a driven quarter turn: Robotran's form is that of its
+    number."""
+    mbs = closed(FOUR_BAR, BALL)
+    for body in mbs.bodies:
+        if body.parent is None:
+            turn = Joint(f"turn_{body.name}", "R1", "driven", q=np.pi / 2, symbols=("q",))
+            body.joints.insert(0, turn)
+    eq, s = written(mbs), Data(mbs)
+    assert eq.accelred(s) == 0
+    _, jacobian, _ = eq.constraints(s, 3)
+    assert np.abs(jacobian).max(axis=1).astype(bool).tolist() == [True, True, False]
+
+
+def test_a_row_that_is_zero_after_cancelling_only_is_kept() -> None:
+    """A ball on the axis of an R3 behind two R1: Robotran does not see that a x a is zero."""
+    mbs = Mbs("m")
+    mbs.base.points = [Point("P", (0.0, 0.5, 0.5))]
+    mbs.bodies = [
+        Body("a", None, None, [Joint("a1", "R1", "dependent")], points=[Point("P", (0, 0.5, 0))]),
+        Body("b", "a", "P", [Joint("b1", "R1", "dependent"), Joint("b2", "R3")],
+             points=[Point("P", (0.0, 0.0, 0.5)), Point("Q")]),
+    ]  # fmt: skip
+    rows = {}
+    for point in ("P", "Q"):
+        mbs.cuts = [Connection("ball", "cut", ("b", point), (None, "P"))]
+        text = generate(mbs, b"<mbsDescR7/>", "m").files["mbs_cons_jdqd_m.py"].decode()
+        rows[point] = text.count("Jdqd[")
+    assert rows == {"P": 3, "Q": 2}
+
+
+def off_plane() -> str:
+    return FOUR_BAR.replace(at(1, 0, 0), at(1, 0.1, 0))
+
+
+def test_a_gap_that_no_joint_closes_is_told_in_a_conversion() -> None:
+    result = convert_text(off_plane(), base="fixed", passes={"loops": {"cuts": BALL}})
+    (warning,) = [d for d in result.diagnostics if d.code.startswith("loop-")]
+    assert warning.code == "loop-never-closes"
+    assert "0.1 m apart along y of 'base'" in warning.message
+
+
+def test_a_gap_that_no_joint_closes_is_told_with_the_equations(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    mbs = closed(off_plane(), BALL)
+    path = tmp_path / "four_bar.mbs"
+    path.write_bytes(write(mbs))
+    assert main(["equations", str(path), "-o", str(tmp_path / "out"), "--json"]) == 0
+    said = capsys.readouterr()
+    assert "warning[loop-never-closes]: cut 'pin' can never close" in said.err
+    (warning,) = json.loads(said.out)["warnings"]
+    assert warning["code"] == "loop-never-closes"
+    assert not list(constant_gaps(closed(FOUR_BAR, BALL)))
+    mbs.cuts[0].kind = "solid"  # in the plane its bodies are parallel
+    assert len(list(constant_gaps(mbs))) == 1
+    turn = Joint("turn", "R1", "driven", q=0.3, symbols=("q",))
+    mbs.bodies[-1].joints.append(turn)
+    assert any("turned about x" in message for _, message in constant_gaps(mbs))
+    mbs.cuts = [Connection("rod", "rod", (None, None), (None, None), 0.5)]
+    assert ["not as far apart" in message for _, message in constant_gaps(mbs)] == [True]
+
+
+def arm(*, links: int = 0) -> Mbs:
+    mbs = Mbs("arm")
+    mbs.base.points = [Point("P", (0.0, 0.0, 1.0))]
+    mbs.bodies = [
+        Body("b", None, "P", [Joint("slide", "T3")], 1.0, points=[Point("P", (0.1, 0.0, 0.0))])
+    ]
+    ends = [((None, "P"), ("b", None)), (("b", None), (None, "P")), (("b", "P"), ("b", "P"))]
+    mbs.links = [Connection("link", f"l{i}", *pair) for i, pair in enumerate(ends[:links])]
+    return mbs
+
+
+@pytest.mark.parametrize("c", [False, True], ids=["python", "c"])
+def test_links_along_one_shift_and_in_one_place(c: bool) -> None:
+    """MBSysPad of 2014 has the generator of 2008, whose Z has a sign there."""
+    for version, z, zd in (("0.0.beta", -0.5, 2.0), ("1.30.0", 0.5, -2.0)):
+        mbs = arm(links=3)
+        mbs.version = version
+        eq, s = written(mbs, c=c), Data(mbs)
+        s.q[1], s.qd[1], s.user_LinkForces = -0.5, 2.0, lambda *arguments: 10.0 * arguments[-1]
+        eq.loads(s, "link")
+        assert s.Z[1:].tolist() == [z, z, 0.0]
+        assert s.Zd[1:].tolist() == [zd, zd, 0.0]
+        assert s.Fl[1:].tolist() == [10.0, 20.0, 30.0]
+        # positive forces pull the ends together; a Z with a sign has a fixed direction
+        assert s.frc[3, 1] == pytest.approx(30.0 * np.sign(z))
+        assert not s.frc[1:3].any()
+
+
+@pytest.mark.parametrize("c", [False, True], ids=["python", "c"])
+def test_a_function_that_the_model_does_not_need(
+    c: bool, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """To call it is a mistake: the simulation stops, and a message says why."""
+    mbs = arm()
+    eq, s = written(mbs, c=c), Data(mbs)
+    s.flag_stop = 0
+    for call in (
+        lambda: eq.loads(s, "link"), lambda: eq.loads(s, "link3D"),
+        lambda: eq.loads(s, "extforces"), lambda: eq.sensor(s, 1),
+    ):  # fmt: skip
+        call()
+        libc.fflush(None)
+        assert "symbolic files seem obsolete" in capfd.readouterr().err
+        assert c or s.flag_stop == 1
+    assert eq.accelred(s) == 0  # does not call them
+
+
+libc = ctypes.CDLL(None)
+
+
+@pytest.mark.parametrize("c", [False, True], ids=["python", "c"])
+def test_a_sensor_that_the_model_does_not_have(c: bool, capfd: pytest.CaptureFixture[str]) -> None:
+    mbs = arm()
+    mbs.bodies[0].points[0].sensor = Measures("eye", ("Pos",))
+    eq, s = written(mbs, c=c), Data(mbs)
+    assert eq.sensor(s, 1).P[1] == pytest.approx(0.1)
+    eq.loads(s, "extforces")  # an empty function, as Robotran's
+    for kind, what in (("sensor", "sensor"), ("gensensor", "joint")):
+        for number in (0, 2):
+            message = f"the model has no {what} {number}: it has 1"
+            if not c:
+                with pytest.raises(ValueError, match=message):
+                    eq.sensor(s, number, kind)
+                continue
+            eq.sensor(s, number, kind)
+            libc.fflush(None)
+            assert message in capfd.readouterr().err
+
+
+def test_inverse_dynamics_of_a_loop() -> None:
+    """The forces that invdynared finds make the accelerations that it was given, and the
+    dependent joints have none; a driven joint's force is felt by nobody else."""
+    mbs = closed(FOUR_BAR, BALL)
+    bodies = {body.joints[0].name: body for body in mbs.bodies}
+    bodies["crank"].joints.append(Joint("drive", "R2", "driven", q=0.0))
+    eq, s = written(mbs, c=True), Data(mbs)
+    names = mbs.numbers()
+    s.q[names["drive"]], s.qd[names["drive"]], s.qdd[names["drive"]] = 0.1, 0.4, -3.0
+    s.qd[names["crank"]], s.qdd[names["crank"]] = 1.5, 2.5
+    wanted = s.qdd[names["crank"]]
+    assert eq.fill("invdynared", s) == 0
+    dependent = [names["elbow"], names["rocker"]]
+    assert not s.Qq[dependent].any()
+    assert abs(s.Qq[names["crank"]]) > 0.1
+    before = s.qdd.copy()
+    s.qdd[names["crank"]] = 0.0
+    assert eq.accelred(s) == 0
+    assert s.qdd[names["crank"]] == pytest.approx(wanted, rel=1e-9)
+    assert np.abs(s.qdd - before).max() <= 1e-9
+
+
+def test_inverse_dynamics_of_a_tree() -> None:
+    mbs = arm()
+    eq, s = written(mbs, c=True), Data(mbs)
+    s.qdd[1] = 2.0
+    assert eq.fill("invdynared", s) == 0
+    assert s.Qq[1] == pytest.approx(2.0 + 9.81)
+
+
+@pytest.mark.parametrize("flags", [[], ["-DMBS_BEFORE_2025"]])
+def test_the_c_of_loops_compiles_as_it_stands(flags: list[str], tmp_path: Path) -> None:
+    source = files("urdf2mbs_equations").joinpath("accelred.c").read_text("utf-8")
+    (tmp_path / "accelred.c").write_text(source)
+    (tmp_path / "mbs_data.h").write_text(HEADER)
+    warnings = ["-Wall", "-Wextra", "-Wshadow", "-Wpedantic", "-Werror"]
+    subprocess.run(
+        ["gcc", "-std=c99", *warnings, *flags, "-I.", "-c", "accelred.c"], cwd=tmp_path, check=True
+    )
+
+
+def test_a_draft_of_a_cut_or_a_link() -> None:
+    """What does not need it is generated."""
+    mbs = arm(links=1)
+    mbs.links[0].endpoint1 = ("", None)
+    made = generate(mbs, b"<mbsDescR7/>", "arm.mbs", language="c")
+    assert set(made.left_out) == {"link"}
+    assert "link 'l0' is a draft" in made.left_out["link"]
+    # a library of 2017 calls functions of what the model does not have: these do nothing there
+    assert b"BEFORE_2025" not in made.files["mbs_link_arm.c"]
+    assert b"#ifndef MBS_BEFORE_2025" in made.files["mbs_link3D_arm.c"]
+    mbs.cuts = [Connection("ball", "pin", ("b", ""), (None, "P"))]
+    made = generate(mbs, b"<mbsDescR7/>", "arm.mbs", language="c")
+    assert set(made.left_out) == {"link", "cons_hJ", "cons_jdqd", "accelred", "invdynared"}
+    assert len(made.files) == 11
+
+
+def test_the_names_of_the_files() -> None:
+    """As in the newest generated sets: invdynared is written in C only."""
+
+    def names(made: Equations) -> set[str]:
+        return {name.split("_", 1)[1].rsplit("_", 1)[0] for name in made.files}
+
+    python, c = (names(generate(arm(), b"<mbsDescR7/>", "a", language=x)) for x in ("python", "c"))
+    assert c - python == {"invdynared"}
+    assert not python - c

@@ -1,0 +1,315 @@
+"""Loops: cuts, where they end, and which joints they make dependent."""
+
+from __future__ import annotations
+
+from math import dist, pi
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from descriptions import stand_in
+from plugins.project.passes.test_mimic import joint, link
+from proving import codes
+from urdf2mbs.config.model import load
+from urdf2mbs.engine.pipeline import Pipeline
+from urdf2mbs.mbs.kinematics import place
+from urdf2mbs.mbs.reader import read
+from urdf2mbs.messages.diagnostics import ConfigError
+from urdf2mbs.spatial import Pose, from_rpy
+from urdf2mbs.testing import convert_text
+from urdf2mbs.urdf.model import ClosingJoint
+from urdf2mbs_project.mass import Mass
+from urdf2mbs_project.passes.loops import SINGULAR, Cut, _from_sdf, _jacobian, independent_columns
+from urdf2mbs_project.simulation import Simulation
+
+ROOT = Path(__file__).resolve().parents[4]
+
+
+def at(x: float, y: float, z: float) -> str:
+    return f'<origin xyz="{x} {y} {z}"/>'
+
+
+#: A four-bar linkage in the plane x z: the tips of two chains from the base meet.
+FOUR_BAR = (
+    '<robot name="four_bar">'
+    + "".join(link(name) for name in ("base", "left", "coupler", "right"))
+    + joint("crank", "base", "left", at(0, 0, 0))
+    + joint("elbow", "left", "coupler", at(0, 0, 1))
+    + joint("rocker", "base", "right", at(1, 0, 0))
+    + "</robot>"
+)
+SDF = (
+    '<gazebo><joint name="pin" type="revolute"><parent>coupler</parent><child>right</child>'
+    "<pose>0 0 1 0 0 0</pose><axis><xyz>0 1 0</xyz></axis></joint></gazebo></robot>"
+)
+BALL = {"pin": {"ends": [{"link": "coupler", "at": [1, 0, 0]}, {"link": "right", "at": [0, 0, 1]}]}}
+
+
+def natures(result: Any) -> dict[str, str]:
+    return {j.name: j.nature for b in result.mbs.bodies for j in b.joints}
+
+
+@pytest.mark.parametrize(
+    ("passes", "free"),
+    [
+        ({}, "crank"),
+        ({"loops": {"cuts": BALL, "dependent": ["crank", "elbow"]}}, "rocker"),
+        ({"actuators": {"joints": ["rocker"]}}, "rocker"),
+    ],
+)
+def test_a_ball_makes_two_joints_of_a_four_bar_dependent(passes: dict[str, Any], free: str) -> None:
+    """Those that are named, else those without motors, further out first."""
+    result = convert_text(FOUR_BAR, base="fixed", passes={"loops": {"cuts": BALL}, **passes})
+    found = natures(result)
+    wanted = [name for name in ("crank", "elbow", "rocker") if name != free]
+    assert [name for name, nature in found.items() if nature == "dependent"] == wanted
+    assert found[free] == "independent"
+    mbs = read(result.data, "four_bar.mbs")
+    (cut,) = mbs.cuts
+    assert cut.kind == "ball"
+    placement = place(mbs)
+    for end in (cut.endpoint1, cut.endpoint2):
+        assert placement.point(mbs, *end) == pytest.approx((1, 0, 1))
+    assert "loop-open" not in codes(result)
+
+
+def test_as_many_joints_must_be_named_as_become_dependent() -> None:
+    options = {"cuts": BALL, "dependent": ["crank"]}
+    with pytest.raises(ConfigError, match="make 2 joints dependent, of which 1"):
+        convert_text(FOUR_BAR, base="fixed", passes={"loops": options})
+
+
+def test_a_joint_in_gazebo_closes_the_loop() -> None:
+    """In a plane, one ball is all that a revolute joint adds; in space it wants another."""
+    result = convert_text(FOUR_BAR.replace("</robot>", SDF), base="fixed")
+    assert [cut.name for cut in result.mbs.cuts] == ["pin_1"]
+    assert sum(nature == "dependent" for nature in natures(result).values()) == 2
+    skew = FOUR_BAR.replace(
+        joint("rocker", "base", "right", at(1, 0, 0)),
+        link("carrier")
+        + joint("swivel", "base", "carrier", at(1, 0, 0)).replace("0 1 0", "0 0 1")
+        + joint("tilt", "carrier", "right", at(0, 0, 0)).replace("0 1 0", "1 0 0"),
+    )
+    result = convert_text(skew.replace("</robot>", SDF), base="fixed")
+    assert [cut.name for cut in result.mbs.cuts] == ["pin_1", "pin_2"]
+
+
+@pytest.mark.parametrize(
+    ("angle", "said"),
+    [
+        (pi / 2, ["1.41 m and 1.57 rad"]), (pi, ["2 m and 3.14 rad"]),
+        (5e-6, ["5e-06 m and 5e-06 rad"]), (5e-7, []), (0.0, []),
+    ],
+)  # fmt: skip
+def test_a_solid_that_is_turned_is_told_with_its_angle(angle: float, said: list[str]) -> None:
+    """At the start the coupler is level, and the rocker is turned."""
+    cuts = {"pin": {"kind": "solid", **BALL["pin"]}}
+    turned = FOUR_BAR.replace(at(1, 0, 0), f'<origin xyz="1 0 0" rpy="0 {angle!r} 0"/>')
+    result = convert_text(turned, base="fixed", passes={"loops": {"cuts": cuts}})
+    told = [found.message for found in result.diagnostics if found.code == "loop-open"]
+    assert [text.partition(", by ")[2].partition(":")[0] for text in told] == said
+    if angle == pi / 2:  # where the points meet, the angle alone is told
+        cuts["pin"]["ends"] = [{"link": "coupler"}, {"link": "right", "at": [-1, 0, -1]}]
+        result = convert_text(turned, base="fixed", passes={"loops": {"cuts": cuts}})
+        (text,) = [found.message for found in result.diagnostics if found.code == "loop-open"]
+        assert text.partition(" m and ")[2].startswith("1.57 rad")
+        assert float(text.partition(", by ")[2].partition(" m")[0]) < 1e-9
+
+
+def test_a_follower_in_a_loop_counts_as_its_leader(tmp_path: Path) -> None:
+    """The elbow turns back by as much as the crank turns: a parallelogram."""
+    mimic = "<mimic joint='crank' multiplier='-1'/></joint>"
+    parts = FOUR_BAR.split("</joint>")
+    text = parts[0] + "</joint>" + parts[1] + mimic + "</joint>".join(parts[2:])
+    loops = {"loops": {"cuts": BALL}}
+    result = convert_text(text, output={"project": tmp_path / "r"}, base="fixed", passes=loops)
+    # so the coupler stays level: at the start, one of the ball's two equations follows
+    found = natures(result)
+    assert [found[name] for name in ("crank", "elbow", "rocker")] == [
+        "independent", "dependent", "dependent"
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("follows", [True, False])
+def test_a_planar_loop_before_followers_is_warned_of(tmp_path: Path, follows: bool) -> None:
+    """MBsysC of 2017 finds no partition where a row of zeros stands before others."""
+    limb = link("hand") + joint("wrist", "left", "hand", at(0, 0, 1))
+    limb = limb.replace("</joint>", "<mimic joint='crank'/></joint>")
+    result = convert_text(
+        FOUR_BAR.replace("</robot>", limb * follows + "</robot>"), base="fixed",
+        output={"project": tmp_path / "r", "language": "c"}, passes={"loops": {"cuts": BALL}},
+    )  # fmt: skip
+    assert ("loop-row-of-zeros" in codes(result)) == follows
+
+
+def test_a_rod_keeps_the_distance_of_the_start() -> None:
+    rod = {
+        "rod": {"kind": "rod", "ends": [{"link": "coupler"}, {"link": "right", "at": [0, 0, 1]}]}
+    }
+    result = convert_text(FOUR_BAR, base="fixed", passes={"loops": {"cuts": rod}})
+    (cut,) = read(result.data, "x").cuts
+    assert cut.kind == "rod"
+    assert cut.length == pytest.approx(1.0)
+    assert "loop-open" not in codes(result)
+    assert sum(nature == "dependent" for nature in natures(result).values()) == 1
+    rod["rod"]["length"] = 0.75  # type: ignore[assignment]
+    result = convert_text(FOUR_BAR, base="fixed", passes={"loops": {"cuts": rod}})
+    (told,) = [found.message for found in result.diagnostics if found.code == "loop-open"]
+    assert "by 0.25 m" in told
+
+
+@pytest.mark.parametrize("kind", ["ball", "rod", "solid"])
+def test_the_rows_of_a_cut_are_its_derivatives(kind: str, tmp_path: Path) -> None:
+    """Of a cut between random chains in space, with sliders, leaders and followers in them and
+    beside them."""
+    random = np.random.default_rng(4)
+    text = '<robot name="r">' + "".join(link(name) for name in ("root", *"abcdefgh"))
+    leaders = {"e": "g", "f": "b", "h": "a"}
+    for k, name in enumerate("abcdefgh"):
+        axis, xyz = (" ".join(map(str, random.normal(size=3))) for _ in range(2))
+        parent = "root" if k in (0, 3, 6, 7) else "abcdefgh"[k - 1]
+        more = f'<mimic joint="j{leaders[name]}" multiplier="-2"/>' if name in leaders else ""
+        kind_of = "prismatic" if name in "bdfg" else "continuous"
+        part = joint(f"j{name}", parent, name, f'<origin xyz="{xyz}"/>{more}', kind_of)
+        text += part.replace("0 1 0", axis)
+    at_ends = [{"link": "c", "at": [0.1, 0.2, 0.3]}, {"link": "f", "at": [0, 0.5, 0]}]
+    options = {
+        "loops": {"cuts": {"cut": {"kind": kind, "ends": at_ends}}},
+        "posture": {"joints": {f"j{name}": random.normal() for name in "abcdg"}},
+    }
+    project = {"project": tmp_path / "p"}
+    result = convert_text(f"{text}</robot>", output=project, base="fixed", passes=options)
+    conversion, mbs = result.conversion, result.mbs
+    (cut,) = mbs.cuts
+    ends = (cut.endpoint1, cut.endpoint2)
+
+    def state() -> tuple[Any, ...]:
+        for coupling in conversion.state(Simulation).couplings:
+            coupling.follow()
+        placement = place(mbs)
+        one, two = (np.array(placement.point(mbs, *end)) for end in ends)
+        turned = [np.array(placement.bodies[body].rot).reshape(3, 3) for body, _ in ends]
+        return two - one, *turned
+
+    gap, *turned = state()
+    placement = place(mbs)
+    found = _jacobian(conversion, Mass(mbs))
+    assert len(found) == {"rod": 1, "ball": 3, "solid": 6}[kind]
+    wanted = np.zeros_like(found)
+    for k, (placed, *_) in enumerate(placement.joints):
+        if placed.nature == "driven" or placed.name in ("je", "jf", "jh"):
+            continue
+        q, sides = placed.q or 0.0, []
+        for placed.q in (q + 1e-6, q - 1e-6, q):
+            sides.append(state())
+        way, *turning = ((a - b) / 2e-6 for a, b in zip(*sides[:2], strict=True))
+        one, two = (speed @ rot.T for speed, rot in zip(turning, turned, strict=True))
+        spin = two - one
+        if kind == "rod":
+            wanted[0, k] = gap @ way / np.linalg.norm(gap)
+        else:
+            wanted[:, k] = [*way, spin[2, 1], spin[0, 2], spin[1, 0]][: len(wanted)]
+    assert found == pytest.approx(wanted, abs=1e-6)
+    assert np.abs(found).sum(axis=1).min() > 0.1
+
+
+def test_cassies_rods_close(shared: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    config = ROOT / "configs" / "cassie.yaml"
+    folder = shared / "robots" / "cassie" / "cassie_description"
+    stand_in(
+        monkeypatch, tmp_path, "cassie_description",
+        {"urdf/cassie_v4.urdf": folder / "urdf" / "cassie_v4.urdf"},
+    )  # fmt: skip
+    conversion = Pipeline(*load(config)).run()
+    codes = {found.code for found in conversion.diagnostics}
+    assert not codes & {"loop-open", "posture-limit"}
+    assert conversion.rejected is None
+    dependent = [j.name for b in conversion.mbs.bodies for j in b.joints if j.nature == "dependent"]
+    assert sorted(dependent) == ["LeftTarsusPitch", "RightTarsusPitch"]
+
+
+def test_a_loop_that_can_never_close_is_told_as_that() -> None:
+    """The bars of a plane that lie one metre apart."""
+    cuts = {
+        "other": {"kind": "rod", "ends": [{"link": "coupler"}, {"link": "right"}]},
+        "pin": {"ends": [{"link": "coupler", "at": [1, 1, 0]}, BALL["pin"]["ends"][1]]},
+    }
+    result = convert_text(FOUR_BAR, base="fixed", passes={"loops": {"cuts": cuts}})
+    (told,) = [d for d in result.diagnostics if d.code in ("loop-never-closes", "loop-open")]
+    assert told.code == "loop-never-closes"
+    assert "'pin'" in told.message
+    assert "other" not in told.message
+
+
+def test_columns_are_as_many_as_the_rank_and_independent() -> None:
+    """Of sparse rows, some of them sums of others; the first in order are taken."""
+    random = np.random.default_rng(6)
+    for _ in range(50):
+        own = random.normal(size=(4, 6)) * (random.random((4, 6)) < 0.5)
+        matrix = np.vstack([own, random.integers(-1, 2, size=(2, 4)) @ own])
+        matrix = matrix[random.permutation(6)]
+        order = list(random.permutation(6))
+        chosen = independent_columns(matrix, order)
+        rank = np.linalg.matrix_rank(matrix, tol=1e-9)
+        assert len(chosen) == rank
+        assert np.linalg.matrix_rank(matrix[:, chosen], tol=1e-9) == rank
+    for rows, chosen in (
+        ([[1.0, 1.0, 2.0]], [0]), ([[5e-3, 1.0, 0.0]], [1]), ([[2e-2, 1.0, 0.0]], [0]),
+        ([[2 * SINGULAR, 0.0], [0.0, 1.0]], [1, 0]), ([[SINGULAR / 2, 0.0], [0.0, 1.0]], [1]),
+        ([[0.0, 0.0], [SINGULAR / 9, 0.0]], [0]), ([[1.0, 1.0], [-1.0, 1.0]], [0, 1]),
+        (np.zeros((0, 3)), []), ([[0.0, 0.0]], []),
+    ):  # fmt: skip
+        matrix = np.array(rows)
+        assert independent_columns(matrix, range(matrix.shape[1])) == chosen
+
+
+def test_a_cut_has_a_name_of_its_own() -> None:
+    text = FOUR_BAR.replace("</robot>", SDF.replace('"revolute"', '"ball"'))
+    sdf = text.replace('name="pin"', 'name="left"')
+    result = convert_text(sdf, base="fixed")
+    assert [cut.name for cut in result.mbs.cuts] == ["left_2"]
+    assert [d.code for d in result.diagnostics if "renamed" in d.code] == ["loop-renamed"]
+    result = convert_text(text, base="fixed")
+    assert [cut.name for cut in result.mbs.cuts] == ["pin"]
+    assert "loop-renamed" not in codes(result)
+    assert "extension" not in codes(result), "the joint is used"
+
+
+def test_the_ends_of_the_cuts_of_a_joint_in_gazebo() -> None:
+    """At its point, and a tenth of a metre along its axes; both links see them at one place."""
+    conversion = convert_text(FOUR_BAR, base="fixed").conversion
+    x, y, z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+    pose = Pose((0.25, 0.5, 1.0), from_rpy((0.0, pi / 2, 0.0)))  # its z is the link's x
+    at, at_x, at_y, at_z = (
+        (0.25, 0.5, 1.0), (0.35, 0.5, 1.0), (0.25, 0.6, 1.0), (0.25, 0.5, 1.1)
+    )  # fmt: skip
+    for kind, axes, wanted, rest in (
+        ("ball", [], [("ball", at, at)], []),
+        ("fixed", [y], [("solid", at, at)], []),
+        ("revolute", [y], [("ball", at, at), ("ball", at_y, at_y)], ["pin_2"]),
+        ("continuous", [], [("ball", at, at), ("ball", at_x, at_x)], ["pin_2"]),
+        ("universal", [y, z], [("ball", at, at), ("rod", at_y, at_z)], ["pin_2"]),
+        ("universal", [(0.0, 3.0, 0.1), x], [("ball", at, at), ("rod", at_y, at_x)], ["pin_2"]),
+        ("universal", [y], [], []), ("universal", [y, (0.0, -1.0, 0.1)], [], []),
+        ("universal", [y, (0.0, 1.0, 1.0)], [], []), ("screw", [y], [], []),
+    ):  # fmt: skip
+        cuts: dict[str, Cut] = {}
+        doubtful: set[str] = set()
+        closing = ClosingJoint("pin", kind, "coupler", "right", pose, list(axes))
+        conversion.diagnostics.clear()
+        _from_sdf(conversion, closing, cuts, doubtful)
+        told = [found.code for found in conversion.diagnostics]
+        assert told == ([] if wanted else ["loop-left-out"])
+        assert list(cuts) == [["pin"], ["pin_1", "pin_2"]][len(wanted) - 1][: len(wanted)]
+        assert sorted(doubtful) == rest
+        for cut, (form, there, here) in zip(cuts.values(), wanted, strict=True):
+            assert (cut.kind, cut.ends[0].link, cut.ends[1].link) == (form, "coupler", "right")
+            # the coupler is 1 m above the base, the rocker 1 m beside it
+            seen = (there[0] + 1.0, there[1], there[2] - 1.0)
+            assert cut.ends[0].at == pytest.approx(seen, abs=4e-3)
+            assert cut.ends[1].at == pytest.approx(here, abs=4e-3)
+            assert cut.length == (
+                pytest.approx(dist(there, here), rel=0.03) if form == "rod" else None
+            )

@@ -1,0 +1,275 @@
+"""The time step, the gains of hold, and the start within limits."""
+
+from __future__ import annotations
+
+import shutil
+from math import pi, sqrt
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import proving
+from conftest import SHARED
+from oracle.mbs import Evaluator
+from oracle.multibody import State, opening
+from plugins.project.standin import RungeKutta, make, without_meshes
+from proving import SOLID, models
+from urdf2mbs import Result, convert
+from urdf2mbs.mbs.model import Connection
+from urdf2mbs.mbs.reader import read
+from urdf2mbs.testing import TINY, convert_text
+from urdf2mbs_project.mass import Mass
+from urdf2mbs_project.passes.time_step import _round_down
+from urdf2mbs_project.simulation import Simulation
+from urdf2mbs_project.stability import longest_steps, reduction_of
+from urdf2mbs_simulate.c_code import CCode
+from urdf2mbs_simulate.python_code import PythonCode, loaded
+from urdf2mbs_simulate.runtime import MbsData
+
+pin = pytest.importorskip("pinocchio")
+ROOT = Path(__file__).resolve().parents[4]
+BIPED = ROOT / "configs" / "biped.urdf.xacro"
+needs_gcc = pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not there")
+
+
+def link(name: str, mass: float, inertia: float, x: float = 0.0) -> str:
+    return (
+        f'<link name="{name}"><inertial><origin xyz="{x} 0 0"/><mass value="{mass}"/>'
+        f'<inertia ixx="{inertia}" iyy="{inertia}" izz="{inertia}" ixy="0" ixz="0" iyz="0"/>'
+        "</inertial></link>"
+    )
+
+
+def joint(name: str, parent: str, child: str, rest: str, axis: str = "0 1 0") -> str:
+    return (
+        f'<joint name="{name}" type="revolute"><parent link="{parent}"/><child link="{child}"/>'
+        f'<origin xyz="0 0 -0.1"/><axis xyz="{axis}"/>{rest}</joint>'
+    )
+
+
+WIDE = '<limit lower="-2" upper="2" effort="0" velocity="1"/>'
+#: The light link between two coaxial joints feels the damping of both.
+WRIST = (
+    '<robot name="wrist"><link name="world"/>'
+    + link("arm", 1.0, 0.01) + link("ring", 1e-4, 1e-6) + link("hand", 0.5, 0.002, 0.05)
+    + joint("shoulder", "world", "arm", WIDE)
+    + joint("first", "arm", "ring", WIDE + '<dynamics damping="0.02"/>', "0 0 1")
+    + joint("second", "ring", "hand", WIDE + '<dynamics damping="0.02"/>', "0 0 1")
+    + "</robot>"
+)  # fmt: skip
+
+
+def convert_project(text: str, folder: Path, **passes: Any) -> Result:
+    return convert_text(text, output={"project": folder / "robot"}, passes=passes)
+
+
+def step_of(project: Path) -> float:
+    (module,) = project.glob("userfctR/*_robot.py")
+    (line,) = [x for x in module.read_text().splitlines() if x.startswith("TIME_STEP")]
+    return float(line.split()[-1])
+
+
+def messages(result: Result) -> dict[str, str]:
+    return {one.code: one.message for one in result.diagnostics}
+
+
+# --- the bound ---
+
+
+def test_the_bound_of_runge_and_kutta() -> None:
+    found = longest_steps(np.array([-1.0, 1j, -10.0, 0.0, -100 + 100j]))
+    assert found[0] == pytest.approx(2.785293563, rel=1e-8)
+    assert found[1] == pytest.approx(sqrt(8.0), rel=1e-6)
+    assert found[2] == pytest.approx(0.2785293563, rel=1e-8)
+    assert found[3] == np.inf
+    # a step beyond the bound grows, and none below it does
+    for angle in np.linspace(pi / 2, pi, 40):
+        way = np.exp(1j * angle)
+        (bound,) = longest_steps(np.array([way]))
+        z = way * bound * np.linspace(0.01, 1.3, 400)
+        grows = np.abs(1 + z + z**2 / 2 + z**3 / 6 + z**4 / 24) > 1 + 1e-9
+        assert np.array_equal(grows, np.abs(z) > bound * (1 + 1e-6))
+
+
+def test_the_step_is_that_of_the_derivatives_of_the_accelerations(tmp_path: Path) -> None:
+    """Eigenvalues by finite differences of what the generated functions do."""
+    text = WRIST.replace('<dynamics damping="0.02"/>', '<dynamics damping="0.02" friction="0.01"/>')
+    passes = {
+        "joint-parameters": {"stops": False},
+        "posture": {"joints": {"second": 0.3}, "hold": {"joints": ["shoulder"], "stiffness": 50}},
+    }
+    project = make(tmp_path, text, passes=passes)
+    data = MbsData(project / "dataR" / "robot.mbs")
+    with loaded(data):
+        code, tiny = PythonCode(data), 1e-7
+        y = code.state()
+        still = code.accelerate(0.0, y)
+        ways = np.eye(len(y))
+        system = np.array([(code.accelerate(0.0, y + tiny * w) - still) / tiny for w in ways]).T
+    rates = np.linalg.eigvals(system)
+    assert step_of(project) == pytest.approx(0.4 * longest_steps(rates).min(), rel=0.02)
+    assert step_of(project) < 2e-4
+    module = (project / "userfctR" / "robot_robot.py").read_text()
+    assert "of joint 'first'.\n" in module or "of joint 'second'.\n" in module
+
+
+def test_a_stop_counts_as_hit(tmp_path: Path) -> None:
+    """With w = 2 pi frequency: stiffness 2 I w^2, damping I w; a calm robot takes 0.5 ms."""
+    text = (
+        '<robot name="r"><link name="world"/>' + link("a", 1.0, 0.01)
+        + joint("one", "world", "a", WIDE) + "</robot>"
+    )  # fmt: skip
+    for frequency, rel in ((20, 1e-12), (800, 0.05)):
+        options = {"joint-parameters": {"stop_frequency": frequency}}
+        rates = 2 * pi * frequency * np.roots([1.0, 1.0, 2.0])
+        wanted = min(0.4 * longest_steps(rates).min(), 5e-4)
+        assert (wanted < 4e-4) == (frequency == 800)
+        found = convert_project(text, tmp_path, **options).conversion.state(Simulation).time_step
+        assert found == pytest.approx(wanted, rel=rel)
+
+
+@pytest.mark.parametrize(
+    ("step", "rounded"),
+    [(2.79e-4, 2.7e-4), (3e-4, 3e-4), (2.9999999999e-4, 3e-4), (2.99999e-4, 2.9e-4), (1e-5, 1e-5),
+     (9.99e-6, 9.9e-6), (0.128, 0.12), (1.0, 1.0)],
+)  # fmt: skip
+def test_a_step_has_two_digits_and_is_not_rounded_up(step: float, rounded: float) -> None:
+    assert _round_down(step) == rounded
+
+
+# --- below 1e-5 s ---
+
+
+def test_gains_give_way_and_are_named(tmp_path: Path) -> None:
+    text = WRIST.replace('<dynamics damping="0.02"/>', "")
+    hold = {"stiffness": 300.0, "damping": 4.0}
+    result = convert_project(text, tmp_path, posture={"hold": hold})
+    said = messages(result)
+    assert "hold_damping of 'second' is" in said["time-step-softened"]
+    assert "instead of 4" in said["time-step-softened"]
+    assert "time-step-short" not in said
+    damping = models(result.mbs)["hold_damping"]
+    assert damping["shoulder"] == 4.0, "what is slow stays"
+    assert min(damping.values()) < 1.0
+    assert f"TIME_STEP is {1e-5:g} s" in said["time-step"]
+
+
+def test_damping_of_the_robot_does_not_give_way(tmp_path: Path) -> None:
+    result = convert_project(WRIST.replace('"0.02"', '"3"'), tmp_path)
+    said = messages(result)
+    assert "damping of joint '" in said["time-step-short"]
+    assert "time-step-softened" not in said
+    assert set(models(result.mbs)["damping"].values()) == {3.0}
+
+
+# --- what joints and the ground carry ---
+
+
+def test_the_gains_of_hold() -> None:
+    options = {
+        "frequency": 2.0, "damping_ratio": 0.5,
+        "gains": {"wrist_*": {"stiffness": 7.0, "damping": 0.25}, "wrist_roll": {"frequency": 1.0}},
+    }  # fmt: skip
+    mbs = convert_text(TINY, passes={"posture": {"hold": options}}).mbs
+    found = models(mbs)
+    moved = dict(zip(mbs.numbers(), np.diag(Mass(mbs).matrix), strict=True))
+    k, d = found["hold_stiffness"], found["hold_damping"]
+    assert found["hold"] == {"on": 1.0}
+    assert (k["wrist_pitch"], d["wrist_pitch"]) == (7.0, 0.25)
+    assert k["shoulder"] == pytest.approx(moved["shoulder"] * (4 * pi) ** 2, rel=0.05)
+    assert d["shoulder"] == pytest.approx(sqrt(moved["shoulder"] * k["shoulder"]), rel=0.05)
+    assert k["wrist_roll"] == pytest.approx(moved["wrist_roll"] * (2 * pi) ** 2, rel=0.05)
+
+
+def test_a_leg_carries_the_robot_and_an_arm_itself() -> None:
+    passes = {"posture": {"hold": {}}, "contacts": {"links": ["*_foot"]}}
+    mbs = convert(BIPED, passes=passes, pipeline="compact").mbs
+    found = models(mbs)
+    moved = dict(zip(mbs.numbers(), np.diag(Mass(mbs).matrix), strict=True))
+    k = {name: value / (20 * pi) ** 2 for name, value in found["hold_stiffness"].items()}
+    assert k["left_ankle"] > 100 * moved["left_ankle"]
+    assert k["left_shoulder"] == pytest.approx(moved["left_shoulder"], rel=0.05)
+    # the ground: 0.1 % of the leg, critical damping
+    total = sum(body.mass or 0.0 for body in mbs.bodies)
+    law = found["contact"]
+    depth = total * 9.81 / 8 / law["stiffness"]
+    assert 0.00025 < depth < 0.0006
+    ratio = total / 8 * 9.81 / law["speed"] / (2 * sqrt(total / 8 * law["stiffness"]))
+    assert ratio == pytest.approx(1.0, rel=0.05)
+
+
+def test_a_leader_carries_what_follows_it(tmp_path: Path) -> None:
+    """A knuckle without inertia of its own, as in the hand of a NAO, moves a heavy finger."""
+    text = (
+        '<robot name="r"><link name="world"/>' + link("a", 1e-6, 1e-9) + link("b", 1.0, 0.01)
+        + joint("one", "world", "a", WIDE)
+        + joint("two", "world", "b", WIDE + '<mimic joint="one" multiplier="2"/>')
+        + "</robot>"
+    )  # fmt: skip
+    hold = {"frequency": 1.0, "damping_ratio": 0.5, "joints": ["one"]}
+    result = convert_project(text, tmp_path, posture={"hold": hold})
+    found = models(result.mbs)
+    assert found["hold_stiffness"]["one"] == pytest.approx(0.04 * (2 * pi) ** 2, rel=0.05)
+    assert found["hold_damping"]["one"] == pytest.approx(0.04 * 2 * pi, rel=0.05)
+
+
+# --- what comes out ---
+
+ROBOTS = [
+    pytest.param(BIPED, id="biped"),
+    pytest.param(ROOT / "configs" / "arm.urdf.xacro", id="arm"),
+    pytest.param(SHARED / "robots/cassie/cassie_description/urdf/cassie_v4.urdf", id="cassie"),
+    pytest.param(SHARED / "robots/franka/expanded/fr3.urdf", id="fr3"),
+]
+
+
+def compiled(project: Path) -> RungeKutta:
+    (model,) = project.glob("dataR/*.mbs")
+    return RungeKutta(CCode(MbsData(model)))
+
+
+def c_step_of(project: Path) -> float:
+    (header,) = project.glob("userfctR/*_robot.h")
+    (line,) = [x for x in header.read_text().splitlines() if "_TIME_STEP " in x]
+    return float(line.split()[-1])
+
+
+@needs_gcc
+@pytest.mark.parametrize("source", ROBOTS)
+def test_a_quarter_of_the_step_gives_the_same_motion(source: Path, tmp_path: Path) -> None:
+    """A second of swinging by its base, into the stops, with all default options."""
+    if not source.is_file():
+        pytest.skip("the real robots are not beside the checkout")
+    project = make(
+        tmp_path, source, base="fixed", language="c", pipeline=without_meshes("compact"),
+        passes={"equations": {"language": "c"}},
+    )  # fmt: skip
+    step = c_step_of(project)
+    fine = compiled(project).positions(1.0, step / 4, 20)
+    moved = np.abs(fine - fine[0]).max()
+    assert moved > 0.1
+    assert np.abs(compiled(project).positions(1.0, step, 20) - fine).max() <= 1e-3 * moved
+
+
+@pytest.mark.parametrize("kind", ["ball", "rod", "solid"])
+def test_a_closed_loop_stays_closed(kind: str) -> None:
+    """The velocities that the time step is computed with open no cut."""
+    link, joint = proving.link, proving.joint
+    text = proving.robot(
+        link("world"), *(link(name, SOLID) for name in "abcd"),
+        joint("world", "a", axis="0 0 1"), joint("world", "b", axis="0 1 0", xyz="0.3 0 0"),
+        joint("a", "c", "floating", xyz="0.1 0.2 0"), joint("b", "d", axis="1 0 0", xyz="0 0 0.2"),
+    )  # fmt: skip
+    data = convert_text(text, pipeline="faithful").data
+    mbs, evaluator = read(data, ""), Evaluator(data)
+    cut = Connection(kind, "tie", ("c", None), ("d", None), 0.3)
+    mbs.cuts.append(cut)
+    for name, one in mbs.joints().items():
+        one.nature = "dependent" if name.startswith("a_to_c") else one.nature
+    reduction = reduction_of(Mass(mbs), Simulation())
+    still = State(evaluator.system, evaluator.vector({}))
+    rows = opening(kind, 0.3, *(still.place(evaluator.bodies[name].node) for name in "cd"))[1]
+    assert reduction.any(axis=1).sum() > reduction.shape[1]
+    np.testing.assert_allclose(rows[:, 1:] @ reduction, 0.0, atol=1e-12)

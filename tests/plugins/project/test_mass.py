@@ -1,0 +1,55 @@
+"""The mass matrix and the velocities of an .mbs, against Pinocchio's."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+
+from mbs.models import few
+from oracle.pin import to_pinocchio
+from plugins.project.test_singular import mass_matrix, trees
+from urdf2mbs.mbs.kinematics import floating
+from urdf2mbs.mbs.model import Body, Joint, Mbs
+from urdf2mbs_project.mass import Mass
+
+pin = pytest.importorskip("pinocchio")
+
+
+@few
+@given(trees())
+def test_mass_matrix_and_velocities_are_those_of_pinocchio(mbs: Mbs) -> None:
+    for number, joint in enumerate(mbs.joints().values(), start=1):
+        joint.nature, joint.q = "independent", 0.37 * number
+    model, mass = to_pinocchio(mbs), Mass(mbs)
+    data = model.createData()
+    q = np.array([placed.joint.q for placed in mass.placement.joints])
+    np.testing.assert_allclose(mass.matrix, mass_matrix(model, q), rtol=0, atol=1e-11)
+    pin.computeJointJacobians(model, data, q)
+    pin.updateFramePlacements(model, data)
+    for body in mbs.bodies:
+        frame = model.getFrameId(f"{body.name}/p")
+        wanted = pin.getFrameJacobian(model, data, frame, pin.LOCAL_WORLD_ALIGNED).reshape(6, -1)
+        at = mass.placement.point(mbs, body.name, "p")
+        found = np.vstack([mass.point(body.name, at), mass.turn(body.name)])
+        np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-12)
+        moving = mass.moves[:, mass.placement.last[body.name]].nonzero()[0]
+        assert mass.placement.way(body.name) == sorted(moving, reverse=True)
+    assert mass.placement.way(None) == []
+    assert not mass.point(None, (1.0, 2.0, 3.0)).any()
+    assert not mass.turn(None).any()
+    assert mass.point(None, (1.0, 2.0, 3.0)).shape == mass.turn(None).shape == (3, len(q))
+
+
+def test_a_body_floats_by_three_free_shifts_on_the_base() -> None:
+    def body(natures: str, parent: str | None = None) -> Body:
+        joints = [
+            Joint(f"j{number}", f"T{number}", "independent" if nature == "i" else "driven")
+            for number, nature in enumerate(natures, start=1)
+        ]
+        return Body(f"b{natures}", parent, None, [*joints, Joint("r", "R1")])
+
+    arm, whole = body("ii"), body("iii")
+    assert floating(Mbs("m", bodies=[arm, whole])) is whole
+    for other in ([arm], [body("iid")], [arm, body("iii", arm.name)]):
+        assert floating(Mbs("m", bodies=other)) is None

@@ -1,0 +1,78 @@
+"""The robots whose reports are tested, and a robot whose names want to break out."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+from conftest import SHARED
+from proving import SOLID, joint, link, robot
+from urdf2mbs.config.model import Config, Lines, typed
+from urdf2mbs.conversion import Conversion
+from urdf2mbs.engine.pipeline import Pipeline
+
+ROBOTS = SHARED / "robots"
+CONFIGS = Path(__file__).resolve().parents[3] / "configs"
+
+#: Name: source, base, folders of packages.
+SHOWN: dict[str, tuple[Path, str, tuple[str, ...]]] = {
+    "biped": (CONFIGS / "biped.urdf.xacro", "floating", ()),
+    "atlas": (
+        ROBOTS / "atlas/atlas_description/robots/atlas_v5.urdf.xacro", "floating",
+        ("atlas/atlas_description", "atlas/multisense_sl_description"),
+    ),
+    "nao": (
+        ROBOTS / "nao/nao_description/urdf/naoV50_generated_urdf/nao.urdf", "floating",
+        ("nao/nao_description",),
+    ),
+    "leo": (
+        ROBOTS / "leo_rover/leo_description/urdf/leo.urdf.xacro", "auto",
+        ("leo_rover/leo_description",),
+    ),
+    "r2d2": (
+        ROBOTS / "urdf_tutorial_r2d2/urdf_tutorial/urdf/07-physics.urdf", "fixed",
+        ("urdf_tutorial_r2d2/urdf_tutorial",),
+    ),
+}  # fmt: skip
+
+
+def run(source: Path, project: Path, packages: Iterable[str] = (), **more: Any) -> Conversion:
+    """Convert into a project folder, writing nothing."""
+    given = {
+        "source": str(source), "output": {"project": str(project)},
+        "packages": {Path(name).name: str(ROBOTS / name) for name in packages}, **more,
+    }  # fmt: skip
+    lines = Lines()
+    return Pipeline(typed(Config, given, lines), lines, installed_plugins=False).run()
+
+
+def shown(name: str, project: Path) -> Conversion:
+    source, base, packages = SHOWN[name]
+    return run(source, project, packages, base=base)
+
+
+def data(conversion: Conversion) -> bytes:
+    """The .mbs file."""
+    return conversion.files[conversion.rejected or conversion.settings.output]
+
+
+def edit(conversion: Conversion, was: str, now: str) -> None:
+    """Change the .mbs file where it first matches ``was``."""
+    text, count = re.subn(was, now, data(conversion).decode(), count=1, flags=re.DOTALL)
+    assert count
+    conversion.files[conversion.settings.output] = text.encode()
+
+
+EVIL = "</script><img src=x onerror='window.hacked=1'>&amp;\"<!--"
+
+#: A robot with such names everywhere, in XML's own writing.
+SHAPE = (
+    '<visual name="{0}"><geometry><mesh filename="package://nowhere/{0}.stl"/></geometry></visual>'
+)
+HOSTILE = robot(
+    link("{0}"), link("b{0}", SOLID, SHAPE), joint("{0}", "b{0}", "revolute", name="j{0}")
+).replace('"r"', '"{0}"').replace(
+    "{0}", EVIL.replace("&", "&amp;").replace("<", "&lt;").replace('"', "&quot;")
+)  # fmt: skip

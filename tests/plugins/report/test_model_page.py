@@ -1,0 +1,114 @@
+"""The page of an .mbs alone: its own shapes, its own meshes, nothing of a URDF."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from plugins.meshes import wrl
+from plugins.report.test_page import Html
+from urdf2mbs.cli import main
+from urdf2mbs.mbs.model import Base, Body, Connection, Joint, Mbs, Point, Sensor, Shape
+from urdf2mbs.mbs.writer import write
+from urdf2mbs.testing import TINY
+from urdf2mbs_report.page import make_of_model
+
+TEXTURED = (
+    wrl.SQUARE + b" texCoord TextureCoordinate { point [0 0 1 0 1 1 0 1] }",
+    b'texture ImageTexture { url "skin.png" }',
+)
+
+
+def slider(*shapes: Shape) -> Mbs:
+    """A driven slider on a rod that turns, a cut, and a cut that is a draft."""
+    rod = Body("rod", None, "pin", [Joint("turn", "R2", q=0.5)], mass=2.0, com=(0.0, 0.0, 0.1))
+    rod.points = [Point("tip", (0.0, 0.0, 3.0), sensor=Sensor("gauge", ("Pos",)))]
+    rod.shapes = list(shapes)
+    mass = Body("mass", "rod", "tip", [Joint("shift", "T3", "driven", q=0.2)], mass=1.0)
+    return Mbs(
+        "sketch",
+        base=Base(points=[Point("pin", (0.0, 0.0, 1.0))]),
+        bodies=[rod, mass],
+        cuts=[
+            Connection("ball", "tied", (None, "pin"), ("mass", None)),
+            Connection("ball", "draft", ("", ""), ("mass", None)),
+        ],
+    )
+
+
+def test_what_has_no_meaning_is_left_out(tmp_path: Path) -> None:
+    html = Html(make_of_model(slider(), tmp_path / "m.mbs").data)
+    ids = {given.get("id") for _, given in html.elements}
+    assert {"model", "diagram", "joints", "bodies", "around", "tree", "sliders"} <= ids
+    assert not ids & {"names", "left-out", "proof", "messages", "agreement", "show-collisions"}
+    assert "URDF" not in html.visible
+    assert "{{" not in html.visible
+    assert "3 kg" in html.visible
+    assert "not chosen yet" in html.visible
+    lines = html.island["marks"]["lines"]
+    assert [(kind, a[1], b[0]) for kind, a, b in lines] == [("ball", [0, 0, 1], "mass")]
+    assert html.island["size"] == pytest.approx(3.2 * 0.8775825618903728 + 0.0, rel=0.2)
+
+
+def test_meshes_come_from_the_project(tmp_path: Path) -> None:
+    folder = tmp_path / "animationR"
+    folder.mkdir()
+    (folder / "a.wrl").write_bytes(wrl.of(*TEXTURED))
+    (folder / "t.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    (folder / "bad.wrl").write_bytes(b"#VRML V2.0 utf8\nShape {")
+    urls = (
+        "PRJPATH/animationR/a.wrl", "PRJPATH\\animationR\\a.wrl",
+        f"PRJPATH/{tmp_path.name}/animationR/a.wrl", "PRJPATH/animationR/t.obj",
+        "PRJPATH/animationR/bad.wrl", "C:\\Users\\x\\gone.obj",
+    )  # fmt: skip
+    shapes = [Shape("inline", f"s{n}", url=url) for n, url in enumerate(urls)]
+    for picture, textures in ((b"\x89PNG\r\n and so on", 1), (b"root:x:0:0", 0)):
+        (folder / "skin.png").write_bytes(picture)
+        page = make_of_model(slider(*shapes), tmp_path / "dataR" / "m.mbs")
+        drawn = Html(page.data).island
+        numbers = [shape["mesh"] for shape in drawn["mbs"]["bodies"][0]["shapes"]]
+        assert numbers == [0, 1, 2, 3, None, None]
+        assert len(drawn["textures"]) == textures, "what is no picture stays out of the page"
+        assert page.missing == list(urls[4:])
+        assert "2 meshes cannot be drawn" in Html(page.data).visible
+
+
+def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    model = tmp_path / "sketch.mbs"
+    model.write_bytes(write(slider()))
+    assert main(["report", str(model)]) == 0
+    assert (tmp_path / "sketch.html").exists()
+    said = capsys.readouterr().out
+    assert "page of the model" in said
+    assert "the same robot" not in said
+    assert main(["report", str(model), "-o", str(tmp_path / "x.html"), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["missing"] == []
+    assert main(["report", str(model), "--base", "fixed"]) == 2
+    assert "--base" in capsys.readouterr().err
+
+
+def test_the_meshes_of_a_bare_urdf_are_drawn(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "t.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    visual = '<visual><geometry><mesh filename="t.obj"/></geometry></visual>'
+    source = tmp_path / "tiny.urdf"
+    source.write_text(TINY.replace("<inertial>", f"{visual}<inertial>", 1))
+    assert main(["report", str(source), "-o", str(tmp_path / "page.html")]) == 0
+    assert "not drawn" not in capsys.readouterr().out
+    html = Html((tmp_path / "page.html").read_bytes())
+    assert "no .wrl file is there yet" in html.visible
+    shapes = [s for body in html.island["mbs"]["bodies"] for s in body["shapes"]]
+    shapes += html.island["mbs"]["base"]["shapes"]
+    assert [s["mesh"] for s in shapes if s["kind"] == "inline"] == [0]
+
+
+def test_all_samples_have_a_page(shared: Path) -> None:
+    from urdf2mbs.mbs.reader import read
+
+    for file in sorted((shared / "mbs-samples").glob("*.mbs")):
+        model = read(file.read_bytes(), str(file))
+        bodies = Html(make_of_model(model, file).data).island["mbs"]["bodies"]
+        assert len(bodies) == len(model.bodies), file.name

@@ -1,0 +1,201 @@
+"""The report as a file: self-contained, honest, safe with any name, the same every time."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+from lxml.html import HTMLParser, document_fromstring
+
+from oracle.mbs import Evaluator
+from plugins.report.shown import EVIL, HOSTILE, SHOWN, data, edit, run, shown
+from urdf2mbs.cli import main
+from urdf2mbs.proof.verdict import Difference
+from urdf2mbs.testing import TINY
+from urdf2mbs_report import page
+from urdf2mbs_report.page import make
+
+
+class Html:
+    """A page: its elements with their attributes, its data, its style, and the text one sees."""
+
+    def __init__(self, text: bytes) -> None:
+        parser = HTMLParser(encoding="utf-8", huge_tree=True)
+        page: Any = document_fromstring(text, parser=parser)
+        self.elements = [(one.tag, dict(one.attrib)) for one in page.iter("*")]
+        self.island: Any = json.loads(page.get_element_by_id("data").text)
+        self.style = "".join(page.xpath("//style/text()"))
+        self.visible = " ".join(page.xpath("//text()[not(parent::script or parent::style)]"))
+
+
+@pytest.fixture
+def tiny(tmp_path: Path) -> Path:
+    source = tmp_path / "tiny.urdf"
+    source.write_text(TINY)
+    return source
+
+
+@pytest.mark.parametrize("name", SHOWN)
+def test_nothing_is_loaded_from_anywhere(shared: Path, tmp_path: Path, name: str) -> None:
+    html = Html(make(shown(name, tmp_path)).data)
+    for tag, attributes in html.elements:
+        assert tag not in {"iframe", "object", "embed", "base"}
+        for key in ("src", "href", "action", "poster", "srcset", "xlink:href"):
+            if key in attributes:
+                assert attributes[key].startswith(("#", "data:")), (tag, attributes)
+    assert "url(" not in html.style
+    assert "@import" not in html.style
+    policy = next(a["content"] for t, a in html.elements if t == "meta" and "content" in a)
+    assert policy.startswith("default-src 'none';")
+    assert "http" not in policy
+    assert "connect-src" not in policy
+
+
+def test_the_page_shows_the_file_and_not_our_intention(tiny: Path, tmp_path: Path) -> None:
+    conversion = run(tiny, tmp_path / "p")
+    edit(conversion, "<mass>0.5</mass>", "<mass>0.625</mass>")
+    html = Html(make(conversion).data)
+    masses = {body["name"]: body["mass"] for body in html.island["mbs"]["bodies"]}
+    assert masses["arm"] == 0.625
+    assert "0.625" in html.visible
+
+
+def test_tables_hold_numbers_types_and_masses(tmp_path: Path) -> None:
+    conversion = shown("biped", tmp_path)
+    html = Html(make(conversion).data)
+    evaluator = Evaluator(data(conversion))
+    assert f"{evaluator.total_mass():.6g} kg" in html.visible
+    rows = re.findall(
+        r'<tr class="(\w+)" data-joint="(\w+)"><td class=n>q(\d+)</td><td>\w+</td><td>(\w+)</td>',
+        make(conversion).data.decode(),
+    )
+    expected = [
+        (joint.nature, joint.name, str(number), joint.type)
+        for number, joint in enumerate(evaluator.joints.values(), start=1)
+    ]
+    assert rows == expected
+    for link in conversion.robot.links:
+        assert link in html.visible
+
+
+def test_the_proof_is_shown(tiny: Path, tmp_path: Path) -> None:
+    conversion = run(tiny, tmp_path / "p")
+    html = Html(make(conversion).data)
+    assert "the same robot" in html.visible
+    assert conversion.proof is not None
+    for kind in conversion.proof.largest:
+        assert kind in html.visible
+    conversion.proof.same = False
+    conversion.proof.differences = [Difference("mass", "link 'arm': mass is 2 <kg>")]
+    html = Html(make(conversion).data)
+    assert "NOT the same robot" in html.visible
+    assert "mass is 2 <kg>" in html.visible
+    conversion.proof = None
+    assert "NOT CHECKED" in Html(make(conversion).data).visible
+
+
+def test_every_message_is_there_and_losses_have_a_place_of_their_own(
+    tiny: Path, tmp_path: Path
+) -> None:
+    conversion = run(tiny, tmp_path / "p")
+    for code, message in (("collision", "no <shapes>"), ("mesh-not-found", "another")):
+        conversion.note(code, message)
+    page = make(conversion).data
+    html = Html(page)
+    for said in conversion.diagnostics:
+        assert said.code in html.visible
+        assert said.message in html.visible
+    section = page.decode().partition('<section id="left-out">')[2].partition("</section>")[0]
+    assert "<li>no &lt;shapes&gt;</li></ul>" in section
+    assert "another" not in section
+
+
+def test_names_cannot_break_out(tmp_path: Path) -> None:
+    source = tmp_path / "evil.urdf"
+    source.write_text(HOSTILE)
+    text = make(run(source, tmp_path / "p")).data
+    html = Html(text)
+    assert "img" not in {tag for tag, _ in html.elements}
+    assert text.count(b"</script>") == 4
+    assert EVIL in html.visible
+    assert EVIL in {link["name"] for link in html.island["urdf"]["links"]}
+
+
+def test_same_input_same_bytes(tmp_path: Path) -> None:
+    one = make(shown("biped", tmp_path / "a" / "biped")).data
+    two = make(shown("biped", tmp_path / "b" / "biped")).data
+    assert one == two
+    assert str(tmp_path).encode() not in one
+
+
+def test_sizes_and_the_licence_of_the_viewer_are_stated(tiny: Path, tmp_path: Path) -> None:
+    made = make(run(tiny, tmp_path / "p"))
+    visible = Html(made.data).visible
+    assert made.sizes["viewer"] < made.sizes["all"] < made.sizes["viewer"] + 200_000
+    assert f"three.js {made.sizes['viewer'] / 1e6:.2f} MB" in visible
+    assert "three.js authors" in visible.lower()
+
+
+def test_the_modules_of_the_script_fit() -> None:
+    """A module imports what another one exports; the page has all in one scope, in this order."""
+    folder = Path(page.__file__).with_name("js")
+    assert {file.stem for file in folder.glob("*.js")} == set(page.MODULES)
+    texts = {name: (folder / f"{name}.js").read_text("utf-8") for name in page.MODULES}
+    exports = {
+        name: set(re.findall(r"^export (?:async )?(?:const|let|function) (\w+)", text, re.M))
+        for name, text in texts.items()
+    }
+    for text in texts.values():
+        for names, name in re.findall(r'^import {(.*?)}\s+from "./(\w+).js";$', text, re.M | re.S):
+            assert set(re.split(r",\s+", names)) <= exports[name], name
+
+
+def test_missing_meshes_are_named(shared: Path, tmp_path: Path) -> None:
+    made = make(shown("nao", tmp_path))
+    assert sum("/Torso." in name for name in made.missing) == 1
+    assert "small frame" in Html(made.data).visible
+
+
+def test_without_a_drawing_all_else_is_there(tiny: Path, tmp_path: Path) -> None:
+    conversion = run(tiny, tmp_path / "p")
+    edit(conversion, r"(</initialvalue>|</nature>)(.{0,400}?)<x2D>.*?</x2D>", r"\1\2")
+    html = Html(make(conversion).data)
+    assert "does not say where in the diagram" in html.visible
+    assert html.island["mbs"]["bodies"]
+
+
+HEAVIER = """
+from making import hookimpl, make
+
+def run(conversion, options):
+    conversion.mbs.bodies[-1].mass *= 2
+
+@hookimpl
+def urdf2mbs_passes():
+    return [make("heavier", run, reads=("inertias",))]
+"""
+
+
+def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """It writes the page and nothing else, and says when it is another robot."""
+    (tmp_path / "tiny.urdf").write_text(TINY)
+    file, out = tmp_path / "tiny.yaml", tmp_path / "out"
+    file.write_text("source: tiny.urdf\noutput: out/robot.mbs\n")
+    assert main(["report", str(file)]) == 0
+    assert [path.name for path in out.glob("[!.]*")] == ["robot.html"]
+    size = (out / "robot.html").stat().st_size
+    said = capsys.readouterr().out
+    assert "robot.html" in said
+    assert f"{size / 1e6:.2f} MB" in said
+    assert main(["report", str(file), "--json", "-o", str(tmp_path / "my.html")]) == 0
+    assert json.loads(capsys.readouterr().out)["sizes"]["all"] == size
+    assert (tmp_path / "my.html").read_bytes() == (out / "robot.html").read_bytes()
+    (tmp_path / "heavier.py").write_text(HEAVIER)
+    plugin = ["--plugin", str(tmp_path / "heavier.py"), "--after", "reframe-inertia=heavier"]
+    words = ["report", str(tmp_path / "tiny.urdf"), "-o", str(tmp_path / "x.html"), *plugin]
+    assert main(words) == 3
+    assert "NOT the same robot" in capsys.readouterr().out
+    assert b"NOT the same robot" in (tmp_path / "x.html").read_bytes()

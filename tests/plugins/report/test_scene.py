@@ -1,0 +1,74 @@
+"""What the 3D view is given: .wrl files read back, meshes packed, both sides as they state it."""
+
+from __future__ import annotations
+
+import base64
+import gzip
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from plugins.meshes import wrl
+from plugins.meshes.samples import write
+from plugins.report.shown import data, shown
+from urdf2mbs.mbs.reader import read
+from urdf2mbs.urdf.packages import Packages
+from urdf2mbs_meshes import reader as meshes
+from urdf2mbs_meshes import vrml_reader
+from urdf2mbs_report.scene import Store, lookup, mbs_side, urdf_side
+
+
+def unpack(store: Store, place: list[int]) -> Any:
+    """A packed array, as the page unpacks it."""
+    everything = gzip.decompress(base64.b64decode(store.packed()))
+    return np.frombuffer(everything, "<u4", offset=place[0], count=place[1])
+
+
+def test_arrays_come_back_and_are_stored_once() -> None:
+    text = wrl.of(wrl.SQUARE + b" color Color { color [1 0 0 0 0 1 0 1 0 1 1 1] } ")
+    store = Store()
+    first = store.wrl("a.wrl", lambda url: text)
+    again = store.wrl("b.wrl", lambda url: text)
+    assert (first, again) == (0, 1)
+    assert store.meshes[0] == store.meshes[1]
+    (part,) = store.meshes[0]
+    points = unpack(store, part["points"]).view("<f4").reshape(-1, 3)
+    triangles = unpack(store, part["triangles"])
+    colors = unpack(store, part["colors"])
+    (read_back,) = vrml_reader.read(text).parts
+    assert (
+        points[triangles].tolist() == read_back.points[read_back.triangles].reshape(-1, 3).tolist()
+    )
+    assert colors[:3].tolist() == [0xFF0000FF, 0xFFFF0000, 0xFF00FF00]
+
+
+@pytest.mark.parametrize("name", ["leo", "r2d2", "atlas"])
+def test_wrl_and_source_are_the_same_triangles(shared: Path, tmp_path: Path, name: str) -> None:
+    """Stored once, because both sides give the very same arrays."""
+    conversion = shown(name, tmp_path)
+    store = Store()
+    model = read(data(conversion), "m.mbs")
+    mbs_side(model, store, lookup(conversion.files, tmp_path))
+    half = len(store.meshes)
+    packed = store.packed()
+    packages = Packages(conversion.settings.packages, conversion.settings.source)
+    for link in conversion.robot.links.values():
+        link.collisions = []  # an .mbs has none
+    urdf_side(conversion.robot, store, packages.resolve)
+    assert len(store.meshes) == 2 * half > 0
+    assert store.packed() == packed
+
+
+def test_the_urdf_side_is_drawn_as_rviz_does(tmp_path: Path) -> None:
+    mesh = write("dae_y_up_centimetres", tmp_path)
+    store = Store()
+    number = store.source(mesh.name, mesh)
+    assert number is not None
+    (part,) = store.meshes[number]
+    (unturned,) = meshes.read(mesh, up_axis=False).parts
+    points = unpack(store, part["points"]).view("<f4").reshape(-1, 3)
+    np.testing.assert_allclose(
+        points[unpack(store, part["triangles"])].max(0), unturned.points.max(0)
+    )

@@ -1,0 +1,410 @@
+"""The runtime moves small robots as their closed forms say, and keeps all that it has computed."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from oracle.rich import PASSES, convert
+from plugins.project.standin import make
+from urdf2mbs import ConversionError, Push, load_equations, simulate
+from urdf2mbs.engine.output import write
+from urdf2mbs.mbs.model import (
+    BASE,
+    Body,
+    Joint,
+    Mbs,
+)
+from urdf2mbs.mbs.writer import write as write_mbs
+from urdf2mbs_simulate import dirdyn as runs
+from urdf2mbs_simulate.c_code import FLAGS, CCode, compiler
+from urdf2mbs_simulate.dirdyn import METHODS, ROBOTRAN, choose_code, integrate
+from urdf2mbs_simulate.push import add_pushes
+from urdf2mbs_simulate.python_code import PythonCode, default, loaded
+from urdf2mbs_simulate.runtime import MbsData, MbsDirdyn, MbsPart
+
+in_c = pytest.param("c", marks=pytest.mark.skipif(compiler() is None, reason="no C compiler"))
+LANGUAGES = pytest.mark.parametrize("language", ["python", in_c])
+#: kg, N/m, N s/m: a mass that hangs on a spring with a damper.
+MASS, STIFFNESS, DAMPING = 2.0, 50.0, 1.2
+SLIDER = f"""<robot name="slider"><link name="base"/><link name="load"><inertial>
+<origin xyz="0.1 0.2 0.3"/><mass value="{MASS}"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0"
+izz="1"/></inertial></link><joint name="rail" type="prismatic"><parent link="base"/><child
+link="load"/><axis xyz="0 0 1"/><limit lower="-9" upper="9" effort="0" velocity="9"/><dynamics
+damping="{DAMPING}"/></joint><gazebo reference="rail"><springStiffness>{STIFFNESS}</springStiffness>
+</gazebo></robot>"""
+
+
+@pytest.fixture(autouse=True)
+def quick_compiler(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("urdf2mbs_simulate.c_code.FLAGS", (*FLAGS, "-O0"))
+
+
+@pytest.fixture(scope="module")
+def slider(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return make(tmp_path_factory.mktemp("slider"), SLIDER, base="fixed")
+
+
+@pytest.fixture(scope="module")
+def rich(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A project with a rod, dependent and driven joints, contacts, a spring and a wrench."""
+    folder = tmp_path_factory.mktemp("rich")
+    write(convert(folder, PASSES))
+    return folder / "rich"
+
+
+def model(project: Path) -> Path:
+    (found,) = project.glob("dataR/*.mbs")
+    return found
+
+
+def falls(time: Any) -> tuple[Any, Any]:
+    """Where the slider is (m), and how fast, that is let go at zero under gravity."""
+    rest, decay = -MASS * 9.81 / STIFFNESS, DAMPING / (2 * MASS)
+    turn = math.sqrt(STIFFNESS / MASS - decay**2)
+    fades, c, s = np.exp(-decay * time), np.cos(turn * time), np.sin(turn * time)
+    q = rest * (1 - fades * (c + decay / turn * s))
+    return q, rest * fades * (decay**2 + turn**2) / turn * s
+
+
+@LANGUAGES
+@pytest.mark.parametrize("method", [*METHODS, *ROBOTRAN])
+def test_a_slider_swings_and_comes_to_rest(slider: Path, method: str, language: str) -> None:
+    times: list[float] = []
+    results = simulate(
+        slider, time=0.61, method=method, language=language, rate=50.0, rtol=1e-7, atol=1e-9,
+        watch=times.append,
+    )  # fmt: skip
+    assert np.allclose(results.time, np.linspace(0.0, 0.61, 31), rtol=0, atol=1e-14)
+    assert times[-1] == results.time[-1] == 0.61
+    (rail,) = results.data.joint_id.values()
+    q, qd = falls(results.time)
+    force = -STIFFNESS * q - DAMPING * qd
+    for found, should in (
+        (results.q, q), (results.qd, qd), (results.Qq, force), (results.qdd, force / MASS - 9.81),
+    ):  # fmt: skip
+        assert np.allclose(found[:, rail], should, rtol=0, atol=2e-4 if method == "BDF" else 2e-5)
+        assert np.array_equal(found[:, 0], results.time)
+    energies = results.energy()
+    assert np.allclose(energies[:, 0], MASS / 2 * results.qd[:, rail] ** 2, rtol=0, atol=1e-12)
+    height = results.q[:, rail] + 0.3
+    assert np.allclose(energies[:, 1], MASS * 9.81 * height, rtol=0, atol=1e-9)
+    assert results.language.startswith({"c": "C", "python": "Python"}[language])
+    assert not results.stopped
+
+
+@LANGUAGES
+def test_slopes_are_those_of_the_slider(slider: Path, language: str) -> None:
+    data = MbsData(model(slider))
+    with loaded(data):
+        code = choose_code(data, language)
+        should = [-0.3, -9.81 - (STIFFNESS * 0.2 - DAMPING * 0.3) / MASS]
+        found = code.accelerate(0.5, np.array([0.2, -0.3]))
+        assert np.allclose(found, should, rtol=0, atol=1e-12)
+        assert data.tsim == 0.5
+        for y in ([0.2, -0.3], [-4.0, 30.0]):
+            should = [[0.0, 1.0], [-STIFFNESS / MASS, -DAMPING / MASS]]
+            assert np.allclose(code.slopes(0.0, np.array(y)), should, rtol=0, atol=1e-5)
+
+
+def test_slopes_are_kept_for_ten_times_and_made_anew_where_they_do_not_do() -> None:
+    made: list[float] = []
+
+    def fresh(t: float, _: Any) -> Any:
+        made.append(t)
+        return np.array([t])
+
+    slopes = runs._kept_slopes(SimpleNamespace(slopes=fresh))  # type: ignore[arg-type]
+    kept = [slopes(float(t), None)[0] for t in (*range(12), 11, 12, 5, 6)]
+    assert kept == [*[0.0] * 10, 10.0, 10.0, 11.0, 11.0, 5.0, 5.0]
+    assert made == [0.0, 10.0, 11.0, 5.0]
+
+
+@LANGUAGES
+def test_what_constraints_and_drives_do_is_what_is_left_of_the_forces(
+    rich: Path, language: str
+) -> None:
+    """M qdd + c = Qq + Jac' Lambda, and Qc in driven joints; Jac is that of h, by differences."""
+    data = MbsData(model(rich))
+    with loaded(data):
+        code = choose_code(data, language)
+        cuts, user = code.rows
+        assert (cuts, user) == (1, 2)
+        data.qd[data.qu[1:]] = np.linspace(-1.0, 1.0, data.nqu)
+        assert not code.solve()
+        code.react()
+        jac = np.array(code.jacobian()[1:])
+        rest = code.inverse() - data.Qq - jac.T @ data.Lambda[1:]
+        scale = 1e-9 * np.abs(code.inverse()).max()
+        assert np.allclose(rest[data.qc[1:]], data.Qc[data.qc[1:]], rtol=0, atol=scale)
+        rest[data.qc[1:]] = 0.0
+        assert np.abs(rest[1:]).max() < scale
+        assert np.abs(data.Lambda[1:]).min() > 1e-3
+        assert np.median(np.abs(data.Qc[data.qc[1:]])) > 1e-2
+        h = np.zeros(data.nqv + 1)
+        table, q = np.zeros((data.nqv + 1, data.njoint + 1)), data.q.copy()
+
+        def opened(at: Any) -> Any:
+            data.q[:] = at
+            data.mbs_cons_hJ(h, table, data)
+            data.user_cons_hJ(h[cuts:], table[cuts:], data, 0.0)
+            return h[1:].copy()
+
+        assert np.abs(opened(q)).max() < 1e-9
+        for k in (*data.qu[1:], *data.qv[1:]):
+            step = 1e-6 * np.eye(data.njoint + 1)[k]
+            slope = (opened(q + step) - opened(q - step)) / 2e-6
+            assert np.allclose(jac[:, k], slope, rtol=0, atol=1e-7)
+
+
+def test_all_that_a_run_has_computed_is_kept_and_written(rich: Path, tmp_path: Path) -> None:
+    data = MbsData(model(rich))
+    data.pushes = [Push("of_arm", (1.0, 2.0, 3.0), 0.001, 0.002), Push("rope_1", (0.0, 0.0, -4.0))]
+    dirdyn = MbsDirdyn(data)
+    dirdyn.set_options(
+        tf=0.003, framerate=2000, resfilename="mine", respath=str(tmp_path / "r"),
+        animpath=tmp_path / "a", language="python",
+    )  # fmt: skip
+    results = dirdyn.run()
+    assert len(results.time) == 7
+    names = {file.name.removeprefix("mine_").removesuffix(".res"): file
+             for file in (tmp_path / "r").glob("*.res")}  # fmt: skip
+    assert {*names} == {"q", "qd", "qdd", "Qq", "Qc", "Lambda", "ux", "uxd", "linkZ", "linkZD",
+                        "linkF"}  # fmt: skip
+    kept = {"linkZ": "Z", "linkZD": "Zd", "linkF": "Fl"}
+    for name, file in names.items():
+        assert np.array_equal(np.loadtxt(file), results.kept[kept.get(name, name)])
+        assert np.array_equal(np.loadtxt(file)[:, 0], results.time)
+    assert [file.name for file in (tmp_path / "a").glob("*.anim")] == ["mine_q.anim"]
+    columns, n = results.columns(), len(data.joint_id)
+    forces, links = data.extforce_id, data.link_id
+    assert len(columns) == 1 + 5 * n + 9 * len(forces) + 3 * len(links) + 2 + 2 * 6
+    (rope,) = links
+    spring = data.user_model["link_stiffness"][rope], data.user_model["link_length"][rope]
+    stretched = columns[f"{rope}.Z"] - spring[1]
+    damped = data.user_model["link_damping"][rope] * columns[f"{rope}.Zd"]
+    assert np.allclose(columns[f"{rope}.Fl"], spring[0] * stretched + damped, rtol=0, atol=1e-9)
+    one, two = (np.array([columns[f"{rope}.{kind}"] for kind in ("Z", "Zd")])[:, k] for k in (1, 2))
+    assert (two[0] - one[0]) / 0.0005 == pytest.approx((one[1] + two[1]) / 2, abs=1e-3)
+    for name, number in forces.items():
+        assert columns[f"{name}.Fz"].tolist() == results.kept["SWr"][:, number, 3].tolist()
+        assert columns[f"{name}.dx"].tolist() == results.external[name][:, 6].tolist()
+    first, second = (f"push{k}.{body}" for k, body in ((1, "of_arm"), (2, "trunk")))
+    acts = np.array([0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0])  # from 0.001 s until 0.002 s
+    for k, axis in enumerate("xyz"):
+        assert columns[f"{first}.F{axis}"].tolist() == ((k + 1) * acts).tolist()
+        at = data.l[k + 1, data.body_id["of_arm"]]
+        assert columns[f"{first}.d{axis}"].tolist() == [at] * 7
+        at = data.dpt[k + 1, data.points_id["trunk"]["rope_1"]]
+        assert columns[f"{second}.d{axis}"].tolist() == [at] * 7
+    assert columns[f"{second}.Fz"].tolist() == [-4.0] * 7
+
+
+def test_a_body_without_mass_weighs_nothing(tmp_path: Path) -> None:
+    file = tmp_path / "dataR" / "r.mbs"
+    file.parent.mkdir()
+    heavy = Body("heavy", None, None, [Joint("one", "R1", "independent")], mass=2.0)
+    bare = Body("bare", "heavy", None, [Joint("two", "R1", "driven")])
+    file.write_bytes(write_mbs(Mbs("r", bodies=[heavy, bare])))
+    data = MbsData(file)
+    assert list(data.m) == [0.0, 2.0, 0.0]
+    assert not data.l.any()
+    assert not data.In.any()
+
+
+def test_a_push_does_the_work_of_its_point(rich: Path) -> None:
+    robot, chance = load_equations(model(rich), language="python"), np.random.default_rng(7)
+    data = MbsData(model(rich))
+    free = np.sort([*data.qu[1:], *data.qv[1:]])  # the others are constants of the equations
+    for link, place in (("of_ankle", "of_ankle"), ("of_bar3", "of_bar3"), ("trunk", "trunk"),
+                        ("wind_at", ("of_slide", "wind_at"))):  # fmt: skip
+        data.q[free] = data.q0[free] + chance.uniform(-1.0, 1.0, len(free))
+        q, force = data.q[1:].copy(), chance.uniform(-1.0, 1.0, 3)
+        data.pushes, data.push = [Push(link, tuple(force), 1.0, 2.0)], None
+        data.user_JointForces = lambda mbs_data, tsim: mbs_data.Qq.fill(0.5)
+        add_pushes(data)
+        push = data.push
+        add_pushes(data)
+        assert data.push is push
+        jac = robot.jacobian(place, q)
+        if link == place:  # at the centre of mass
+            arm = _axes(robot, link, q).T @ data.l[1:, data.body_id[link]]
+            jac[:3] += np.cross(jac[3:].T, arm).T
+        should = (jac[:3].T @ force)[free - 1]
+        for time, acts in ((0.99, 0.0), (1.0, 1.0), (1.5, 1.0), (2.0, 0.0)):
+            data.user_JointForces(data, time)
+            assert np.allclose(data.Qq[free], 0.5 + acts * should, rtol=0, atol=1e-12), (link, time)
+
+
+def _axes(robot: Any, body: str, q: Any) -> Any:
+    """The axes of a body in those of the base, a row each."""
+    sensor = SimpleNamespace(**{name: np.zeros(4) for name in ("P", "V", "OM", "A", "OMP")},
+                             R=np.zeros((4, 4)), J=np.zeros((7, len(q) + 1)))  # fmt: skip
+    robot.data.q[1:] = q
+    robot.data.mbs_gensensor(sensor, robot.data, robot.data.body_id[body])
+    return sensor.R[1:, 1:]
+
+
+def test_no_step_goes_over_the_begin_or_end_of_a_force(rich: Path) -> None:
+    data = MbsData(model(rich))  # its wrench lasts from 0.5 s to 1.5 s
+    data.pushes = [Push("trunk", (1.0, 0.0, 0.0), 0.2, 0.7), Push("trunk", (1.0, 0.0, 0.0), 0.1)]
+    data.user_model["of_a_user"] = {"start": 0.3, "other": 0.4}
+    assert runs._breaks(data, 0.0, 9.0) == [0.1, 0.2, 0.5, 0.7, 1.5]
+    assert runs._breaks(data, 0.1, 0.7) == [0.2, 0.5]
+
+
+@pytest.mark.parametrize(("language", "there", "changed", "kind", "user_in_c"), [
+    (None, True, False, CCode, True), (None, True, True, CCode, False),
+    ("c", True, True, CCode, True), ("python", True, False, PythonCode, False),
+    (None, False, False, PythonCode, False),
+])  # fmt: skip
+def test_the_language_of_a_run(
+    language: Any, there: bool, changed: bool, kind: Any, user_in_c: bool, tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    if compiler() is None:
+        pytest.skip("no C compiler")
+    project = make(tmp_path, SLIDER, base="fixed", language="both")
+    if changed:
+        file = project / "userfctR" / "user_JointForces.py"
+        file.write_text(file.read_text() + "\n# mine\n")
+    if not there:
+        monkeypatch.setattr("urdf2mbs_simulate.c_code.compiler", lambda: None)
+    data = MbsData(model(project))
+    with loaded(data):
+        code = choose_code(data, language)
+    assert type(code) is kind
+    assert getattr(code, "in_c", False) is user_in_c
+    assert code.name == {True: "C"}.get(user_in_c, code.name)
+
+
+@pytest.mark.parametrize("option", [
+    {"tf": 0.0}, {"t0": 6.0}, {"tf": math.inf}, {"tf": math.nan}, {"framerate": 0},
+    {"rtoler": 0.0}, {"rtoler": math.nan}, {"dt0": 0.0}, {"dt0": -1.0},
+])  # fmt: skip
+def test_a_run_that_is_none(slider: Path, option: dict[str, float]) -> None:
+    dirdyn = MbsDirdyn(MbsData(model(slider)))
+    dirdyn.set_options(save2file=0, language="python", **option)
+    with pytest.raises(ConversionError, match="is none"):
+        dirdyn.run()
+
+
+def test_a_run_from_a_later_time_calls_the_user_after_each_step(slider: Path) -> None:
+    data = MbsData(model(slider))
+    calls: list[tuple[str, float]] = []
+    for name in ("init", "loop", "finish"):
+        setattr(data, f"user_dirdyn_{name}",
+                lambda d, _, name=name: calls.append((name, d.tsim)))  # fmt: skip
+    dirdyn = MbsDirdyn(data)
+    dirdyn.set_options(t0=1.0, tf=1.1, dt_max=0.02, framerate=100, language="python")
+    with loaded(data):
+        results = integrate(data, PythonCode(data), dirdyn.options, dirdyn)
+    assert np.allclose(results.q[:, 1], falls(results.time - 1.0)[0], rtol=0, atol=1e-5)
+    assert np.allclose(results.time, np.linspace(1.0, 1.1, 11), rtol=0, atol=1e-14)
+    assert [name for name, _ in calls] == ["init", *["loop"] * (len(calls) - 2), "finish"]
+    times = [1.0, *(time for name, time in calls if name == "loop")]
+    assert np.diff(times).max() <= 0.02 + 1e-12
+    assert np.diff(times)[0] <= 1e-3 + 1e-12
+    assert times[-1] == 1.1
+
+
+def test_the_start_is_closed_or_not(rich: Path) -> None:
+    data = MbsData(model(rich))
+    MbsPart(data).run()
+    assert data.DonePart == 1
+    data = MbsData(model(rich))
+    data.lrod[1] = 9.0  # longer than all bars together
+    MbsPart(data).run()
+    assert data.DonePart == 0
+    dirdyn = MbsDirdyn(data)
+    dirdyn.set_options(language="python", save2file=0)
+    names = [name for name, number in data.joint_id.items() if number in data.qv[1:]]
+    with pytest.raises(ConversionError, match=", ".join(names)):
+        dirdyn.run()
+    data.q[2] = math.nan
+    with pytest.raises(ConversionError, match=f"position or speed of '{list(data.joint_id)[1]}'"):
+        dirdyn.run()
+
+
+def test_derivatives_are_differences(rich: Path, slider: Path) -> None:
+    robot = load_equations(model(slider), language="python")
+    assert robot.position("load", [0.4]).tolist() == [0.0, 0.0, 0.4]
+    by_q, by_qd, by_tau = robot.forward_dynamics_derivatives([0.3], [0.2], [0.1])
+    assert (by_q.item(), by_qd.item(), by_tau.item()) == (0.0, 0.0, 1.0 / MASS)
+    assert robot.parameters().tolist()[:4] == pytest.approx([MASS, 0.2, 0.4, 0.6])
+    for place in (BASE, "nowhere"):
+        with pytest.raises(ValueError, match="no body and no point"):
+            robot.position(place, [0.0])
+    for wrong, words in (({"language": "java"}, "no language 'java'"),
+                         ({"language": "c", "math": np}, "C has floats only")):  # fmt: skip
+        with pytest.raises(ConversionError, match=words):
+            load_equations(model(slider), **wrong)
+    robot = load_equations(model(rich), language="python")
+    with pytest.raises(ValueError, match="dependent joints"):
+        robot.forward_dynamics_derivatives(*np.zeros((3, len(robot.joints))))
+
+
+def test_a_run_by_itself_is_of_two_seconds(slider: Path) -> None:
+    results = simulate(slider, language="python")
+    assert np.allclose(results.time, np.arange(201) / 100, rtol=0, atol=1e-12)
+    options = MbsDirdyn(results.data).options
+    assert (options["t0"], options["tf"], options["dt0"]) == (0.0, 5.0, 1e-3)
+    assert (options["framerate"], options["save2file"]) == (100.0, 1)
+
+
+def test_the_joint_and_the_force_that_are_named_are_the_largest(rich: Path) -> None:
+    data = MbsData(model(rich))
+    data.qd[3], data.qdd[2:4], data.Qq[3] = 7.0, (50.0, -60.0), 8.0
+    force = list(data.extforce_id)[1]
+    data.SWr[1:, 1:4], data.SWr[2, 1:4] = 1.0, (-30.0, 0.0, 40.0)
+    data.pushes = [Push("trunk", (3.0, 0.0, 4.0), 0.5, 1.0), Push("of_arm", (9.0, 0.0, 0.0), 1.0)]
+    code: Any = SimpleNamespace(accelerate=lambda *_: None)
+    said = runs._stuck(data, code, 0.5, np.zeros(0), "no").message
+    joint = list(data.joint_id)[2]
+    assert f"joint '{joint}' has 7 rad/s or m/s and -60 rad/s^2 or m/s^2" in said
+    assert "its force is 8 N m or N" in said
+    assert f"'{force}' with 50 N; the push on 'trunk' is 5 N" in said
+    assert "of_arm" not in said
+    assert "push on 'of_arm' is 9 N" in runs._stuck(data, code, 1.0, np.zeros(0), "no").message
+
+
+def test_what_the_user_has_not_gives_what_is_there(rich: Path) -> None:
+    data = MbsData(model(rich))
+    data.SWr[:] = np.arange(data.SWr.size).reshape(data.SWr.shape)
+    data.l3DWr = np.arange(30.0).reshape(3, 10)
+    assert default(data, "user_ExtForces")(data, 0.0, 1).tolist() == data.SWr[1].tolist()
+    assert default(data, "user_Link3DForces")(data, 0.0, 2).tolist() == data.l3DWr[2].tolist()
+    assert default(data, "user_LinkForces")(1.0, 2.0, data, 0.0, 1) == 0.0
+    assert default(data, "user_JointForces")(data, 0.0) is None
+
+
+@pytest.mark.skipif(compiler() is None, reason="no C compiler")
+@pytest.mark.parametrize("call", [
+    lambda code, y: code.accelerate(0.0, y), lambda code, y: code.slopes(0.0, y),
+    lambda code, _: code.solve(), lambda code, _: code.jacobian(),
+])  # fmt: skip
+def test_what_python_raises_comes_through_c(rich: Path, call: Any) -> None:
+    data = MbsData(model(rich))
+
+    def fails(*_: Any) -> None:
+        raise ZeroDivisionError
+
+    data.user_cons_hJ = fails
+    with loaded(data):
+        code = CCode(data, user_in_c=False)
+        with pytest.raises(ZeroDivisionError):
+            call(code, code.state())
+
+
+def test_the_language_of_equations(slider: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file = model(slider)
+    assert load_equations(file).language == ("python" if compiler() is None else "c")
+    assert load_equations(file, math=np).language == "python"
+    assert load_equations(file, language="python").language == "python"
+    monkeypatch.setattr("urdf2mbs_simulate.robot.compiler", lambda: None)
+    assert load_equations(file).language == "python"

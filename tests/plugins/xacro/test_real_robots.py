@@ -1,0 +1,71 @@
+"""Every entry of the collection of real robots: read, and compared with xacro's own text."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from making import read_robot
+from urdf2mbs.messages.diagnostics import ConversionError
+from urdf2mbs.urdf.model import Robot
+from urdf2mbs.urdf.packages import Packages
+from urdf2mbs.urdf.reader import parse
+
+ROBOTS = Path(__file__).resolve().parents[4] / "shared" / "robots"
+MANIFEST = ROBOTS / "manifest.json"
+ENTRIES: list[tuple[str, dict[str, Any]]] = [
+    (robot["robot"], entry)
+    for robot in (json.loads(MANIFEST.read_text()) if MANIFEST.is_file() else [])
+    for entry in robot["entries"]
+]
+NAMES = [f"{robot}-{entry.get('name') or Path(entry['file']).name}" for robot, entry in ENTRIES]
+#: Files that are broken as they were published.
+BROKEN = {
+    "atlas_description/urdf/atlas_v5.urdf": ("link-unknown", "'head'"),
+    "bigman_urdf/urdf/bigman.urdf.xacro": ("xacro", "mmTom"),
+}
+
+
+@pytest.mark.parametrize("table", [True, False], ids=["table", "found"])
+@pytest.mark.parametrize(("robot", "entry"), ENTRIES, ids=NAMES)
+def test_real_robot(shared: Path, robot: str, entry: dict[str, Any], table: bool) -> None:
+    folder = shared / "robots" / robot
+    source = folder / entry["file"]
+    given = entry.get("package_map", {}) if table else {}
+    packages = Packages({name: folder / path for name, path in given.items()}, source)
+    if entry["file"] in BROKEN:
+        code, word = BROKEN[entry["file"]]
+        with pytest.raises(ConversionError, match=word) as caught:
+            read_robot(source, packages, entry.get("args", {}))
+        assert caught.value.code == code
+        assert caught.value.line
+        return
+    read, diagnostics = read_robot(source, packages, entry.get("args", {}))
+    assert f"links {len(read.links)} joints {len(read.joints)}" == entry["result"]
+    assert len(read.depth_first()) == len(read.joints)
+    assert not [one for one in diagnostics if one.code.startswith("xacro")]
+    assert len(diagnostics) < 12
+    if "expanded" in entry:
+        expected, _ = parse((folder / entry["expanded"]).read_bytes(), "")
+        assert plain(read) == plain(expected)
+
+
+def plain(robot: Robot) -> tuple[object, ...]:
+    """A robot without its lines, and with the files of meshes by their last name only."""
+    for link in robot.links.values():
+        link.line = None
+        for part in (*link.visuals, *link.collisions):
+            part.line = None
+            if hasattr(part.geometry, "filename"):
+                part.geometry.filename = part.geometry.filename.rpartition("/")[2]
+    for joint in robot.joints.values():
+        joint.line = None
+    materials = {
+        name: (one.color, one.texture and one.texture.rpartition("/")[2])
+        for name, one in robot.materials.items()
+    }
+    kept = [(one.tag, one.reference) for one in robot.extensions]
+    return (robot.name, robot.links, robot.joints, materials, kept)

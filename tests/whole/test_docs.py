@@ -1,0 +1,422 @@
+"""The documentation is true: its code runs, its tables are complete, nothing in it is stale."""
+
+from __future__ import annotations
+
+import ast
+import importlib.util
+import inspect
+import json
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache
+from math import isclose
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+import yaml
+from lxml import etree
+
+from codes import CATALOGUE, ROWS
+from installed import PLUGIN, install
+from making import passes_of
+from urdf2mbs import hookspecs
+from urdf2mbs.cli import main
+from urdf2mbs.commands import commands_of
+from urdf2mbs.commands.dump import state
+from urdf2mbs.config.model import Config, load, parse
+from urdf2mbs.conversion import Conversion
+from urdf2mbs.engine import sections
+from urdf2mbs.engine.output import write_files
+from urdf2mbs.engine.pipeline import Pipeline
+from urdf2mbs.engine.plugins import Plugins
+from urdf2mbs.hookspecs import Pass, hookimpl
+from urdf2mbs.testing import TINY
+from urdf2mbs.urdf.elements import ATTRIBUTES
+from urdf2mbs_many.sweep import members
+
+ROOT = Path(__file__).resolve().parents[2]
+DOCS = ROOT / "docs"
+PAGES = [
+    ROOT / "README.md",
+    ROOT / "CONTRIBUTING.md",
+    *sorted(DOCS.rglob("*.md")),
+    *sorted(ROOT.glob("plugins/*/*.md")),
+]
+BUILT_IN: dict[str, type[Pass]] = {
+    name: found[0].kind for name, found in Plugins(installed=False).passes.items()
+}
+
+
+@dataclass
+class Block:
+    """A fenced block of a page: its language, the words after it, its text."""
+
+    language: str
+    info: list[str]
+    text: str
+    line: int
+
+    @property
+    def file(self) -> str | None:
+        return next((word[5:] for word in self.info if word.startswith("file=")), None)
+
+
+def blocks(page: Path) -> Iterator[Block]:
+    text = page.read_text()
+    assert len(re.findall("^```", text, re.M)) % 2 == 0, f"{page}: a block without an end"
+    for found in re.finditer(r"^```(.*)\n((?s:.*?))^```", text, re.M):
+        language, *info = found[1].split()
+        yield Block(language, info, found[2], text.count("\n", 0, found.start()) + 1)
+
+
+# --- code blocks -----------------------------------------------------------------------------
+
+
+#: How this Python runs a command of the pages.
+OURS = {
+    "pytest": f"{sys.executable} -m pytest -p no:cacheprovider",
+    "urdf2mbs": f"{sys.executable} -m urdf2mbs.cli",
+}
+
+
+class Page:
+    """A page being followed, block by block, in a folder of its own."""
+
+    def __init__(self, folder: Path, capsys: Any) -> None:
+        self.folder = folder
+        self.capsys = capsys
+        self.said = ""
+        self.globals: dict[str, Any] = {"__name__": "docs"}
+        (folder / "tiny.urdf").write_text(TINY)
+        (folder / "tiny.yaml").write_text("source: tiny.urdf\n")
+        shutil.copytree(ROOT / "configs", folder / "configs")
+        shutil.copytree(ROOT / "plugins", folder / "plugins")
+
+    def follow(self, block: Block) -> None:
+        file = self.folder / (block.file or "")
+        if block.language == "text" and file.is_file():
+            assert block.text in file.read_text(), f"{block.file} says something else"
+        elif block.file:
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_text(block.text)
+        getattr(self, block.language)(block)
+
+    def python(self, block: Block) -> None:
+        code = compile(block.text, block.file or f"line {block.line}", "exec")
+        if not block.file:
+            exec(code, self.globals)
+
+    def c(self, block: Block) -> None:
+        """A file, which a command compiles."""
+
+    def yaml(self, block: Block) -> None:
+        if block.file:
+            config, lines = load(self.folder / block.file)
+            for member in members(config, lines):
+                Pipeline(member.config, lines)
+        elif not {"before", "after"} & set(block.info):
+            text = block.text if "source:" in block.text else f"source: tiny.urdf\n{block.text}"
+            Pipeline(*parse(text, self.folder / "part.yaml"))
+
+    def xml(self, block: Block) -> None:
+        etree.fromstring(block.text if "<robot" in block.text else f"<x>{block.text}</x>")
+
+    def json(self, block: Block) -> None:
+        json.loads(block.text)
+
+    def toml(self, block: Block) -> None:
+        assert PLUGIN.stem in block.text
+
+    def sh(self, block: Block) -> None:
+        if block.info and block.info[0] in ("install", "test", "setup"):
+            return  # what CI runs
+        wanted = next((int(word[5:]) for word in block.info if word.startswith("exit=")), 0)
+        self.said = ""
+        for line in block.text.splitlines():
+            words = shlex.split(line, comments=True)
+            if not words:
+                continue
+            if words[0] == "urdf2mbs" and ">" not in words:
+                code = main(words[1:])
+                self.said += "".join(self.capsys.readouterr())
+            elif words[0] in ("gcc", "./fall"):
+                for compiler in filter(shutil.which, ("clang", "gcc")):
+                    command = line.replace("gcc", f"{compiler} -std=c99 -Wall -Werror", 1)
+                    code, self.said = self.run(command)
+                    assert not code, f"{command}: {self.said}"
+            elif words[0] in ("pytest", "diff", "urdf2mbs"):
+                code, said = self.run(line.replace(words[0], OURS.get(words[0], "diff"), 1))
+                self.said += said
+                code = 0 if words[0] == "diff" and code == 1 else code
+            else:
+                assert words[0] == "pip", line
+                continue
+            assert code == wanted, f"{line}: {code}\n{self.said}"
+
+    def run(self, command: str) -> tuple[int, str]:
+        """The exit code of a command in the folder, and what it said."""
+        done = subprocess.run(
+            command, shell=True, check=False, capture_output=True, text=True, cwd=self.folder
+        )
+        return done.returncode, done.stdout + done.stderr
+
+    def text(self, block: Block) -> None:
+        """What was said last; '...' stands for anything.  Of a file that is there: a part of it."""
+        if block.file:
+            return
+        said = " ".join(self.said.replace(f"{self.folder}/", "").split())
+        at = 0
+        for part in re.split(r"\.\.\.", block.text):
+            part = " ".join(part.split())
+            found = said.find(part, at)
+            assert found >= 0, f"{part!r} was not said, or not in this order, in:\n{self.said}"
+            at = found + len(part)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_the_code_runs(
+    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any
+) -> None:
+    monkeypatch.syspath_prepend(install(tmp_path / "site-packages"))
+    monkeypatch.delitem(sys.modules, "renaming", raising=False)
+    folder = tmp_path / "robots"
+    folder.mkdir()
+    monkeypatch.chdir(folder)
+    followed = Page(folder, capsys)
+    for block in blocks(page):
+        try:
+            followed.follow(block)
+        except BaseException as error:
+            raise AssertionError(f"{page}:{block.line}: {error}") from error
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_links_lead_somewhere(page: Path) -> None:
+    for target in re.findall(r"\]\(([^)#]+)(?:#[^)]*)?\)", page.read_text()):
+        if "://" not in target:
+            assert (page.parent / target).exists(), f"{page}: {target}"
+
+
+def test_every_how_to_has_a_picture_and_every_picture_its_page() -> None:
+    nav = yaml.safe_load((ROOT / "mkdocs.yml").read_text())
+    how_to = next(part["How to"] for part in nav["nav"] if "How to" in part)
+    pages = [name for part in how_to for name in part.values()]
+    for name in ("tutorial.md", "mbsyspad.md", "gallery.md", *pages):
+        assert re.search(r"!\[[^\]]+\]\([\w/-]+\.(png|svg)\)", (DOCS / name).read_text()), name
+    text = "".join(page.read_text() for page in PAGES)
+    for picture in (DOCS / "pictures").iterdir():
+        assert f"pictures/{picture.name})" in text, picture
+        assert picture.stat().st_size < 100_000, picture
+
+
+# --- a page for every built-in pass ----------------------------------------------------------
+
+
+def test_every_pass_has_its_page_and_every_page_its_pass() -> None:
+    pages = {page.stem for page in (DOCS / "passes").glob("*.md")}
+    assert pages == set(BUILT_IN)
+    listed = re.findall(r"\(passes/([a-z-]+)\.md\)", (DOCS / "passes.md").read_text())
+    assert set(listed) == set(BUILT_IN)
+
+
+class Around:
+    """The state before and after one pass."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.before: Any = None
+        self.after: Any = None
+
+    @hookimpl
+    def urdf2mbs_before_pass(self, pass_: Pass, conversion: Conversion) -> None:
+        if pass_.name == self.name:
+            self.before = plain(conversion)
+
+    @hookimpl
+    def urdf2mbs_after_pass(self, pass_: Pass, conversion: Conversion) -> None:
+        if pass_.name == self.name:
+            self.after = plain(conversion)
+
+
+def plain(conversion: Conversion) -> Any:
+    return json.loads(json.dumps(state(conversion)))
+
+
+def holds(part: Any, whole: Any) -> bool:
+    """Whether all that ``part`` says is in ``whole``: keys of mappings, items of lists."""
+    if isinstance(part, dict):
+        return isinstance(whole, dict) and all(
+            key in whole and holds(value, whole[key]) for key, value in part.items()
+        )
+    if isinstance(part, list) and part and isinstance(part[0], dict):
+        rest = iter(whole if isinstance(whole, list) else [])
+        return all(any(holds(item, other) for other in rest) for item in part)
+    if isinstance(part, list):
+        return (
+            isinstance(whole, list)
+            and len(part) == len(whole)
+            and all(holds(a, b) for a, b in zip(part, whole, strict=True))
+        )
+    if isinstance(part, float) and isinstance(whole, (int, float)):
+        return isclose(part, whole, rel_tol=1e-4, abs_tol=1e-12)
+    return bool(part == whole)
+
+
+@pytest.mark.parametrize("name", BUILT_IN)
+def test_before_and_after(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """On the tiny robot, or on the page's own; by the page's config, if it has one."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "tiny.urdf").write_text(TINY)
+    config = "source: tiny.urdf\n"
+    told: dict[str, Any] = {}
+    for block in blocks(DOCS / "passes" / f"{name}.md"):
+        if block.file:
+            (tmp_path / block.file).write_text(block.text)
+        elif block.language == "yaml" and block.info:
+            told[block.info[0]] = yaml.safe_load(block.text)
+        elif block.language == "yaml":
+            config = f"source: tiny.urdf\n{block.text}"
+    if "pipeline" not in config and name not in passes_of("faithful"):
+        config += "pipeline: compact\n"
+    pipeline = Pipeline(*parse(config, tmp_path / "tiny.yaml"))
+    around = Around(name)
+    pipeline.watch(around)
+    write_files(pipeline.run().files)
+    assert set(told) == {"before", "after"}
+    assert holds(told["before"], around.before)
+    assert holds(told["after"], around.after)
+    assert not holds(told["after"], around.before), "it shows no change"
+
+
+# --- tables that must be complete ------------------------------------------------------------
+
+
+def test_every_hook_is_documented_with_its_signature() -> None:
+    text = (DOCS / "passes.md").read_text()
+    hooks = {
+        f"{name}({', '.join(inspect.signature(hook).parameters)})"
+        for name, hook in vars(hookspecs).items()
+        if name.startswith("urdf2mbs_")
+    }
+    assert set(re.findall(r"^### `(urdf2mbs_[^`]*)`$", text, re.MULTILINE)) == hooks
+
+
+def test_every_section_is_documented() -> None:
+    text = (DOCS / "passes.md").read_text()
+    rows = re.findall(r"^\| `([a-z-]+)` \| .* \| (\[.*) \|$", text, re.MULTILINE)
+    assert [section for section, _ in rows] == list(sections.SECTIONS)
+    for section, passes in rows:
+        for name in re.findall(r"\[([a-z-]+)\]", passes):
+            assert section in BUILT_IN[name].writes
+
+
+def test_every_element_and_attribute_of_urdf_is_mapped() -> None:
+    text = (DOCS / "mapping.md").read_text()
+    rows = re.findall(r"^\| `<(\w+)>` \| (?:`(\w+)`)? ?\|", text, re.MULTILINE)
+    wanted = [(tag, name) for tag, names in ATTRIBUTES.items() for name in ("", *names)]
+    assert sorted(rows) == sorted(wanted)
+    gaps = re.findall(r"^\|.*\*\*GAP\*\*.*$", text, re.MULTILINE)
+    assert gaps
+    for row in gaps:
+        codes = re.findall(r"\[`([a-z-]+)`\]\(diagnostics\.md\)", row)
+        assert codes, f"which warning or note tells of it? {row}"
+        assert set(codes) <= CATALOGUE.keys()
+
+
+#: Where the code of an error, a warning, a note or a difference stands among the arguments.
+TAKES_CODE = {
+    "failed": 1, "choose": 2,
+    "ConversionError": 0, "ConfigError": 0, "Diagnostic": 1, "warn": 0, "note": 0, "fail": 0,
+    "error": 0, "_failed": 0, "SimulationError": 0,
+    "Fault": 0, "Slip": 0, "add_point": 3, "fault": 0,
+}  # fmt: skip
+
+
+@cache
+def source_codes() -> tuple[set[str], set[str]]:
+    """The codes in calls that say something or given to a variable ``code``, and all words."""
+    said: set[str] = set()
+    words: set[str] = set()
+    for file in sorted((ROOT / "urdf2mbs").rglob("*.py")):
+        for node in ast.walk(ast.parse(file.read_text())):
+            words |= strings(node)
+            if isinstance(node, ast.Call):
+                name = getattr(node.func, "attr", getattr(node.func, "id", ""))
+                at = TAKES_CODE.get(name, len(node.args))
+                if name == "fail" and not strings(node.args[0]):
+                    at = 1  # where the element comes first
+                said |= strings(node.args[at]) if at < len(node.args) else set()
+            elif isinstance(node, ast.Assign):
+                pairs = zip(parts(node.targets[0]), parts(node.value), strict=False)
+                given = (value for target, value in pairs if ast.unparse(target) == "code")
+                said |= {word for value in given for word in strings(value)}
+    return said, words
+
+
+def parts(node: ast.expr) -> list[ast.expr]:
+    return node.elts if isinstance(node, ast.Tuple) else [node]
+
+
+def strings(node: ast.AST) -> set[str]:
+    """The words that an expression may be."""
+    if isinstance(node, ast.IfExp):
+        return strings(node.body) | strings(node.orelse)
+    found = isinstance(node, ast.Constant) and isinstance(node.value, str) and bool(node.value)
+    return {node.value} if found else set()  # type: ignore[attr-defined]
+
+
+def test_every_code_is_in_the_catalogue_and_no_other() -> None:
+    documented, (said, words) = set(CATALOGUE), source_codes()
+    assert len(ROWS) == len(documented)
+    assert said - documented == set(), "not in docs/diagnostics.md"
+    assert documented - words == set(), "in docs/diagnostics.md, but nowhere said"
+
+
+def test_every_code_has_a_test() -> None:
+    folder = ROOT / "tests"
+    files = (*folder.rglob("*.py"), *folder.glob("whole/said/*.txt"))
+    tests = "".join(file.read_text() for file in files)
+    named = {code for code in CATALOGUE if re.search(rf"[^\w-]{code}[^\w-]", tests)}
+    assert set(CATALOGUE) - named == set()
+
+
+def test_every_command_is_in_the_readme_or_the_docs() -> None:
+    text = "".join(page.read_text() for page in PAGES)
+    for command in commands_of():
+        assert f"urdf2mbs {command}" in text, command
+
+
+def test_each_test_file_says_in_one_line_what_it_protects() -> None:
+    for file in sorted((ROOT / "tests").rglob("*.py")):
+        told = ast.get_docstring(ast.parse(file.read_text())) or ""
+        assert len(told.splitlines()[:1]) == 1, file
+
+
+def test_the_site_has_every_command_key_pass_and_hook() -> None:
+    """Its generated pages; that all links lead somewhere is seen when it is built, in CI."""
+    spec = importlib.util.spec_from_file_location("site_pages", DOCS / "site.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    pages = module.pages()
+    for command in commands_of():
+        assert f"\n## {command}\n" in pages["reference/commands.md"]
+    for key in Config.__struct_fields__:
+        assert f"\n| `{key}` |" in pages["reference/config.md"]
+    for name, kind in BUILT_IN.items():
+        assert f"(../passes/{name}.md)" in pages["reference/passes.md"]
+        page = SimpleNamespace(file=SimpleNamespace(src_uri=f"passes/{name}.md"))
+        text = module.on_page_markdown((DOCS / "passes" / f"{name}.md").read_text(), page)
+        rows = re.findall(r"^\| `(\w+)` \| `[^`]*` \| .", text, re.MULTILINE)
+        assert rows == list(kind.__struct_fields__)
+    for name in vars(hookspecs):
+        if name.startswith("urdf2mbs_"):
+            assert f"\n## {name}\n" in f"\n{pages['reference/hooks.md']}"

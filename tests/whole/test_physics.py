@@ -1,0 +1,100 @@
+"""Every real robot here is the same robot after its conversion.
+
+Compared at zero and at random positions of all joints, with pinocchio on the URDF: the pose of
+every link; mass, centre and inertia of every rigid group; total mass; mass matrix; gravity forces;
+inverse dynamics.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import TYPE_CHECKING
+
+import pytest
+
+from oracle.compare import beside_its_urdf, lost_shapes, structure_faults
+from oracle.mbs import Evaluator
+from oracle.urdf import Urdf
+from robots import BROKEN, CONVERTIBLE, RealRobot
+from urdf2mbs.messages.diagnostics import ConversionError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+#: 1e-10 is promised; what is found is 100 times less than this.
+TOLERANCE = 1e-12
+POSITIONS = 5
+KEEP_ALL = {"prune-massless": {"keep": ["*"]}}
+
+
+@cache
+def urdf_of(text: Path) -> Urdf:
+    return Urdf.parse(text.read_bytes())
+
+
+def has_bodies(robot: RealRobot, base: str, keep: bool) -> bool:
+    """Whether anything is left to make a body of."""
+    urdf = urdf_of(robot.text)
+    if keep:
+        return bool(urdf.joints) or urdf.floats(base)
+    return not all(urdf.massless(link) for link in urdf.inertias)
+
+
+@pytest.mark.parametrize("base", ["fixed", "floating"])
+@pytest.mark.parametrize("keep", [False, True])
+@pytest.mark.parametrize("robot", CONVERTIBLE)
+def test_is_the_same_robot(
+    robot: RealRobot, base: str, keep: bool, shared: Path, record_property: Callable[..., None]
+) -> None:
+    """By the preset faithful; tests/passes/test_compact.py has the other."""
+    urdf = urdf_of(robot.text)
+    result = robot.convert(base=base, passes=KEEP_ALL if keep else {})
+    comparison, errors = beside_its_urdf(
+        result, urdf, robot.text.read_bytes(), base, positions=POSITIONS
+    )
+    for kind, error in errors.items():
+        record_property(kind, float(error))
+    assert not {kind: error for kind, error in errors.items() if not error <= TOLERANCE}
+    assert structure_faults(comparison) == []
+    assert lost_shapes(comparison) == []
+    # whatever moves matter, moves; what does not, is said to stand still
+    said = [found.code for found in result.diagnostics]
+    no_mass = all(map(urdf.massless, urdf.inertias))
+    assert ("no-mass" in said) == no_mass
+    assert set(result.frozen) == (set() if keep or no_mass else urdf.moving_nothing())
+    assert ("massless-leaf" in said) == bool(result.frozen)
+
+
+@pytest.mark.parametrize("robot", CONVERTIBLE)
+def test_auto_is_one_of_the_two_bases(robot: RealRobot, shared: Path) -> None:
+    urdf = urdf_of(robot.text)
+    base = "floating" if urdf.floats("auto") else "fixed"
+    if not has_bodies(robot, base, keep=True):
+        pytest.skip("a single massless link")
+
+    auto = robot.convert(passes=KEEP_ALL)
+
+    own = any(joint.type == "floating" for joint in urdf.joints.values())
+    assert auto.report.base == ("floating" if own else base)
+    assert bool(auto.report.floating_joints) == own
+    assert auto.data == robot.convert(base=base, passes=KEEP_ALL).data
+
+
+@pytest.mark.parametrize("robot", BROKEN)
+def test_what_is_no_robot_is_refused(robot: RealRobot, shared: Path) -> None:
+    with pytest.raises(ConversionError) as refused:
+        robot.convert()
+    assert refused.value.exit_code == 1
+    assert refused.value.code != "internal"
+
+
+def test_one_conversion_does_not_influence_the_next(shared: Path) -> None:
+    robots = [param.values[0] for param in CONVERTIBLE[::3]]
+    once = [robot.convert(passes=KEEP_ALL).data for robot in robots]
+
+    again = [robot.convert(passes=KEEP_ALL).data for robot in reversed(robots)]
+
+    assert once == again[::-1]
+    for data in once:
+        Evaluator(data)

@@ -1,0 +1,30 @@
+"""Hides plugins of ours, as if their folders were taken away."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+from importlib.machinery import ModuleSpec
+from types import ModuleType
+
+
+class Without:
+    """Finds no package ``urdf2mbs_NAME`` of these plugins; ``all`` is each of them."""
+
+    def __init__(self, names: str) -> None:
+        self.names = names.replace(",", " ").split()
+
+    def find_spec(
+        self, name: str, path: Sequence[str] | None = None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        package, _, plugin = name.partition(".")[0].partition("_")
+        if package == "urdf2mbs" and plugin and ("all" in self.names or plugin in self.names):
+            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
+        return None
+
+
+def hide(names: str = os.environ.get("URDF2MBS_WITHOUT", "")) -> None:
+    """Hide plugins from this process."""
+    if names:
+        sys.meta_path.insert(0, Without(names))
