@@ -11,12 +11,13 @@ import pytest
 
 import urdf2mbs
 from urdf2mbs import convert, plugin
-from urdf2mbs.commands.new_pass import new_pass
+from urdf2mbs.cli import main
 from urdf2mbs.config.model import config_of
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
 from urdf2mbs.testing import convert_text
+from urdf2mbs_setup.commands.new_pass import new_pass
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -63,6 +64,46 @@ def test_before_and_after_and_without(tmp_path: Path) -> None:
     assert placed[:3] == ["expand", "estimate-inertia", "scale"]
     short = ["expand", "check", "layout", "insert-base"]
     assert names(pipeline=short, without=["check", "layout"]) == ["expand", "insert-base"]
+
+
+def test_a_pass_says_its_place_and_a_config_moves_it(tmp_path: Path) -> None:
+    """The place: behind the first pass that it names, and behind the others that are there."""
+    usual = names()
+    for place, config, before in (
+        (("expand",), {}, "expand"),
+        (("expand", "nosuch", "insert-base"), {}, "insert-base"),
+        (("expand", "insert-base"), {"without": ["insert-base"]}, "estimate-inertia"),
+        (("expand",), {"after": {"layout": "scale"}}, "layout"),
+        (("nosuch",), {}, None),
+    ):
+        text = SCALE.replace("    writes =", f"    after = {place!r}\n    writes =")
+        found = names(plugins=[str(write(tmp_path, text))], **config)
+        placed = found.index("scale") if "scale" in found else 0
+        assert found[placed - 1] == before if before else "scale" not in found
+        if not config.get("without"):
+            assert [name for name in found if name != "scale"] == usual
+
+
+def test_a_plugin_keeps_a_state_and_tells_it_in_the_summary(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As ours have; what a pass keeps in its state, a summary tells."""
+    text = SCALE.replace("import Pass", "import Pass, Summary").replace(
+        "        conversion.robot", "        conversion.state(Scaled).links.append(self.link)\n"
+        "        conversion.robot",
+    )  # fmt: skip
+    text += """
+class Scaled:
+    def __init__(self):
+        self.links = []
+
+@hookimpl
+def urdf2mbs_summary(conversion):
+    return Summary([f"scaled: {conversion.state(Scaled).links}"])
+"""
+    write(here, text)
+    assert main(["convert", "tiny.urdf", "--plugin", "lab.py", "--after", "expand=scale"]) == 0
+    assert "  scaled: ['arm']\n" in capsys.readouterr().out
 
 
 def test_a_plugin_keeps_what_it_knows_on_the_conversion(tmp_path: Path) -> None:

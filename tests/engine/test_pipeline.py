@@ -12,7 +12,6 @@ import yaml
 
 from making import passes_of
 from urdf2mbs import convert
-from urdf2mbs.commands.dump import Dump
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.hookspecs import Pass, hookimpl
@@ -20,6 +19,7 @@ from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY, assert_same_robot, convert_text
 from urdf2mbs.urdf.model import Robot
+from urdf2mbs_setup.dump import Dump
 
 NINE = passes_of("faithful")
 #: Those of them that have work with the tiny robot alone.

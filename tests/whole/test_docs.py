@@ -29,7 +29,6 @@ from making import passes_of
 from urdf2mbs import hookspecs
 from urdf2mbs.cli import main
 from urdf2mbs.commands import commands_of
-from urdf2mbs.commands.dump import state
 from urdf2mbs.config.model import Config, load, parse
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine import sections
@@ -40,6 +39,7 @@ from urdf2mbs.hookspecs import Pass, hookimpl
 from urdf2mbs.testing import TINY
 from urdf2mbs.urdf.elements import ATTRIBUTES
 from urdf2mbs_many.sweep import members
+from urdf2mbs_setup.dump import state
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"

@@ -38,7 +38,6 @@ CORE = [
         "explain", "show the passes of a config, or every known pass, without running them",
         f"{_HERE}.explain",
     ),
-    Command("new-pass", "write a plugin with one pass, and its test", f"{_HERE}.new_pass"),
 ]  # fmt: skip
 
 

@@ -47,9 +47,7 @@ def convert_one(config: Config, lines: Lines, arguments: argparse.Namespace) -> 
         pipeline.watch(progress)
         if arguments.dump is None:
             return pipeline.run(stop_after=arguments.stop_after)
-        from urdf2mbs.commands.dump import Dump
-
-        dump = Dump(arguments.dump, force=arguments.force)
+        dump = of_plugin("Dump", "setup")(arguments.dump, force=arguments.force)
         pipeline.watch(dump)
         try:
             return pipeline.run(stop_after=arguments.stop_after)

@@ -68,8 +68,7 @@ class Pipeline:
         lines.check()
         self._hooks: list[Any] = [self.plugins.hook]
         """The hooks of the plugins and of the observers."""
-        ours = [name for name, offered in self.plugins.passes.items() if offered[0].is_ours]
-        method = self.plugins.join(name for name in ours if not self.plugins.passes[name][0].after)
+        method = self.plugins.method()
         names = [configured.name for configured in self.passes]
         if names != [name for name in method if name in names] or config.without:
             passes = [configured.registered.kind for configured in self.passes]

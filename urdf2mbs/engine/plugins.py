@@ -174,6 +174,12 @@ class Plugins:
         found = import_module(module)
         return getattr(found, thing) if thing else found
 
+    def method(self) -> list[str]:
+        """The core's passes, and those of our plugins, in their order."""
+        ours = [name for name, offered in self.passes.items() if offered[0].is_ours]
+        core = [name for name in ours if not self.passes[name][0].after]
+        return [name for name in self.join(core) if name in ours]
+
     def join(self, names: Iterable[str]) -> list[str]:
         """Passes, and with them those of plugins that say their place among them."""
         joined = list(names)

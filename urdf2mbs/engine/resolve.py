@@ -116,13 +116,21 @@ def _place(
 ) -> tuple[list[str], list[Key]]:
     """The pipeline without what the config leaves out, and with what the config puts ``before``
     and ``after`` its passes; and where in the config each pass is named."""
+    is_preset = isinstance(config, Preset) or isinstance(config.pipeline, str)
     for name in config.without:
         if name not in names:
             raise _unknown(lines, ("without",), name, known, names)
-    names = [name for name in names if name not in config.without]
-    keys: list[Key] = [("pipeline", n) for n in range(len(names))]
     waiting = [("before", name, new) for name, new in config.before.items()]
     waiting += [("after", name, new) for name, new in config.after.items()]
+    moved = {pass_ for _, _, new in waiting for pass_ in _listed(new)}
+    names = [
+        name
+        for name in names
+        if name not in config.without
+        # a pass that says its place is moved; one that a list names twice is doubled
+        and not (name in moved and name in known and known[name][0].after and is_preset)
+    ]
+    keys: list[Key] = [("pipeline", n) for n in range(len(names))]
     while waiting:  # a pass may stand beside one that is put in itself
         ready = next((one for one in waiting if one[1] in names), None)
         if ready is None:
@@ -130,11 +138,14 @@ def _place(
             raise _unknown(lines, (where, name), name, known, names)
         waiting.remove(ready)
         where, name, new = ready
-        new = [new] if isinstance(new, str) else new
         at = names.index(name) + (where == "after")
-        names[at:at] = new
-        keys[at:at] = [(where, name)] * len(new)
+        names[at:at] = _listed(new)
+        keys[at:at] = [(where, name)] * len(_listed(new))
     return names, keys
+
+
+def _listed(new: str | list[str]) -> list[str]:
+    return [new] if isinstance(new, str) else new
 
 
 def _choose(name: str, offered: list[Registered], plugin: str | None, lines: Lines) -> Registered:

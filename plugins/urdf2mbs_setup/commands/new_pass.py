@@ -46,7 +46,6 @@ wrote {plugin} and {test}
 To use it, add to your config (paths there are relative to the config):
 
   plugins: [{plugin}]
-  after: {{expand: {name}}}
   passes:
     {name}: {{heavier_than: 1.0}}
 
