@@ -7,8 +7,8 @@ import pytest
 from mbs.models import everything
 from urdf2mbs.mbs.model import Point, Sensor
 from urdf2mbs.mbs.reader import read
-from urdf2mbs.mbs.writer import write
 from urdf2mbs.messages.diagnostics import ConversionError
+from urdf2mbs_edits.rewrite import write
 from urdf2mbs_equations.files import generate
 from urdf2mbs_report.draw import draw
 

@@ -32,8 +32,8 @@ GREY: RGB = (128, 128, 128)
 class Origin:
     """The element of a file from which an object was read.
 
-    The writer gives that element the object's changes, and leaves the rest of it as it stands.
-    The origin is no part of what an object says: any two are equal.
+    Who writes into the file finds the element by the origin.  The origin is no part of what an
+    object says: any two are equal.
     """
 
     __slots__ = ("number", "source")

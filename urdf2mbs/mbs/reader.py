@@ -1,7 +1,8 @@
 """Read any .mbs file into the model.
 
 The tables of ``fields`` become functions once.  Elements and attributes that the model has no place
-for are passed over, as Robotran does; each object knows its element, so that the writer keeps them.
+for are passed over, as Robotran does; each object knows its element, so that who writes into the
+file keeps them.
 A fault that Robotran passes over without a word, to compute another robot, is an error here.
 """
 

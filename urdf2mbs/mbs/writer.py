@@ -11,8 +11,6 @@ from functools import cache, lru_cache
 from math import isfinite
 from typing import TYPE_CHECKING, Any
 
-from lxml import etree
-
 from urdf2mbs.mbs.fields import INSIDE, KEPT, MARK, OBJECTS, Kind, Table
 from urdf2mbs.mbs.model import (
     BASE,
@@ -27,16 +25,12 @@ from urdf2mbs.mbs.model import (
     Mbs,
     Part,
 )
-from urdf2mbs.mbs.reader import read_again
-from urdf2mbs.mbs.rewrite import AT, FROM, Rewriter
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from lxml.etree import _Element
-
     #: Gives a value as text, with the marks that the writer knows.
-    Write = Callable[["_Writer", Any], str]
+    Write = Callable[["Writer", Any], str]
 
 
 class _NotFiniteError(ValueError):
@@ -52,55 +46,22 @@ _NOT_FINITE = ("inf", "infinity", "nan")
 _NOT_XML = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]").search
 
 
-def write(mbs: Mbs, *, other: bytes | None = None) -> bytes:
+def write(mbs: Mbs) -> bytes:
     """The file as bytes: the same bytes for the same model.
 
     Bodies, joints and points are written in the order of the model.  Numbers are written to
     the last digit.  What is None is left out; MBSysPad wants every body's ``drawing``, the
-    3D viewer wants ``view``.  A model that was read is written into its file: only what has
-    changed in the model changes there.  Objects may come from one ``other`` file, with all that
-    stands in their elements.
+    3D viewer wants ``view``.
 
     Raises ValueError for what no .mbs can hold: a number that is not finite, a character
     that is not XML's, a word that the format does not have, a body without a joint, a sensor
     or force on a point of the base.
     """
-    if mbs.origin is None:
-        return _Writer().mbs(mbs).encode()
-    source = mbs.origin.source
-    before, elements = read_again(source)
-    texts = [_Writer(source).mbs(before), _Writer(source, other).mbs(mbs)]
-    if texts[0] == texts[1]:
-        return source
-    others = None
-    if other is not None:
-        theirs, their_elements = read_again(other)
-        others = their_elements, etree.fromstring(_Writer(other).mbs(theirs).encode())
-    was, now = [etree.fromstring(text.encode()) for text in texts]
-    Rewriter(elements, was, now, others).change(elements[0], was, now)
-    return _spelled(elements[0], source)
+    return Writer().mbs(mbs).encode()
 
 
-def _spelled(root: _Element, source: bytes) -> bytes:
-    """A tree as bytes, with the encoding, the first line and the line ends of its file."""
-    tree = root.getroottree()
-    text = etree.tostring(tree, encoding="unicode") + source[len(source.rstrip()) :].decode()
-    if b" />" in source:  # as MBSysPad has it
-        text = re.sub(r"(?s)(<!--.*?-->|<\?.*?\?>)|/>", lambda found: found[1] or " />", text)
-    if b"\r\n" in source:
-        text = text.replace("\r\n", "\n")
-        text = text.replace("\n", "\r\n")
-    head = re.match(rb"(\xef\xbb\xbf)?<\?xml[^>]*\?>\s*", source)
-    data = text.encode(tree.docinfo.encoding or "UTF-8", "xmlcharrefreplace")
-    return (head[0] if head else b"") + data
-
-
-class _Writer:
-    """Writes a model.  Objects that were read from ``source`` or ``other`` get marks."""
-
-    def __init__(self, source: bytes | None = None, other: bytes | None = None) -> None:
-        self.source, self.other = source, other
-        self.marked: set[int] = set()
+class Writer:
+    """Writes a model."""
 
     def mbs(self, mbs: Mbs) -> str:
         _check(mbs)
@@ -108,16 +69,8 @@ class _Writer:
         return f'<?xml version="1.0" encoding="UTF-8"?>\n<mbsDescR7>\n{inside}</mbsDescR7>\n'
 
     def mark(self, part: Part) -> str:
-        """The mark of an object that was read; a copy of one is new."""
-        origin = part.origin
-        if self.source is None or origin is None:
-            return ""
-        if origin.source is self.other:
-            return f' {FROM}="{origin.number}"'
-        if origin.source is not self.source or origin.number in self.marked:
-            return ""
-        self.marked.add(origin.number)
-        return f' {AT}="{origin.number}"'
+        """What stands behind the tag of an object, for a writer that finds the object again."""
+        return ""
 
 
 @cache
@@ -126,7 +79,7 @@ def _object(key: str, pad: str) -> Write:
     owner = OBJECTS[key]
     write = _table(owner.table, pad)
 
-    def write_object(writer: _Writer, thing: Any) -> str:
+    def write_object(writer: Writer, thing: Any) -> str:
         try:
             return write(writer, thing)
         except _NotFiniteError as error:
@@ -147,7 +100,7 @@ def _table(table: Table, pad: str) -> Write:
         else:
             entries.append(("", _around(tag, _table(entry, f"{pad}  "), pad)))
 
-    def write_table(writer: _Writer, thing: Any) -> str:
+    def write_table(writer: Writer, thing: Any) -> str:
         texts = []
         for field, write in entries:
             value = getattr(thing, field) if field else thing
@@ -224,7 +177,7 @@ def _around(tag: str, write: Write, pad: str) -> Write:
     """Writes an element around others; without others only if it is ``KEPT``."""
     empty = f"{pad}<{tag}/>\n" if tag in KEPT else ""
 
-    def write_around(writer: _Writer, value: Any) -> str:
+    def write_around(writer: Writer, value: Any) -> str:
         inside = write(writer, value)
         return f"{pad}<{tag}>\n{inside}{pad}</{tag}>\n" if inside else empty
 

@@ -9,10 +9,8 @@ from typing import Any
 import msgspec
 from lxml import etree
 
-from urdf2mbs.diagram.keep import keep
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.reader import read, read_again
-from urdf2mbs.mbs.writer import write
 from urdf2mbs_edits.diff.changes import (
     Change,
     Differences,
@@ -23,6 +21,8 @@ from urdf2mbs_edits.diff.changes import (
 from urdf2mbs_edits.diff.matching import Matching, Thing, things
 from urdf2mbs_edits.diff.words import in_words, line
 from urdf2mbs_edits.merge.apply import Applying, Conflict, Edit, Known, Prefer, is_place
+from urdf2mbs_edits.merge.keep import keep
+from urdf2mbs_edits.rewrite import write
 from urdf2mbs_edits.unknown import unknown
 
 

@@ -17,7 +17,6 @@ from plugins.edits.edits import BESIDE, CHANGES, MECHANICS, as_saved, no_leaf, r
 from urdf2mbs import convert
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.reader import read, read_again
-from urdf2mbs.mbs.writer import write
 from urdf2mbs_edits.diff.changes import (
     Change,
     changed_things,
@@ -28,6 +27,7 @@ from urdf2mbs_edits.diff.changes import (
 from urdf2mbs_edits.diff.matching import Matching, things
 from urdf2mbs_edits.merge.apply import is_place
 from urdf2mbs_edits.merge.merge import Merged, merge
+from urdf2mbs_edits.rewrite import write
 
 CONFIGS = Path(__file__).resolve().parents[3] / "configs"
 ROBOTS = ("lamp.urdf", "biped.urdf.xacro", "arm.urdf.xacro", "hexapod.urdf.xacro")

@@ -14,10 +14,10 @@ from conftest import SHARED
 from plugins.edits.edits import a_body, mass, no_leaf, renamed_body
 from urdf2mbs.cli import main
 from urdf2mbs.mbs.reader import read
-from urdf2mbs.mbs.writer import write
 from urdf2mbs_edits.diff.changes import differences
 from urdf2mbs_edits.diff.matching import things
 from urdf2mbs_edits.merge.merge import merge
+from urdf2mbs_edits.rewrite import write
 
 SAMPLES = SHARED / "mbs-samples"
 needs_samples = pytest.mark.skipif(not SAMPLES.is_dir(), reason="the samples are not there")

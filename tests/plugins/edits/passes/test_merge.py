@@ -14,8 +14,8 @@ from plugins.edits import edits
 from urdf2mbs.cli import main
 from urdf2mbs.disk.record import is_ours
 from urdf2mbs.mbs.reader import read
-from urdf2mbs.mbs.writer import write
 from urdf2mbs_edits.merge.base import is_base
+from urdf2mbs_edits.rewrite import write
 
 ROBOT = """<robot name="one">
   <link name="body"><inertial><mass value="1"/>

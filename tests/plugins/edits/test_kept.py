@@ -17,7 +17,7 @@ from lxml import etree
 from mbs.models import everything, few
 from urdf2mbs.mbs.model import Body, Joint, Mbs, Parameter, Point, Sensor
 from urdf2mbs.mbs.reader import read
-from urdf2mbs.mbs.writer import write
+from urdf2mbs_edits.rewrite import write
 from urdf2mbs_edits.unknown import unknown
 
 SHARED = Path(__file__).resolve().parents[3] / "shared"

@@ -1,4 +1,4 @@
-"""Make in a file that was read the changes of its model, and leave all else as it stands.
+"""Write a model that was read into its file: only what changed in the model changes there.
 
 The writer's text of the model as it was read, and as it is now, are compared as trees.  What is
 alike in both is not touched in the file: its numbers keep their text, and what the model does not
@@ -7,15 +7,21 @@ know keeps its place, comments and white space included.
 
 from __future__ import annotations
 
+import re
 from copy import deepcopy
 from typing import TYPE_CHECKING
 
 from lxml import etree
 
+from urdf2mbs.mbs import writer
+from urdf2mbs.mbs.reader import read_again
+
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from lxml.etree import _Element
+
+    from urdf2mbs.mbs.model import Mbs, Part
 
     Key = int | tuple[str, int]
 
@@ -25,7 +31,63 @@ AT = "at"
 FROM = "from"
 
 
-class Rewriter:
+def write(mbs: Mbs, *, other: bytes | None = None) -> bytes:
+    """The file of a model that was read, with what has changed in the model; of any other model,
+    what ``mbs.writer`` writes.  Raises ValueError for what no .mbs can hold.
+
+    Objects may come from one ``other`` file, with all that stands in their elements.
+    """
+    if mbs.origin is None:
+        return writer.write(mbs)
+    source = mbs.origin.source
+    before, elements = read_again(source)
+    texts = [_Marker(source).mbs(before), _Marker(source, other).mbs(mbs)]
+    if texts[0] == texts[1]:
+        return source
+    others = None
+    if other is not None:
+        theirs, their_elements = read_again(other)
+        others = their_elements, etree.fromstring(_Marker(other).mbs(theirs).encode())
+    was, now = [etree.fromstring(text.encode()) for text in texts]
+    _Rewriter(elements, was, now, others).change(elements[0], was, now)
+    return _spelled(elements[0], source)
+
+
+class _Marker(writer.Writer):
+    """Marks the objects that were read from ``source`` or ``other``."""
+
+    def __init__(self, source: bytes, other: bytes | None = None) -> None:
+        self.source, self.other = source, other
+        self.marked: set[int] = set()
+
+    def mark(self, part: Part) -> str:
+        """The mark of an object that was read; a copy of one is new."""
+        origin = part.origin
+        if origin is None:
+            return ""
+        if origin.source is self.other:
+            return f' {FROM}="{origin.number}"'
+        if origin.source is not self.source or origin.number in self.marked:
+            return ""
+        self.marked.add(origin.number)
+        return f' {AT}="{origin.number}"'
+
+
+def _spelled(root: _Element, source: bytes) -> bytes:
+    """A tree as bytes, with the encoding, the first line and the line ends of its file."""
+    tree = root.getroottree()
+    text = etree.tostring(tree, encoding="unicode") + source[len(source.rstrip()) :].decode()
+    if b" />" in source:  # as MBSysPad has it
+        text = re.sub(r"(?s)(<!--.*?-->|<\?.*?\?>)|/>", lambda found: found[1] or " />", text)
+    if b"\r\n" in source:
+        text = text.replace("\r\n", "\n")
+        text = text.replace("\n", "\r\n")
+    head = re.match(rb"(\xef\xbb\xbf)?<\?xml[^>]*\?>\s*", source)
+    data = text.encode(tree.docinfo.encoding or "UTF-8", "xmlcharrefreplace")
+    return (head[0] if head else b"") + data
+
+
+class _Rewriter:
     """Changes the elements of a file.
 
     ``elements`` are those of the objects in the file by the numbers of their origins, the root
