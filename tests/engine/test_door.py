@@ -76,7 +76,7 @@ def test_a_pass_says_its_place_and_a_config_moves_it(tmp_path: Path) -> None:
         (("expand",), {"after": {"layout": "scale"}}, "layout"),
         (("nosuch",), {}, None),
     ):
-        text = SCALE.replace("    writes =", f"    after = {place!r}\n    writes =")
+        text = SCALE.replace('    writes = ("robot",)', f"    after = {place!r}")
         found = names(plugins=[str(write(tmp_path, text))], **config)
         placed = found.index("scale") if "scale" in found else 0
         assert found[placed - 1] == before if before else "scale" not in found
