@@ -5,40 +5,8 @@ it warns for one minor release (``DeprecationWarning``; a hook by pluggy's ``war
 Everything else in the package may change from one day to the next.
 """
 
-from __future__ import annotations
-
-from urdf2mbs.hookspecs import (
-    Command,
-    Pass,
-    PassEntry,
-    always,
-    asked,
-    hookimpl,
-    in_project,
-)
-
-# Python imports the other names when they are first used: a plugin that only names its passes and
-# commands loads none of them.
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from urdf2mbs import spatial as spatial
-    from urdf2mbs.conversion import Conversion as Conversion
-    from urdf2mbs.conversion import File as File
-    from urdf2mbs.conversion import Names as Names
-    from urdf2mbs.conversion import Segment as Segment
-    from urdf2mbs.conversion import Settings as Settings
-    from urdf2mbs.conversion import Step as Step
-    from urdf2mbs.conversion import Summary as Summary
-    from urdf2mbs.conversion import Use as Use
-    from urdf2mbs.conversion import choose as choose
-    from urdf2mbs.mbs import model as mbs
-    from urdf2mbs.mbs.model import LinkFrame as LinkFrame
-    from urdf2mbs.messages.diagnostics import ConfigError as ConfigError
-    from urdf2mbs.messages.diagnostics import ConversionError as ConversionError
-    from urdf2mbs.messages.diagnostics import Diagnostic as Diagnostic
-    from urdf2mbs.messages.diagnostics import nearest as nearest
-    from urdf2mbs.proof.verdict import Difference as Difference
-    from urdf2mbs.urdf import model as urdf
+# A plugin that only names its passes and commands imports no more than the hooks: the other names
+# are imported when they are first used.  A type checker and an editor read them in ``plugin.pyi``.
 
 #: The version of this interface.
 VERSION = 1
@@ -48,6 +16,7 @@ _NAMES = {
     "conversion": [
         "Conversion", "File", "Names", "Segment", "Settings", "Step", "Summary", "Use", "choose",
     ],
+    "hookspecs": ["Command", "Pass", "PassEntry", "always", "asked", "hookimpl", "in_project"],
     "mbs.model": ["LinkFrame"],
     "messages.diagnostics": ["ConfigError", "ConversionError", "Diagnostic", "nearest"],
     "proof.verdict": ["Difference"],
@@ -55,34 +24,7 @@ _NAMES = {
 #: Modules by the names that they have here.
 _MODULES = {"mbs": "mbs.model", "spatial": "spatial", "urdf": "urdf.model"}
 
-__all__ = [
-    "VERSION",
-    "Command",
-    "ConfigError",
-    "Conversion",
-    "ConversionError",
-    "Diagnostic",
-    "Difference",
-    "File",
-    "LinkFrame",
-    "Names",
-    "Pass",
-    "PassEntry",
-    "Segment",
-    "Settings",
-    "Step",
-    "Summary",
-    "Use",
-    "always",
-    "asked",
-    "choose",
-    "hookimpl",
-    "in_project",
-    "mbs",
-    "nearest",
-    "spatial",
-    "urdf",
-]
+__all__ = ["VERSION", *_MODULES, *(name for names in _NAMES.values() for name in names)]
 
 
 def __getattr__(name: str) -> object:
