@@ -46,13 +46,15 @@ def on_config(config: Any) -> Any:
 
 
 def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
-    """Add a pass's options to its page; drop words for tests from code blocks, and links to files
-    outside docs/."""
+    """Add a pass's options to its page, and all codes to theirs; drop words for tests from code
+    blocks, and links to files outside docs/."""
     if page.file.src_uri.startswith("passes/"):
         told = "\n".join(_options(PurePosixPath(page.file.src_uri).stem))
         method = re.search(r"^\*\*Method\*\*.*\n", markdown, re.MULTILINE)
         assert method, page.file.src_uri
         markdown = f"{markdown[: method.end()]}\n{told}\n{markdown[method.end() :]}"
+    if page.file.src_uri == "diagnostics.md":
+        markdown += _codes()
     markdown = re.sub(r"^( *```\w+) .+$", r"\1", markdown, flags=re.MULTILINE)
     here = posixpath.dirname(page.file.src_uri)
 
@@ -83,6 +85,25 @@ def pages() -> dict[str, str]:
         "reference/passes.md": _passes(),
         "reference/hooks.md": _hooks(),
     }
+
+
+def _codes() -> str:
+    """A table of the codes of each room and plugin; a pass that a meaning names becomes a link."""
+
+    def link(name: re.Match[str]) -> str:
+        page = f"passes/{name[1]}.md"
+        return f"[{name[0]}]({page})" if (DOCS / page).exists() else name[0]
+
+    lines = []
+    for folder, package in (("urdf2mbs", "urdf2mbs."), ("plugins", "")):
+        for file in sorted((DOCS.parent / folder).glob("*/codes.py")):
+            module = import_module(f"{package}{file.parent.name}.codes")
+            lines += ["", f"### {module.__doc__}".replace("``", "`").rstrip("."), ""]
+            lines += ["| code | level | meaning |", "|---|---|---|"]
+            for code, text in module.CODES.items():
+                level, _, meaning = text.partition(": ")
+                lines.append(f"| `{code}` | {level} | {re.sub('`([a-z-]+)`', link, meaning)} |")
+    return "\n".join([*lines, ""])
 
 
 def _commands() -> str:

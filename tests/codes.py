@@ -1,21 +1,25 @@
-"""The codes of all errors, warnings and notes, as docs/diagnostics.md lists them."""
+"""The codes of all errors, warnings and notes, as the files ``codes.py`` list them."""
 
 from __future__ import annotations
 
-import re
+from importlib import import_module
 from pathlib import Path
 
-PAGE = Path(__file__).resolve().parents[1] / "docs" / "diagnostics.md"
+ROOT = Path(__file__).resolve().parents[1]
 
-#: A row: the code, its level where a user can change the level, and its meaning.
-ROWS = re.findall(
-    r"^\| `([a-z0-9-]+)` \|(?: (error|warning|note) \|)? (.+) \|$",
-    PAGE.read_text("utf-8"),
-    re.MULTILINE,
-)
+#: What ``codes.py`` of each room and plugin says, by the name of the folder.
+TABLES: dict[str, dict[str, str]] = {
+    file.parent.name: import_module(f"{package}{file.parent.name}.codes").CODES
+    for folder, package in (("urdf2mbs", "urdf2mbs."), ("plugins", ""))
+    for file in (ROOT / folder).glob("*/codes.py")
+}
 
-#: The meaning of each code.
-CATALOGUE = {code: meaning for code, _, meaning in ROWS}
+#: The level and meaning of each code.
+CATALOGUE = {code: text for table in TABLES.values() for code, text in table.items()}
 
 #: The codes whose level a user can change, with their level.
-DEFAULTS = {code: level for code, level, _ in ROWS if level}
+DEFAULTS = {
+    code: text.partition(":")[0].removesuffix(", unless lowered")
+    for code, text in CATALOGUE.items()
+    if not text.startswith("error:")
+}

@@ -168,8 +168,12 @@ def urdf2mbs_presets() -> dict[str, dict[str, Any]]:
 
 
 @hookspec
-def urdf2mbs_codes() -> list[str]:
-    """The codes of this plugin's warnings and notes: a config may set the level of each."""
+def urdf2mbs_codes() -> dict[str, str] | list[str]:
+    """The codes of this plugin's messages, and what each means: ``{"links-dropped": "warning: links
+    are left out"}``.  A config may set the level of each, unless the text begins with ``error:``.
+
+    A list names the codes alone.  The hook is called when a config sets levels.
+    """
     raise NotImplementedError
 
 

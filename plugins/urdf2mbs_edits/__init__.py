@@ -33,3 +33,10 @@ def urdf2mbs_summary(conversion: Conversion) -> Summary | None:
     counts = {does: len(said) for does, said in conversion.report["merge"]["words"].items()}
     words = ", ".join(f"{count} {does}" for does, count in counts.items() if count)
     return Summary([f"merged with your edits: {words or 'nothing is another'}"])
+
+
+@hookimpl
+def urdf2mbs_codes() -> dict[str, str]:
+    from urdf2mbs_edits.codes import CODES
+
+    return CODES

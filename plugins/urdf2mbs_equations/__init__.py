@@ -29,3 +29,10 @@ def urdf2mbs_passes() -> list[PassEntry]:
 def urdf2mbs_commands() -> list[Command]:
     does = "write Robotran's equations for an .mbs file"
     return [Command("equations", does, "urdf2mbs_equations.commands.equations")]
+
+
+@hookimpl
+def urdf2mbs_codes() -> dict[str, str]:
+    from urdf2mbs_equations.codes import CODES
+
+    return CODES

@@ -25,3 +25,10 @@ def urdf2mbs_passes() -> list[PassEntry]:
         PassEntry("estimate-inertia", package, after=("expand", "snap")),
         PassEntry("rotors", package, after=("insert-base",), work=_has_rotors),
     ]
+
+
+@hookimpl
+def urdf2mbs_codes() -> dict[str, str]:
+    from urdf2mbs_inertia.codes import CODES
+
+    return CODES

@@ -13,3 +13,10 @@ def urdf2mbs_api() -> dict[str, str]:
         "carry_out_many": f"{package}.commands.many:carry_out_many",
         "sweep": f"{package}.sweep",
     }
+
+
+@hookimpl
+def urdf2mbs_codes() -> dict[str, str]:
+    from urdf2mbs_many.codes import CODES
+
+    return CODES

@@ -18,3 +18,10 @@ def _are_there(conversion: Conversion, given: bool) -> bool:
 @hookimpl
 def urdf2mbs_passes() -> list[PassEntry]:
     return [PassEntry("convert-meshes", "urdf2mbs_meshes", ("convert-visuals",), _are_there)]
+
+
+@hookimpl
+def urdf2mbs_codes() -> dict[str, str]:
+    from urdf2mbs_meshes.codes import CODES
+
+    return CODES

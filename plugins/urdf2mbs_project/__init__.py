@@ -100,3 +100,10 @@ def urdf2mbs_summary(conversion: Conversion) -> Summary | None:
     from urdf2mbs_project.summary import summarise
 
     return summarise(conversion)
+
+
+@hookimpl
+def urdf2mbs_codes() -> dict[str, str]:
+    from urdf2mbs_project.codes import CODES
+
+    return CODES

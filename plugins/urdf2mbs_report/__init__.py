@@ -17,3 +17,10 @@ def urdf2mbs_commands() -> list[Command]:
             f"{package}.diagram",
         ),
     ]  # fmt: skip
+
+
+@hookimpl
+def urdf2mbs_codes() -> dict[str, str]:
+    from urdf2mbs_report.codes import CODES
+
+    return CODES

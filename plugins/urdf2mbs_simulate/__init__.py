@@ -27,3 +27,10 @@ def urdf2mbs_api() -> dict[str, str]:
         "runtime": f"{package}.runtime",
         "simulate": f"{package}.project:simulate",
     }
+
+
+@hookimpl
+def urdf2mbs_codes() -> dict[str, str]:
+    from urdf2mbs_simulate.codes import CODES
+
+    return CODES

@@ -56,3 +56,10 @@ def has_xacro(data: bytes, file: str) -> bool:
         for element in child.iter(etree.Element)
         for value in element.values()
     )
+
+
+@hookimpl
+def urdf2mbs_codes() -> dict[str, str]:
+    from urdf2mbs_xacro.codes import CODES
+
+    return CODES

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import json
 import re
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from codes import DEFAULTS
+from codes import CATALOGUE, DEFAULTS
 from urdf2mbs import convert
 from urdf2mbs.cli import main
-from urdf2mbs.engine.levels import CHANGEABLE
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
 from urdf2mbs.testing import TINY
 
@@ -97,5 +98,25 @@ def test_a_plugin_names_its_codes(folder: Path) -> None:
     assert "'bearing-hot'" in str(caught.value.hint)
 
 
-def test_the_docs_say_which_can_be_changed() -> None:
-    assert DEFAULTS.keys() == CHANGEABLE
+def test_a_plugin_says_what_its_codes_mean(folder: Path) -> None:
+    codes = '{"bearing-hot": "warning: it glows", "bearing-lost": "error: it is gone"}'
+    (folder / "lab.py").write_text(PLUGIN.replace('["bearing-hot"]', codes))
+    assert levels(plugins=["lab.py"], diagnostics={"bearing-hot": "note"})["bearing-hot"] == "note"
+    with pytest.raises(ConfigError, match="unknown-code"):
+        levels(plugins=["lab.py"], diagnostics={"bearing-lost": "note"})
+
+
+def test_all_but_errors_can_be_changed(folder: Path) -> None:
+    levels(diagnostics=dict.fromkeys(DEFAULTS, "note"))
+    with pytest.raises(ConfigError) as caught:
+        levels(diagnostics=dict.fromkeys(CATALOGUE, "note"))
+    refused = re.findall(r"there is no '([a-z0-9-]+)' among the codes", str(caught.value))
+    assert set(refused) == CATALOGUE.keys() - DEFAULTS.keys()
+
+
+def test_no_table_of_codes_is_read_unless_a_config_sets_levels(folder: Path) -> None:
+    code = (
+        "import sys; from urdf2mbs.cli import main; main(['run', 'tiny.yaml'])\n"
+        "assert not [name for name in sys.modules if name.endswith('.codes') and 'urdf' in name]"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)

@@ -18,7 +18,7 @@ from urdf2mbs.engine.faults import (
     pass_failed,
     protected_state,
 )
-from urdf2mbs.engine.levels import CHANGEABLE, judge, weigh
+from urdf2mbs.engine.levels import judge, weigh
 from urdf2mbs.engine.order import check_order, find_stale
 from urdf2mbs.engine.plugins import Registered, hooks_of, plugins_of
 from urdf2mbs.engine.resolve import Configured, resolve
@@ -193,8 +193,15 @@ class Pipeline:
             )  # fmt: skip
 
     def _check_levels(self, config: Config, lines: Lines) -> None:
-        """Note each code that neither urdf2mbs nor a plugin has."""
-        known = CHANGEABLE | self.plugins.codes
+        """Note each code that neither urdf2mbs nor a plugin has, or whose level is fixed."""
+        if not config.diagnostics:
+            return
+        from urdf2mbs.engine import codes as of_engine
+        from urdf2mbs.passes import codes as of_passes
+        from urdf2mbs.urdf import codes as of_urdf
+
+        codes = of_engine.CODES | of_passes.CODES | of_urdf.CODES | self.plugins.codes
+        known = {code for code, meaning in codes.items() if not meaning.startswith("error:")}
         for code in [code for code in config.diagnostics if code not in known]:
             lines.faults.append(lines.error(
                 "unknown-code",

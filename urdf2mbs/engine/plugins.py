@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache, cached_property
 from importlib import import_module
 from pathlib import Path
@@ -138,8 +138,6 @@ class Plugins:
         """Every pass by name; a built-in one stands before those of plugins."""
         self.presets: dict[str, Preset] = {}
         """Every preset by name; a later plugin's takes the place of an earlier one's."""
-        self.codes: set[str] = set()
-        """The codes of messages that the plugins bring."""
         self.commands: dict[str, Command] = {}
         """The commands of plugins."""
         self.api: dict[str, str] = {}
@@ -152,6 +150,14 @@ class Plugins:
                 self._add_installed(entry, package)
         for file in files:
             self._load_file(file)
+
+    @cached_property
+    def codes(self) -> dict[str, str]:
+        """The codes of messages that the plugins bring, and what each means."""
+        codes: dict[str, str] = {}
+        for name in self._files:
+            codes |= self._brought(name, "urdf2mbs_codes", _with_meaning, _CODES)
+        return codes
 
     def blame(self, tb: TracebackType | None) -> tuple[str, str] | None:
         """The plugin (name, file) whose code a traceback went through; None: no plugin's."""
@@ -266,7 +272,6 @@ class Plugins:
         try:
             self._register(plugin, name)
             passes = self._passes_of(name, package)
-            codes = self._brought(name, "urdf2mbs_codes", list, _CODES)
             commands = self._brought(name, "urdf2mbs_commands", list, _COMMANDS)
             api = self._brought(name, "urdf2mbs_api", dict, _API)
             presets = self._presets_of(name)
@@ -277,7 +282,6 @@ class Plugins:
             raise
         for registered in passes:
             self.passes.setdefault(registered.name, []).append(registered)
-        self.codes.update(codes)
         self.commands |= {command.name: command for command in commands}
         self.api |= api
         for key, preset in presets.items():
@@ -316,7 +320,7 @@ class Plugins:
             presets[key] = preset
         return presets
 
-    def _brought(self, name: str, hook: str, kind: type, hint: str) -> Any:
+    def _brought(self, name: str, hook: str, kind: Callable[..., Any], hint: str) -> Any:
         """What a plugin's hook gives; raises ConfigError."""
         for impl in getattr(self.hook, hook).get_hookimpls():
             if impl.plugin_name == name:
@@ -360,10 +364,15 @@ class Plugins:
 
 #: What the hooks of a plugin give.
 _LIST = "return a list of the classes of your passes, such as [MyPass]"
-_CODES = "return a list of the codes, such as ['links-dropped']"
+_CODES = "return the codes, such as {'links-dropped': 'warning: links are left out'}"
 _COMMANDS = "return a list, such as [Command('weigh', 'weigh a robot', 'my_package.weigh')]"
 _API = "return names and places, such as {'weigh': 'my_package.weigh:weigh'}"
 _PRESET = "{'my-preset': {'extends': 'compact', 'after': {'expand': 'my-pass'}}}"
+
+
+def _with_meaning(codes: Iterable[str] = ()) -> dict[str, str]:
+    """The codes of a plugin; those of a list say nothing of their meaning."""
+    return dict(codes) if isinstance(codes, Mapping) else dict.fromkeys(codes, "")
 
 
 @cache

@@ -1,0 +1,16 @@
+"""xacro, and robots by their name."""
+
+CODES = {
+    "xacro-macro-unknown": "error, unless lowered: no file defines a macro; its call is left out",
+    "xacro": "error: xacro cannot expand the file",
+    "xacro-expression": "error: an expression (`expand`) has a part that is not allowed",
+    "xacro-file": "error: xacro would read a file outside of the workspace and the packages",
+    "xacro-too-large": "error: an expression or the expansion takes too much work or memory",
+    "xacro-arg": "error: a xacro argument has no value",
+    "package-unresolved": "warning: the ROS package of a mesh was not found",
+    "xacro-warning": "warning: a warning of xacro",
+    "xacro-message": "note: a message of xacro",
+    "unknown-description": "error: `robot_descriptions` has no robot of this name",
+    "description-no-urdf": "error: `robot_descriptions` has the robot as MJCF only",
+    "description-unreachable": "error: the robot is not in the cache, and cannot be fetched",
+}

@@ -1,0 +1,7 @@
+"""The command line, and the functions of Python."""
+
+CODES = {
+    "usage": "error: an argument of the command line is wrong",
+    "tolerance-invalid": "error: the tolerance of `verify` is outside of its range",
+    "pass-name": "error: `new-pass` cannot use the name",
+}

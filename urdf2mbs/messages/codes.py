@@ -1,0 +1,5 @@
+"""What can happen anywhere."""
+
+CODES = {
+    "memory-full": "error: there is not enough memory",
+}

@@ -1,0 +1,26 @@
+"""The conversion."""
+
+CODES = {
+    "mbs-unwritable": "error: the model has an infinite number, or a word unknown to the format",
+    "base-guessed": "warning: whether the base floats is a guess that may well be wrong; `base: "
+    "fixed` or `base: floating` does",
+    "no-mass": "warning: no link has mass or inertia; the model has no dynamics",
+    "massless-leaf": "warning: joints move no mass; they are held (`prune-massless`)",
+    "mimic": "warning: joints that follow others are independent; a project (`mimic`) couples them",
+    "texture": "warning: textures of materials are left out",
+    "joint-dynamics-lost": "warning: damping, friction and springs of joints that are not one "
+    "coordinate are left out",
+    "base": "note: whether the base floats, and why",
+    "mbs-name": "note: the name of the file is no identifier; the model has another name",
+    "ground-mass": "note: mass that is fixed to the ground has no body",
+    "axis-aligned": "note: an axis is within 1e-9 of a coordinate axis or plane, and is put there",
+    "mimic-massless": "note: a joint without mass leads joints with mass; a project keeps it",
+    "generator-limits": "note: the model exceeds most accounts of Robotran's generator",
+    "point-without-rotation": "note: frames became anchor points, which have no rotation",
+    "collision": "note: collision shapes are left out",
+    "joint-dynamics": "note: only a project applies damping, friction and springs of joints",
+    "limit": "note: limits of joints that are not one coordinate are left out",
+    "safety-controller": "note: safety controllers of such joints are left out",
+    "calibration": "note: the calibration of such joints is left out",
+    "extension": "note: elements of other programs are left out",
+}
