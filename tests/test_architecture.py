@@ -1,10 +1,16 @@
-"""docs/architecture.md names every module; no file or function is long."""
+"""docs/architecture.md and the READMEs of plugins name all that there is; nothing is long."""
 
 from __future__ import annotations
 
 import ast
 import re
+from importlib import import_module
 from pathlib import Path
+
+import pytest
+
+from urdf2mbs import hookspecs
+from urdf2mbs.engine.plugins import OURS
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT / "urdf2mbs"
@@ -13,20 +19,40 @@ PACKAGE = ROOT / "urdf2mbs"
 def test_every_module_has_its_place_on_the_page() -> None:
     text = (ROOT / "docs" / "architecture.md").read_text("utf-8")
     rows = [line for line in text.splitlines() if line.startswith("| ")]
-    told = set(re.findall(r"`([a-z_/]+)`", "\n".join(rows)))
-    rooms = {word.partition("/")[0] for word in told if "/" in word}
+    rooms = {found[1]: row for row in rows if (found := re.match(r"\| `(\w+)/` ", row))}
+    others = "".join(row for row in rows if row not in rooms.values())
     for file in PACKAGE.rglob("*.py"):
-        path = file.relative_to(PACKAGE).with_suffix("")
-        if path.name == "__init__":
-            assert str(path.parent) in rooms | {"."}, path
-        elif path.parts[0] in ("passes", "commands"):
-            continue  # a file each: the page names the room
-        elif len(path.parts) > 1 and path.parts[0] in rooms:
-            row = next(row for row in rows if f"`{path.parts[0]}/" in row)
-            room = "".join(one for one in rows if f"`{path.parts[0]}/" in one)
-            assert f"`{path.name}`" in room or f"`{path.as_posix()}`" in room, (path, row)
-        else:
-            assert path.as_posix() in told, path
+        room, *rest = file.relative_to(PACKAGE).with_suffix("").parts
+        if room not in rooms:
+            assert room == "__init__" or f"`{room}`" in others, file
+        elif room not in ("passes", "commands") and rest != ["__init__"]:
+            assert f"`{rest[-1]}`" in rooms[room], file
+
+
+@pytest.mark.parametrize("name", OURS)
+def test_a_readme_says_what_a_plugin_brings(name: str) -> None:
+    folder = ROOT / "plugins" / f"urdf2mbs_{name}"
+    text = (folder / "README.md").read_text("utf-8")
+    rows = dict(re.findall(r"^\| ([a-zP][\w ]*) \| (.*) \|$", text, re.MULTILINE))
+    plugin = import_module(folder.name)
+    hooks = {hook for hook in vars(plugin) if hook in vars(hookspecs) and hook[:9] == "urdf2mbs_"}
+    assert words(rows["hooks"]) == hooks
+    passes = plugin.urdf2mbs_passes() if "urdf2mbs_passes" in hooks else []
+    linked = re.findall(r"passes/([a-z-]+)\.md", rows.get("passes", ""))
+    assert sorted(linked) == sorted(each.name for each in passes)
+    commands = plugin.urdf2mbs_commands() if "urdf2mbs_commands" in hooks else []
+    assert words(rows.get("commands", "")) == {command.name for command in commands}
+    api = plugin.urdf2mbs_api() if "urdf2mbs_api" in hooks else {}
+    assert words(rows.get("Python", "")) == {*api}
+    assert words(rows.get("needs", "").partition(":")[0]) == {*getattr(plugin, "NEEDS", ())}
+    named = {part for word in words(text) for part in word.split("/")}
+    for file in (*folder.glob("*.py"), *(one.parent for one in folder.glob("*/*.py"))):
+        assert file.stem in {"passes", "commands", "__init__"} | named, file
+
+
+def words(text: str) -> set[str]:
+    """What stands in `quotes`."""
+    return {*re.findall(r"`([\w/.-]+)`", text)}
 
 
 def test_no_file_and_no_function_is_long() -> None:

@@ -47,6 +47,7 @@ PAGES = [
     ROOT / "README.md",
     ROOT / "CONTRIBUTING.md",
     *sorted(DOCS.rglob("*.md")),
+    ROOT / "urdf2mbs" / "README.md",
     *sorted(ROOT.glob("plugins/*/*.md")),
 ]
 BUILT_IN: dict[str, type[Pass]] = {

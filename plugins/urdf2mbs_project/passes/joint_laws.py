@@ -1,7 +1,7 @@
 """Joint laws: the numbers by which the code of a project applies what ``joint-parameters`` wrote.
 
 Beyond the method.  A project applies damping, friction, springs and soft stops;
-``docs/passes/joint-parameters.md`` has their laws.  The pass chooses the stiffness of a stop and
+``docs/passes/joint-laws.md`` has their laws.  The pass chooses the stiffness of a stop and
 of a bristle of friction from the inertia ``I`` that the joint feels at the start position, while
 all other joints are free.  A stop has ``I (2 pi stop_frequency)^2``: a limb of length l sinks in
 under its own weight by about ``g / (l (2 pi stop_frequency)^2)``, however heavy the limb is.  A
@@ -53,7 +53,7 @@ class JointLaws(Pass):
         user_models = conversion.mbs.user_models
         if switches:
             # before the models that it switches
-            at = len(user_models) - len(models)
+            at = next(n for n, model in enumerate(user_models) if model.name in models)
             user_models.insert(at, UserModel.of("joint_forces", switches))
             conversion.report["joint-parameters"] = {"joint_forces": switches, **models, **chosen}
         user_models += [UserModel.of(*model) for model in chosen.items()]
