@@ -8,7 +8,7 @@ a number with which later ones overflow.
 from collections.abc import Mapping
 from typing import Annotated, Any
 
-from msgspec import Meta, Struct
+from msgspec import Meta
 
 #: How far two descriptions may be apart and still be the same, relative to what is compared.
 #: Beyond the upper end, robots that anyone can tell apart would be the same.
@@ -20,28 +20,10 @@ Coordinate = Annotated[float, Meta(ge=-1e6, le=1e6)]
 Place = tuple[Coordinate, Coordinate, Coordinate]
 
 
-class End(Struct, forbid_unknown_fields=True):
-    """A point of a link, where a cut or a spring ends."""
-
-    link: str
-    """Where it ends."""
-    at: Place = (0.0, 0.0, 0.0)
-    """In the link's frame (m)."""
-
-
 #: m.
-Length = Annotated[float, Meta(ge=0.0, le=1e6)]
 PositiveLength = Annotated[float, Meta(gt=0.0, le=1e6)]
 #: m/s^2, along an axis of the base.
 Acceleration = Annotated[float, Meta(ge=-1e3, le=1e3)]
-#: m/s, or rad/s of a joint.
-Speed = Annotated[float, Meta(gt=0.0, le=1e3)]
-#: s.
-Time = Annotated[float, Meta(ge=-1e9, le=1e9)]
-#: N, or N m, along an axis of the base.
-Force = Annotated[float, Meta(ge=-1e9, le=1e9)]
-#: N/m or N m/rad; N s/m or N m s/rad.
-Gain = Annotated[float, Meta(ge=0.0, le=1e12)]
 
 
 def rounded(value: float, digits: int = 2) -> float:

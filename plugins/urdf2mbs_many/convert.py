@@ -7,7 +7,7 @@ from collections.abc import Generator, Iterable, Iterator, Mapping
 from typing import Any
 
 from urdf2mbs.config.model import Config, Lines, config_of
-from urdf2mbs.disk.files import one_name
+from urdf2mbs_many.folder import one_name
 from urdf2mbs_many.job import Job, Outcome, convert_one
 from urdf2mbs_many.sweep import members
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import os
 import re
+import unicodedata
 from collections import Counter
 from pathlib import Path
 from typing import NoReturn
 
-from urdf2mbs.disk.files import is_file, one_name, read
+from urdf2mbs.disk.files import is_file, read
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.urdf.reader import stem
 
@@ -40,6 +41,11 @@ def robots_in(folder: Path) -> dict[Path, Path]:
         if times[one_name(str(place))] > 1:  # robot.urdf and robot.urdf.xacro
             places[file] = place.with_name(f"{file.name.replace('.', '_')}.mbs")
     return places
+
+
+def one_name(path: str) -> str:
+    """The same for all names that are one file on Windows or macOS."""
+    return unicodedata.normalize("NFC", os.path.normpath(path)).casefold()
 
 
 def _closed(error: OSError) -> NoReturn:

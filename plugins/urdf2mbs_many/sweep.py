@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import msgspec
 
 from urdf2mbs.config.model import Config, Key, Lines, Project, Range, Sweep, config_of, dotted
-from urdf2mbs.disk.files import portable
+from urdf2mbs.disk.files import is_portable
 from urdf2mbs.engine.settings import expand
 from urdf2mbs.mbs.names import identifiers
 from urdf2mbs.messages.diagnostics import nearest
@@ -139,7 +139,7 @@ def _output(config: Config, values: dict[str, Any], lines: Lines) -> str | Proje
                 ("output",), nearest(found[1], values) or f"there are: {_names(values)}",
             )  # fmt: skip
         # a value is a part of one name: it leads to no other folder, and names no variable
-        return portable(_UNSAFE.sub("_", _word(values[found[1]])))
+        return _portable(_UNSAFE.sub("_", _word(values[found[1]])))
 
     def fill(output: str) -> str:
         path = _PLACE.sub(value, expand(output, lines, ("output",)))
@@ -157,3 +157,9 @@ def _output(config: Config, values: dict[str, Any], lines: Lines) -> str | Proje
     if _PLACE.search(Path(output.project).name):  # a project is called as its model is
         path = path.with_name(identifiers([path.name])[0])
     return msgspec.structs.replace(output, project=str(path))
+
+
+def _portable(name: str) -> str:
+    """A name of a file or folder, so that every system has it and it is no other folder."""
+    name = re.sub(r"[ .]+$", lambda end: "_" * len(end[0]), name)
+    return name if is_portable(name) else f"_{name}"

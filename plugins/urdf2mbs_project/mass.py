@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from urdf2mbs.mbs.kinematics import place
+from urdf2mbs.mbs.kinematics import Placed, place
 from urdf2mbs.mbs.model import Body, Mbs
-from urdf2mbs.spatial import NO_INERTIA, ZERO, Pose, Vec, add, rotate, rotate_inertia
+from urdf2mbs.spatial import NO_INERTIA, ZERO, Pose, Vec, add, cross, rotate, rotate_inertia
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -32,7 +32,7 @@ class Mass:
         self.placement = place(mbs, values)
         joints = self.placement.joints
         n = len(joints)
-        self.twists: Array = np.array([sum(placed.twist, ()) for placed in joints]).reshape(n, 6)
+        self.twists: Array = np.array([sum(_twist(placed), ()) for placed in joints]).reshape(n, 6)
         """The twist of each joint at speed 1, (n, 6)."""
         self.moves = np.zeros((n, n), bool)
         """``moves[i, j]``: joint i moves joint j, or is joint j."""
@@ -69,6 +69,13 @@ class Mass:
         if last < 0:
             return np.zeros((3, len(self.twists)))
         return np.where(self.moves[:, last], self.twists[:, :3].T, 0.0)
+
+
+def _twist(placed: Placed) -> tuple[Vec, Vec]:
+    """At speed 1: the angular velocity, and the velocity of the point at the base's origin."""
+    if placed.joint.type[0] == "R":
+        return placed.axis, cross(placed.origin, placed.axis)
+    return ZERO, placed.axis
 
 
 def _inertia(body: Body, pose: Pose) -> Array:

@@ -19,6 +19,7 @@ import numpy as np
 
 from urdf2mbs.mbs.model import Connection
 from urdf2mbs_project.mass import Mass
+from urdf2mbs_project.places import point_at
 from urdf2mbs_project.simulation import Simulation
 
 if TYPE_CHECKING:
@@ -85,7 +86,9 @@ def reduction_of(mass: Mass, simulation: Simulation) -> Array:
 def closing_rows(mass: Mass, cut: Connection) -> list[Array]:
     """The derivatives of a cut's constraints by the joints: of a rod its length, of others the way
     from one end to the other, and of a solid also the turn."""
-    here, there = (mass.placement.point(mass.mbs, *end) for end in (cut.endpoint1, cut.endpoint2))
+    here, there = (
+        point_at(mass.placement, mass.mbs, *end) for end in (cut.endpoint1, cut.endpoint2)
+    )
     first, second = cut.endpoint1[0], cut.endpoint2[0]
     apart = mass.point(second, there) - mass.point(first, here)
     if cut.kind == "rod":

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from urdf2mbs.plugin import hookimpl
 
@@ -15,6 +15,11 @@ if TYPE_CHECKING:
 
 #: What the name of a robot of ``robot_descriptions`` begins with.
 PREFIX = "robot_descriptions:"
+#: The elements of xacro itself.
+_INSTRUCTIONS = frozenset(
+    ("arg", "attribute", "call", "element", "if", "include", "insert_block", "macro", "property",
+     "robot", "unless")
+)  # fmt: skip
 _COMMENT = rb"(?s)<!--.*?(?:-->|\Z)"
 
 
@@ -47,10 +52,9 @@ def has_xacro(data: bytes, file: str) -> bool:
     from lxml import etree
 
     from urdf2mbs.urdf import xml
-    from urdf2mbs.urdf.elements import is_instruction
 
     root, _ = xml.parse(data, file)
-    return any(map(is_instruction, root.iter(etree.Element))) or any(
+    return any(map(_is_instruction, root.iter(etree.Element))) or any(
         "${" in value or "$(" in value
         for child in root.iterchildren("{*}link", "{*}joint", "{*}material")
         for element in child.iter(etree.Element)
@@ -63,3 +67,15 @@ def urdf2mbs_codes() -> dict[str, str]:
     from urdf2mbs_xacro.codes import CODES
 
     return CODES
+
+
+def _is_instruction(element: Any) -> bool:
+    """True if an element tells xacro what to do.
+
+    A call of a macro by itself does not: no macro is defined.  Nor does a macro without a name.
+    """
+    from urdf2mbs.urdf.elements import is_xacro, plain
+
+    tag = plain(element.tag).rpartition(":")[2]
+    nameless = tag == "macro" and not element.get("name")
+    return is_xacro(element) and tag in _INSTRUCTIONS and not nameless

@@ -21,10 +21,11 @@ from xml.parsers.expat import ExpatError
 from urdf2mbs.disk import files
 from urdf2mbs.disk.files import read as read_file
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, Diagnostic, nearest
-from urdf2mbs.urdf import written, xml
+from urdf2mbs.urdf import xml
 from urdf2mbs.urdf.packages import absolute, workspace
 from urdf2mbs.urdf.reader import Expansion
 from urdf2mbs_xacro.expressions import MOST, TRUST, Guard, tokenize, too_large
+from urdf2mbs_xacro.written import arguments, locate
 from urdf2mbs_xacro.xacro_errors import EVALUATING, explain, missing_package
 
 if TYPE_CHECKING:
@@ -168,7 +169,7 @@ class Run:
         try:
             return self.args[name]
         except KeyError:
-            declared = written.arguments(self.files())
+            declared = arguments(self.files())
             close = nearest(name, declared)
             raise ConversionError(
                 "xacro-arg", f"the argument '{name}' is not defined",
@@ -249,7 +250,7 @@ class Run:
                 f"the macro '{name}' is not defined: the <xacro:include> of the file that "
                 "defines it is missing"
             )
-            _, line = written.locate([f"xacro:{name}"], [caller]) or ("", None)
+            _, line = locate([f"xacro:{name}"], [caller]) or ("", None)
             hint = "--level xacro-macro-unknown=warning leaves it out"
             self.tell(
                 Diagnostic("error", "xacro-macro-unknown", what, file=caller, line=line, hint=hint)

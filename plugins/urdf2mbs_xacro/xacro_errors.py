@@ -14,6 +14,7 @@ from urdf2mbs.urdf import written, xml
 from urdf2mbs.urdf.elements import LEGACY, LEGACY_HINT
 from urdf2mbs.urdf.packages import absolute
 from urdf2mbs.xml.parser import safe_parser
+from urdf2mbs_xacro.written import locate
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -40,7 +41,7 @@ def _fault(
     if line is None:
         defining = [absolute(where) for _, where in macros if where]
         places = list(dict.fromkeys([*defining, *run.files()]))
-        found = written.locate(signs, places)
+        found = locate(signs, places)
         if not found and macros and macros[0][1]:
             name = macros[0][0].body.getAttribute("name")
             found = written.place("xacro:macro", name, [absolute(macros[0][1])])

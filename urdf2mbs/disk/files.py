@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import os
-import re
 import stat
 import sys
-import unicodedata
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -122,17 +120,6 @@ def is_portable(name: str) -> bool:
         and not set(name) & set('<>:"/\\|?*')
         and min(name, default="") >= " "
     )
-
-
-def portable(name: str) -> str:
-    """A name of a file or folder, so that every system has it and it is no other folder."""
-    name = re.sub(r"[ .]+$", lambda end: "_" * len(end[0]), name)
-    return name if is_portable(name) else f"_{name}"
-
-
-def one_name(path: str) -> str:
-    """The same for all names that are one file on Windows or macOS."""
-    return unicodedata.normalize("NFC", os.path.normpath(path)).casefold()
 
 
 def beginning(path: Path, count: int) -> bytes:

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import msgspec
 
-from urdf2mbs.mbs.model import Body, Joint, Mbs
-from urdf2mbs.spatial import HERE, ZERO, Pose, Vec, add, cross, from_turn, multiply, rotate
+from urdf2mbs.mbs.model import Joint, Mbs
+from urdf2mbs.spatial import HERE, Pose, Vec, add, from_turn, multiply, rotate
 
 
 class Placed(NamedTuple):
@@ -22,12 +22,6 @@ class Placed(NamedTuple):
     before: int
     """Index of the joint before it, on the way to the base; -1: there is none."""
 
-    @property
-    def twist(self) -> tuple[Vec, Vec]:
-        """At speed 1: the angular velocity, and the velocity of the point at the base's origin."""
-        turns = self.joint.type[0] == "R"
-        return (self.axis, cross(self.origin, self.axis)) if turns else (ZERO, self.axis)
-
 
 class Placement(msgspec.Struct):
     """The places of bodies and joints, in the base (m)."""
@@ -38,31 +32,6 @@ class Placement(msgspec.Struct):
     """In the order of the model."""
     last: dict[str | None, int]
     """Index of each body's last joint; -1 for the base."""
-
-    def point(self, mbs: Mbs, body: str | None, point: str | None) -> Vec:
-        """The place of an anchor point (m, in the base); None is the body's own frame."""
-        pose = self.bodies[body]
-        if point is None:
-            return pose.xyz
-        return add(pose.xyz, rotate(pose.rot, mbs.points()[body, point].coordinates))
-
-    def way(self, body: str | None) -> list[int]:
-        """Indices of the joints that move a body, from the body to the base."""
-        indices: list[int] = []
-        at = self.last[body]
-        while at >= 0:
-            indices.append(at)
-            at = self.joints[at].before
-        return indices
-
-
-def floating(mbs: Mbs) -> Body | None:
-    """The body that floats in the world: three free shifts are between it and the base."""
-    for body in mbs.bodies:
-        shifts = [j for j in body.joints if j.type[0] == "T" and j.nature == "independent"]
-        if body.parent is None and len(shifts) == 3:
-            return body
-    return None
 
 
 def place(mbs: Mbs, values: Mapping[str, float] | None = None) -> Placement:

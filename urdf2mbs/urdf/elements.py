@@ -12,11 +12,6 @@ from urdf2mbs.urdf.messages import Messages
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-#: The elements of xacro itself.
-INSTRUCTIONS = frozenset(
-    ("arg", "attribute", "call", "element", "if", "include", "insert_block", "macro", "property",
-     "robot", "unless")
-)  # fmt: skip
 #: What xacro read without the prefix ``xacro:`` until 2014, and now copies as it stands.
 LEGACY = frozenset(("property", "macro", "include", "if", "unless", "insert_block", "call"))
 LEGACY_HINT = (
@@ -188,16 +183,6 @@ def _is_zero(text: str) -> bool:
 def plain(tag: str) -> str:
     """A tag or attribute without its namespace."""
     return tag.rpartition("}")[2]
-
-
-def is_instruction(element: Any) -> bool:
-    """True if an element tells xacro what to do.
-
-    A call of a macro by itself does not: no macro is defined.  Nor does a macro without a name.
-    """
-    tag = plain(element.tag).rpartition(":")[2]
-    nameless = tag == "macro" and not element.get("name")
-    return is_xacro(element) and tag in INSTRUCTIONS and not nameless
 
 
 def is_xacro(element: Any) -> bool:

@@ -1,4 +1,4 @@
-"""Inertias that a body can have, and the nearest possible inertia to any other.
+"""Inertias that a body can have.
 
 The second moment about the centre of mass, ``J = trace(I)/2 - I`` (the integral of r r^T dm),
 of a body of positive mass is positive semi-definite, and any such J is some body's: just then
@@ -9,12 +9,11 @@ and Automation Letters 3(1), 2018).  In principal moments: none is above the sum
 
 from __future__ import annotations
 
-from math import hypot, sqrt
+from math import hypot
 
 import msgspec
 
 from urdf2mbs.spatial import Sym
-from urdf2mbs.urdf.model import Inertial
 
 #: How far, as a share of the trace, a principal moment may be below zero, and the largest
 #: above the sum of the two others.
@@ -37,7 +36,7 @@ class Fault(msgspec.Struct, frozen=True):
 
 def fault(tensor: Sym, mass: float) -> Fault | None:
     """The fault of an inertia (kg m^2, about the centre of mass); None if a body can have it."""
-    if _is_surely_positive(_second_moment(tensor)):
+    if _is_surely_positive(second_moment(tensor)):
         return None  # nearly every body, and no eigenvalue is needed
     small, middle, large = stated = moments(tensor)
     trace = small + middle + large
@@ -48,34 +47,7 @@ def fault(tensor: Sym, mass: float) -> Fault | None:
     return None
 
 
-def nearest(inertial: Inertial) -> tuple[Inertial, float]:
-    """The nearest inertia that a body can have, and by how much it moved (kg m^2).
-
-    Mass below zero becomes zero, and so does each negative eigenvalue of J: of all positive
-    semi-definite matrices that one is the nearest to the pseudo-inertia about the centre of mass
-    in the Frobenius norm (N. J. Higham, "Computing a nearest symmetric positive semidefinite
-    matrix", Linear Algebra and its Applications 103, 1988).  The centre of mass stays.  "Moved"
-    is the Frobenius norm of the change of J.
-    """
-    values, axes = principal(_second_moment(inertial.inertia))
-    kept = [max(value, 0.0) for value in values]
-    moved = sqrt(sum(value * value for value in values if value < 0.0))
-    j = [
-        [sum(kept[k] * axes[p][k] * axes[q][k] for k in range(3)) for q in range(3)]
-        for p in range(3)
-    ]
-    trace = sum(kept)
-    tensor = (trace - j[0][0], -j[0][1], -j[0][2], trace - j[1][1], -j[1][2], trace - j[2][2])
-    return Inertial(max(inertial.mass, 0.0), tensor, inertial.origin), moved
-
-
-def second_moments(tensor: Sym) -> list[float]:
-    """Eigenvalues of J (kg m^2)."""
-    stated = moments(tensor)
-    return [sum(stated) / 2 - moment for moment in stated]
-
-
-def _second_moment(tensor: Sym) -> Sym:
+def second_moment(tensor: Sym) -> Sym:
     """J of an inertia (kg m^2)."""
     xx, xy, xz, yy, yz, zz = tensor
     half = (xx + yy + zz) / 2

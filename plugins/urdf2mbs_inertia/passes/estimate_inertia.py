@@ -3,7 +3,7 @@
 Beyond the method, which neglects such links.  Where a mesh is missing, unreadable or flat, rods of
 ``rod_radius`` from the link's origin to the joints that it carries stand in for the link, or a ball
 if it carries none.  ``repair`` replaces each inertia that no body can have by the nearest possible
-inertia (``urdf.inertia`` defines the distance).
+inertia (``nearest`` defines the distance).
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from urdf2mbs.spatial import ZERO, Pose, Sym, Vec, compose, lump, rotate_inertia
 from urdf2mbs.urdf import inertia
 from urdf2mbs.urdf.model import Box, Cylinder, Geometry, Inertial, Joint, Link, Mesh, Origin, Sphere
 from urdf2mbs.urdf.packages import Packages
+from urdf2mbs_inertia.nearest import nearest, second_moments
 
 #: A solid of density 1 kg/m^3: its volume (m^3), centre (m) and inertia about it (m^5).
 Solid = tuple[float, Vec, Sym]
@@ -56,8 +57,8 @@ def _repair(conversion: Conversion) -> None:
         old = link.inertial
         if old is None or (old.mass >= 0.0 and inertia.fault(old.inertia, old.mass) is None):
             continue
-        link.inertial, moved = inertia.nearest(old)
-        size = sqrt(sum(value * value for value in inertia.second_moments(old.inertia)))
+        link.inertial, moved = nearest(old)
+        size = sqrt(sum(value * value for value in second_moments(old.inertia)))
         repaired[link.name] = {
             "mass": [old.mass, link.inertial.mass],
             "inertia": [old.inertia, link.inertial.inertia],

@@ -20,12 +20,14 @@ from msgspec import Meta
 
 from urdf2mbs.conversion import Conversion, Segment, choose, fits
 from urdf2mbs.hookspecs import Pass
-from urdf2mbs.mbs.kinematics import Placement, floating, place
+from urdf2mbs.mbs.kinematics import Placement, place
 from urdf2mbs.mbs.model import Mbs, Point, Sensor, UserModel
 from urdf2mbs.messages.diagnostics import ConfigError
-from urdf2mbs.ranges import Coordinate, Length, Place, PositiveLength, Speed, rounded
+from urdf2mbs.ranges import Coordinate, Place, PositiveLength, rounded
 from urdf2mbs.spatial import ROUNDING, ZERO, Pose, Vec, add, compose, dot, rotate, transpose, unit
 from urdf2mbs.urdf import model as urdf
+from urdf2mbs_project.places import floating, point_at, way
+from urdf2mbs_project.ranges import Length, Speed
 from urdf2mbs_project.simulation import MEASURES, Contact, Simulation
 
 
@@ -229,11 +231,11 @@ def _longest_leg(mbs: Mbs) -> float:
     placement = place(mbs)
     base = floating(mbs)
     lengths = [
-        dist(placement.point(mbs, body.name, point.name), placement.joints[index].origin)
+        dist(point_at(placement, mbs, body.name, point.name), placement.joints[index].origin)
         for body in mbs.bodies
         for point in body.points
         if point.extforce is not None
-        for index in placement.way(body.name)
+        for index in way(placement, body.name)
         if base is None or placement.joints[index].joint not in base.joints
     ]
     return max(lengths, default=0.0) or 1.0

@@ -18,8 +18,10 @@ from urdf2mbs.mbs.kinematics import place
 from urdf2mbs.mbs.model import Connection, Sensor, UserModel
 from urdf2mbs.mbs.names import identifiers
 from urdf2mbs.messages.diagnostics import ConfigError
-from urdf2mbs.ranges import End, Force, Gain, Length, Place, Time
+from urdf2mbs.ranges import Place
 from urdf2mbs.spatial import ZERO
+from urdf2mbs_project.places import point_at
+from urdf2mbs_project.ranges import End, Force, Gain, Length, Time
 from urdf2mbs_project.simulation import MEASURES, Simulation, Wrench
 
 #: A time (s) that no simulation reaches.
@@ -101,7 +103,7 @@ class Forces(Pass):
             own = f"{name}_spring" if name in taken else name
             link = Connection("link", own, one, two)
             mbs.links.append(link)
-            distance = dist(placement.point(mbs, *one), placement.point(mbs, *two))
+            distance = dist(point_at(placement, mbs, *one), point_at(placement, mbs, *two))
             length = distance if spring.length is None else spring.length
             if distance == 0.0:
                 raise ConfigError(

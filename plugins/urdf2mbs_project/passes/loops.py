@@ -24,9 +24,11 @@ from urdf2mbs.mbs.kinematics import Placement
 from urdf2mbs.mbs.model import Connection, Mbs
 from urdf2mbs.mbs.names import free_name
 from urdf2mbs.messages.diagnostics import ConfigError, counted
-from urdf2mbs.ranges import End, PositiveLength
+from urdf2mbs.ranges import PositiveLength
 from urdf2mbs.spatial import Pose, Vec, compose, inverse, multiply, rotate, transpose, unit
 from urdf2mbs.urdf.model import ClosingJoint
+from urdf2mbs_project.places import point_at
+from urdf2mbs_project.ranges import End
 from urdf2mbs_project.simulation import Simulation
 
 if TYPE_CHECKING:
@@ -190,7 +192,7 @@ def _add_cuts(conversion: Conversion, cuts: dict[str, Cut]) -> None:
 
 def _ends(placement: Placement, mbs: Mbs, connection: Connection) -> tuple[Vec, Vec]:
     one, two = connection.endpoint1, connection.endpoint2
-    return placement.point(mbs, *one), placement.point(mbs, *two)
+    return point_at(placement, mbs, *one), point_at(placement, mbs, *two)
 
 
 def _jacobian(conversion: Conversion, mass: Mass) -> Array:

@@ -19,10 +19,10 @@ from typing import TYPE_CHECKING
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.hookspecs import Pass
-from urdf2mbs.mbs.kinematics import floating
 from urdf2mbs.mbs.model import Parameter, UserModel
 from urdf2mbs.ranges import rounded
 from urdf2mbs.spatial import add
+from urdf2mbs_project.places import floating, point_at, way
 from urdf2mbs_project.simulation import CONTACT_STATES, JOINT_STATES, Simulation
 
 if TYPE_CHECKING:
@@ -121,7 +121,7 @@ def _carry(simulation: Simulation, mass: Mass, reduction: Array) -> list[float]:
     carried: list[float] = []
     for index, twist in enumerate(mass.twists):
         inertia = float(reduction[index] @ reduced @ reduction[index])
-        standing = sum(index in mass.placement.way(foot) for foot in feet)
+        standing = sum(index in way(mass.placement, foot) for foot in feet)
         if standing and floats:
             rest = float(twist @ (whole - mass.behind[index]) @ twist)
             inertia = max(inertia, rest * standing / len(feet))
@@ -194,7 +194,7 @@ def _slopes(
         _, _, plane = np.linalg.svd(up[None])
         for contact in contacts:
             body = owners[id(contact.point)]
-            at = mass.placement.point(mass.mbs, body, contact.point.name)
+            at = point_at(mass.placement, mass.mbs, body, contact.point.name)
             rot = mass.placement.bodies[body].rot
             at = add(at, contact.arm(rot, conversion.state(Simulation).up))
             moved = mass.point(body, at) @ reduction
@@ -207,7 +207,7 @@ def _slopes(
         (one, here), (two, there) = (
             (at, mass.point(end[0], at))
             for end in (link.endpoint1, link.endpoint2)
-            for at in [mass.placement.point(mass.mbs, *end)]
+            for at in [point_at(mass.placement, mass.mbs, *end)]
         )
         way = np.array(two) - np.array(one)
         row = way / np.linalg.norm(way) @ (there - here) @ reduction

@@ -9,9 +9,9 @@ from hypothesis import given
 from mbs.models import few
 from oracle.pin import to_pinocchio
 from plugins.project.test_singular import mass_matrix, trees
-from urdf2mbs.mbs.kinematics import floating
 from urdf2mbs.mbs.model import Body, Joint, Mbs
 from urdf2mbs_project.mass import Mass
+from urdf2mbs_project.places import floating, point_at, way
 
 pin = pytest.importorskip("pinocchio")
 
@@ -30,12 +30,12 @@ def test_mass_matrix_and_velocities_are_those_of_pinocchio(mbs: Mbs) -> None:
     for body in mbs.bodies:
         frame = model.getFrameId(f"{body.name}/p")
         wanted = pin.getFrameJacobian(model, data, frame, pin.LOCAL_WORLD_ALIGNED).reshape(6, -1)
-        at = mass.placement.point(mbs, body.name, "p")
+        at = point_at(mass.placement, mbs, body.name, "p")
         found = np.vstack([mass.point(body.name, at), mass.turn(body.name)])
         np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-12)
         moving = mass.moves[:, mass.placement.last[body.name]].nonzero()[0]
-        assert mass.placement.way(body.name) == sorted(moving, reverse=True)
-    assert mass.placement.way(None) == []
+        assert way(mass.placement, body.name) == sorted(moving, reverse=True)
+    assert way(mass.placement, None) == []
     assert not mass.point(None, (1.0, 2.0, 3.0)).any()
     assert not mass.turn(None).any()
     assert mass.point(None, (1.0, 2.0, 3.0)).shape == mass.turn(None).shape == (3, len(q))

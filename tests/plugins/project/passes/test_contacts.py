@@ -17,6 +17,7 @@ from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.spatial import Vec, dot
 from urdf2mbs.testing import TINY, convert_text
+from urdf2mbs_project.places import point_at
 
 ROOT = Path(__file__).resolve().parents[4]
 BIPED = ROOT / "configs" / "biped.urdf.xacro"
@@ -34,7 +35,7 @@ def heights(mbs: Mbs, up: Vec = (0.0, 0.0, 1.0)) -> list[float]:
     """How high the contact points are."""
     placement = place(mbs)
     return [
-        dot(up, placement.point(mbs, body.name, point.name))
+        dot(up, point_at(placement, mbs, body.name, point.name))
         for body in mbs.bodies
         for point in body.points
         if point.extforce is not None

@@ -22,6 +22,7 @@ from urdf2mbs.testing import convert_text
 from urdf2mbs.urdf.model import ClosingJoint
 from urdf2mbs_project.mass import Mass
 from urdf2mbs_project.passes.loops import SINGULAR, Cut, _from_sdf, _jacobian, independent_columns
+from urdf2mbs_project.places import point_at
 from urdf2mbs_project.simulation import Simulation
 
 ROOT = Path(__file__).resolve().parents[4]
@@ -71,7 +72,7 @@ def test_a_ball_makes_two_joints_of_a_four_bar_dependent(passes: dict[str, Any],
     assert cut.kind == "ball"
     placement = place(mbs)
     for end in (cut.endpoint1, cut.endpoint2):
-        assert placement.point(mbs, *end) == pytest.approx((1, 0, 1))
+        assert point_at(placement, mbs, *end) == pytest.approx((1, 0, 1))
     assert "loop-open" not in codes(result)
 
 
@@ -189,7 +190,7 @@ def test_the_rows_of_a_cut_are_its_derivatives(kind: str, tmp_path: Path) -> Non
         for coupling in conversion.state(Simulation).couplings:
             coupling.follow()
         placement = place(mbs)
-        one, two = (np.array(placement.point(mbs, *end)) for end in ends)
+        one, two = (np.array(point_at(placement, mbs, *end)) for end in ends)
         turned = [np.array(placement.bodies[body].rot).reshape(3, 3) for body, _ in ends]
         return two - one, *turned
 
