@@ -6,7 +6,7 @@ import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import msgspec
 
@@ -14,9 +14,6 @@ from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.plugins import Plugins, Registered
 from urdf2mbs.messages.diagnostics import Diagnostic, counted, render
 from urdf2mbs.summary import Report, of_plugins
-
-if TYPE_CHECKING:
-    from urdf2mbs.proof.verdict import Proof
 
 #: What the summaries of the passes call "the method".
 METHOD = (
@@ -39,7 +36,7 @@ def tell(conversion: Conversion, found: Report, verbose: bool) -> None:
     for line in of_plugins(conversion).lines:
         print(f"  {line}")
     if found.proof is not None:
-        print(f"  {found.verdict}\n  {proof_in_words(found.proof)}")
+        print(f"  {found.verdict}\n  {found.proof.compared}")
         for difference in found.proof.differences:
             print(f"error[not-the-same]: {difference.message}", file=sys.stderr)
     else:
@@ -105,16 +102,6 @@ def _fold(warnings: Sequence[Diagnostic]) -> list[Diagnostic]:
         hint = "; ".join(dict.fromkeys(said.hint for said in shown if said.hint)) or None
         folded.append(msgspec.structs.replace(first, message=message, hint=hint))
     return folded
-
-
-def proof_in_words(proof: Proof) -> str:
-    """What the comparison looked at, and the largest relative deviation of each kind, or how many
-    differences there are: what differs need not be a number."""
-    compared = f"{counted(proof.groups, 'rigid group')} at {proof.positions} positions"
-    if proof.differences:
-        return f"{compared}: {counted(len(proof.differences), 'difference')}"
-    found = ", ".join(f"{kind} {off:.1e}" for kind, off in proof.largest.items())
-    return f"{compared}; largest deviations: {found}"
 
 
 #: Versions of Robotran's programs; docs/beside-robotran.md says what was tried in them.

@@ -8,9 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, redirect_stdout
 from pathlib import Path
 
-from urdf2mbs.disk import files
 from urdf2mbs.engine.output import write_files
-from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.messages.diagnostics import ConfigError
 
 #: What stands for standard input or output.
@@ -44,18 +42,3 @@ def saving(
 
     with redirect_stdout(output if arguments.quiet else sys.stderr):
         yield save
-
-
-def read_bytes(model: Path) -> bytes:
-    """The bytes of an .mbs file; raises ConfigError."""
-    try:
-        return files.read_stdin() if is_stream(model) else files.read(model)
-    except OSError as error:
-        raise ConfigError("model-unreadable", f"cannot read '{model}': {error.strerror}") from None
-
-
-def read_model(model: Path) -> Mbs:
-    """An .mbs file, or the model that comes from standard input; raises ConversionError."""
-    from urdf2mbs.mbs.reader import read
-
-    return read(read_bytes(model), files.STDIN if is_stream(model) else str(model))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import msgspec
 
-from urdf2mbs.commands.printing import print_json, proof_in_words, tell_diagnostics
+from urdf2mbs.commands.printing import print_json, tell_diagnostics
 from urdf2mbs.commands.settings import (
     READING,
     add_fields,
@@ -81,7 +81,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
         print(verdict.verdict)
         return code
     _tell_match(verdict)
-    print(f"  {proof_in_words(verdict)}")
+    print(f"  {verdict.compared}")
     if verdict.frames:
         frames = counted(len(verdict.frames), "frame")
         print(f"  {frames} of links and points elsewhere than by the URDF, as a model may choose "
@@ -97,9 +97,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
 
 def _tell_match(verdict: Verdict) -> None:
     """Which joints of the URDF and of the .mbs are the same, and what they move."""
-    from urdf2mbs.proof.urdf_side import SIX
-
-    own = [f"'{name}'" for name, joints in verdict.joints.items() if len(joints) == len(SIX)]
+    own = [f"'{name}'" for name, joints in verdict.joints.items() if len(joints) == 6]
     base = ", and the floating base" if verdict.floating_base else ", the base is fixed"
     if own:
         base = f", {', '.join(own)} floats"

@@ -63,9 +63,9 @@ def read(path: Path, most: int | None = None) -> bytes:
 
 
 def read_model(model: str | os.PathLike[str]) -> bytes:
-    """The bytes of an .mbs file; raises ConfigError."""
+    """The bytes of an .mbs file; ``-`` is standard input.  Raises ConfigError."""
     try:
-        return read(Path(model))
+        return read_stdin() if os.fspath(model) == "-" else read(Path(model))
     except OSError as error:
         raise ConfigError("model-unreadable", f"cannot read '{model}': {error.strerror}") from None
 

@@ -10,11 +10,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection
 from functools import cache
+from pathlib import Path
 from sys import intern
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from lxml import etree
 
+from urdf2mbs.disk import files
+from urdf2mbs.disk.xml_errors import BLANK, check_conflict, check_entities, explain
+from urdf2mbs.disk.xml_parser import safe_parser
 from urdf2mbs.mbs.fields import INSIDE, OBJECTS, REPEATED, Kind, Object, Table
 from urdf2mbs.mbs.model import (
     BASE,
@@ -37,8 +41,6 @@ from urdf2mbs.mbs.model import (
 from urdf2mbs.mbs.values import Values
 from urdf2mbs.messages.diagnostics import ConversionError, nearest
 from urdf2mbs.spatial import ZERO
-from urdf2mbs.xml.errors import BLANK, check_conflict, check_entities, explain
-from urdf2mbs.xml.parser import safe_parser
 
 if TYPE_CHECKING:
     from lxml.etree import _Element
@@ -67,6 +69,11 @@ def read(data: bytes, file: str, *, mechanics_only: bool = False) -> Mbs:
     file, an unknown word, a number that is none, a name that is taken.
     """
     return _Reader(data, file, mechanics_only=mechanics_only).mbs(_parse(data, file))
+
+
+def read_file(model: Path) -> Mbs:
+    """The model of an .mbs file; ``-`` is standard input.  Raises ConversionError."""
+    return read(files.read_model(model), files.STDIN if str(model) == "-" else str(model))
 
 
 def read_again(source: bytes) -> tuple[Mbs, list[_Element]]:

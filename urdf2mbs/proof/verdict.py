@@ -8,7 +8,7 @@ from typing import Any
 
 import msgspec
 
-from urdf2mbs.messages.diagnostics import some
+from urdf2mbs.messages.diagnostics import counted, some
 
 NOT_CHECKED = "NOT CHECKED"
 NOT_THE_SAME = "NOT the same robot"
@@ -53,6 +53,16 @@ class Proof(msgspec.Struct, kw_only=True):
     """Known deviations from the URDF that are no difference by themselves: each thing, and why."""
     not_compared: dict[str, str]
     """The things that Robotran reads and nothing here compares, each with the reason."""
+
+    @property
+    def compared(self) -> str:
+        """What was looked at, and the largest relative deviation of each kind, or how many
+        differences there are: what differs need not be a number."""
+        compared = f"{counted(self.groups, 'rigid group')} at {self.positions} positions"
+        if self.differences:
+            return f"{compared}: {counted(len(self.differences), 'difference')}"
+        found = ", ".join(f"{kind} {off:.1e}" for kind, off in self.largest.items())
+        return f"{compared}; largest deviations: {found}"
 
     def differ(self, differences: Iterable[Difference]) -> None:
         """Add differences; of one size, before those that are there."""

@@ -11,9 +11,9 @@ from typing import Any, NamedTuple
 
 from lxml import etree
 
+from urdf2mbs.disk.xml_errors import BLANK, check_entities, explain
+from urdf2mbs.disk.xml_parser import safe_parser
 from urdf2mbs.messages.diagnostics import ConversionError
-from urdf2mbs.xml.errors import BLANK, check_entities, explain
-from urdf2mbs.xml.parser import safe_parser
 
 
 class Slip(NamedTuple):

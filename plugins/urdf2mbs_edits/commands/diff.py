@@ -7,7 +7,7 @@ from pathlib import Path
 
 from urdf2mbs.commands.printing import print_json
 from urdf2mbs.commands.settings import add_json, path
-from urdf2mbs.commands.streams import read_model
+from urdf2mbs.mbs.reader import read_file
 from urdf2mbs.messages.diagnostics import ConversionError, counted, printable
 
 EXAMPLES = (
@@ -36,7 +36,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
 
     files: tuple[Path, Path] = (arguments.before, arguments.after)
     try:
-        before, after = map(read_model, files)
+        before, after = map(read_file, files)
     except ConversionError as error:
         error.exit_code = 2
         raise

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from urdf2mbs.commands.printing import print_json
 from urdf2mbs.commands.settings import add_printing, path
-from urdf2mbs.commands.streams import read_bytes
+from urdf2mbs.disk.files import read_model
 from urdf2mbs.engine.output import write_files
 from urdf2mbs.messages.diagnostics import ConversionError, counted, printable
 
@@ -39,7 +39,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
 
     output: Path = arguments.output or arguments.ours
     name: Path = arguments.path or output
-    files = [read_bytes(file) for file in (arguments.base, arguments.ours, arguments.theirs)]
+    files = [read_model(file) for file in (arguments.base, arguments.ours, arguments.theirs)]
     try:
         base, ours, theirs = (
             read(data, f"{name} ({side})")

@@ -8,8 +8,8 @@ from pathlib import Path
 
 from urdf2mbs.commands.printing import near, print_json
 from urdf2mbs.commands.settings import add_printing, path, refuse
-from urdf2mbs.commands.streams import is_stream, read_bytes
-from urdf2mbs.disk.files import project_of
+from urdf2mbs.commands.streams import is_stream
+from urdf2mbs.disk.files import project_of, read_model
 from urdf2mbs.engine.output import write_files
 from urdf2mbs.messages.diagnostics import ConfigError, counted
 
@@ -64,7 +64,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
     model: Path = arguments.model
     if is_stream(model) or is_stream(arguments.output):
         raise ConfigError("usage", "the equations are several files beside their model, not '-'")
-    data = read_bytes(model)
+    data = read_model(model)
     mbs = read(data, str(model), mechanics_only=True)
     project = project_of(model)
     folder: Path = arguments.output or project / "symbolicR"

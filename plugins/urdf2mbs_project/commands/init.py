@@ -19,6 +19,7 @@ from urdf2mbs.commands.streams import STREAM
 from urdf2mbs.config.model import Config, Lines, typed
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.disk import files
+from urdf2mbs.disk.xml_parser import safe_parser
 from urdf2mbs.engine.output import write_files
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.mbs.kinematics import place
@@ -27,7 +28,6 @@ from urdf2mbs.spatial import add, compose, dot, rotate
 from urdf2mbs.summary import report
 from urdf2mbs.urdf.model import Geometry, Joint, Link, Mesh, Robot
 from urdf2mbs.urdf.reader import is_name, read_text, stem
-from urdf2mbs.xml.parser import safe_parser
 from urdf2mbs_project.passes.contacts import lowest_points
 from urdf2mbs_project.simulation import Simulation
 

@@ -7,7 +7,8 @@ from pathlib import Path
 
 from urdf2mbs.commands.printing import beside, print_json
 from urdf2mbs.commands.settings import add_printing, path
-from urdf2mbs.commands.streams import is_stream, read_model, saving
+from urdf2mbs.commands.streams import is_stream, saving
+from urdf2mbs.mbs.reader import read_file
 from urdf2mbs.messages.diagnostics import counted
 
 EXAMPLES = (
@@ -31,7 +32,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
     from urdf2mbs_report.draw import draw
 
     model: Path = arguments.model
-    mbs = read_model(model)
+    mbs = read_file(model)
     picture = draw(mbs).encode()
     default = model if is_stream(model) else beside(model, ".svg")
     output: Path = arguments.output or default

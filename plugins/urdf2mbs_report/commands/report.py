@@ -19,9 +19,10 @@ from urdf2mbs.commands.settings import (
     path,
     robot_or_config,
 )
-from urdf2mbs.commands.streams import is_stream, read_model, saving
+from urdf2mbs.commands.streams import is_stream, saving
 from urdf2mbs.disk.files import is_file, read
 from urdf2mbs.engine.pipeline import Pipeline
+from urdf2mbs.mbs.reader import read_file
 from urdf2mbs.messages.diagnostics import ConfigError, counted
 from urdf2mbs.summary import report
 
@@ -90,7 +91,7 @@ def _report_model(arguments: argparse.Namespace, save: Save) -> int:
     for field in choose_fields(arguments, ALONE):
         flag = FLAGS[field].flag
         raise ConfigError("usage", f"{flag} is for a robot; '{file}' is an .mbs already")
-    model = read_model(file)
+    model = read_file(file)
     output = arguments.output or beside(file, ".html")
     page = make_of_model(model, file)
     save(output, page.data)
