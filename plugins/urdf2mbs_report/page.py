@@ -24,6 +24,7 @@ from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, counted
 from urdf2mbs.summary import of_plugins, report
+from urdf2mbs_meshes.files import files_of
 from urdf2mbs_report import around, sections
 from urdf2mbs_report.draw import draw
 from urdf2mbs_report.motion import motion
@@ -100,10 +101,10 @@ def _both_sides(
         if filename is None or fetch(url) is not None:
             return None
         stand_ins.add(url)
-        return conversion.packages.resolve(filename)
+        return files_of(conversion).resolve(filename)
 
     data = _data(model, store, mbs_side(model, store, fetch, stand_in)) | {
-        "urdf": urdf_side(conversion.robot, store, conversion.packages.resolve),
+        "urdf": urdf_side(conversion.robot, store, files_of(conversion).resolve),
         "frames": [
             (link, {"body": at.body, "joint": at.joint, "pose": (*at.pose.rot, *at.pose.xyz)})
             for link, at in conversion.frames.items()

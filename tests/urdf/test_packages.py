@@ -36,12 +36,6 @@ def of(folder: Path) -> Packages:
     return Packages({}, source(folder))
 
 
-def touch(file: Path) -> Path:
-    file.parent.mkdir(parents=True, exist_ok=True)
-    file.touch()
-    return file
-
-
 def test_the_table_comes_first(tmp_path: Path) -> None:
     package(tmp_path / "ws" / "arm")
     mine = tmp_path / "elsewhere"
@@ -94,14 +88,12 @@ def test_a_workspace_that_was_built(tmp_path: Path, mark: str) -> None:
     only = package(tmp_path / "install" / "tool" / "share" / "tool")
     merged = package(tmp_path / "install" / "share" / "cap")
     for folder in (hand, package(tmp_path / "install" / "hand" / "share" / "hand")):
-        (folder / "meshes").mkdir()
-        (folder / "meshes" / "m.stl").touch()
+        assert folder.is_dir()
     packages = of(arm / "urdf")
     assert packages.root == tmp_path
     # the sources come before what was built of them
     for name, folder in {"hand": hand, "tool": only, "cap": merged}.items():
         assert packages.find(name) == folder
-    assert packages.resolve("file:///home/me/hand/meshes/m.stl") == hand / "meshes" / "m.stl"
     # an installed robot finds what is installed
     packages = of(only / "urdf")
     assert packages.find("cap") == merged
@@ -119,22 +111,11 @@ def test_a_package_beside_the_workspace_holds_no_code_for_us(
     if mark is not None:
         (tmp_path / "ws" / "arm" / mark).touch()
     stranger = package(tmp_path / folder)
-    (stranger / "m.stl").touch()
     packages = Packages({}, robot)
     with pytest.raises(ConversionError) as caught:
         packages.find("hand")
     assert str(packages.root) in caught.value.message
     assert f"--package hand={stranger}" in (caught.value.hint or "")
-    # a mesh is data
-    assert packages.resolve("package://hand/m.stl") == stranger / "m.stl"
-
-
-def test_a_folder_above_without_a_package_xml_has_meshes(tmp_path: Path) -> None:
-    packages = of(package(tmp_path / "ws" / "arm") / "urdf")
-    for folder, found in (("ws/bare1", True), ("bare2", True), ("other/bare3", False)):
-        mesh = touch(tmp_path / folder / "m.stl")
-        name = f"package://{mesh.parent.name}/m.stl"
-        assert packages.resolve(name) == (mesh if found else None)
 
 
 @pytest.mark.parametrize("name", ["hand", "other"])
@@ -236,81 +217,3 @@ def test_a_folder_of_the_table_that_does_not_exist(tmp_path: Path) -> None:
         packages.find("arm")
     assert caught.value.code == "package-folder"
     assert str(tmp_path / "gone") in caught.value.message
-    assert packages.resolve("package://arm/m.stl") is None
-    assert "gone" in "".join(packages.places_of("package://arm/m.stl"))
-
-
-def test_files_of_meshes(tmp_path: Path) -> None:
-    arm = package(tmp_path / "arm")
-    mesh = arm / "meshes" / "a b.stl"
-    mesh.parent.mkdir()
-    mesh.touch()
-    packages = of(arm / "urdf")
-    for filename in (
-        *(f"{scheme}://arm/meshes/a b.stl" for scheme in ("package", "PACKAGE", "model")),
-        *(f"{start}{mesh}" for start in ("file://", "file:", "file://localhost", "FILE://LocalHost")),
-        f"file://{mesh}".replace(" ", "%20"), str(mesh), "../meshes/a b.stl",
-    ):  # fmt: skip
-        found = packages.resolve(filename)
-        assert found is not None, filename
-        assert found.samefile(mesh)
-        assert packages.places_of(filename) == [str(found.parent)]
-    for drive in ("C:/a b.stl", "file:///C:/a b.stl", "file:///C:/a%20b.stl", "file:/c%3A/a.stl"):
-        (looked,) = packages.places_of(drive)
-        assert not looked.startswith(("/C:", "/c:")), looked
-        assert looked.endswith(":")
-    for filename in (
-        "package://arm/meshes", "package://arm/meshes/c.stl", "package://nobody_has_it/m.stl",
-        "package://", "http://host/m.stl", "m.stl", "", "a\0b", "x" * 5000, "a/" * 99999 + "b.stl",
-    ):  # fmt: skip
-        assert packages.resolve(filename) is None
-        assert packages.places_of(filename)
-    assert any("nobody_has_it" in p for p in packages.places_of("package://nobody_has_it/m.stl"))
-    assert packages.places_of("package://arm/c.stl") == [str(arm)]
-
-
-@pytest.mark.parametrize(
-    "filename",
-    [
-        "package://iCub/meshes/arm.stl",  # the folder is called iCub_manual
-        "file:///home/somebody/ws/robot/meshes/arm.stl",
-        "/home/somebody/meshes/arm.stl",
-        "C:\\Users\\me\\ws\\meshes\\arm.stl",
-        "file:///C:/Users/me/ws/meshes/arm.stl",
-        "meshes/arm.stl",  # the folder is above the URDF
-        "../../meshes/arm.stl",
-    ],
-)
-def test_a_mesh_elsewhere_in_the_workspace_is_found(filename: str, tmp_path: Path) -> None:
-    (tmp_path / ".git").mkdir()
-    mesh = touch(tmp_path / "iCub_manual" / "meshes" / "arm.stl")
-    robot = source(tmp_path / "robots" / "urdf")
-    assert Packages({}, robot).resolve(filename) == mesh
-    # which of several is meant is not known; a file of that name alone is another
-    other = touch(tmp_path / "other" / "meshes" / "arm.stl")
-    packages = Packages({}, robot)
-    assert packages.resolve(filename) is None
-    (said,) = packages.places_of(filename)
-    assert {str(mesh), str(other)} <= set(said.replace(",", "").split())
-    mesh.unlink()
-    other.rename(tmp_path / "other" / "arm.stl")
-    assert Packages({}, robot).resolve(filename) is None
-
-
-def test_the_package_of_a_mesh_decides_between_two(tmp_path: Path) -> None:
-    (tmp_path / ".git").mkdir()
-    mesh, _ = (touch(tmp_path / name / "meshes/m.stl") for name in ("deep/down/here/arm", "hand"))
-    assert of(tmp_path / "urdf").resolve("package://arm/meshes/m.stl") == mesh
-
-
-def test_no_mesh_is_taken_from_outside_the_workspace_or_from_a_huge_one(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    robot = tmp_path / "ws" / "urdf"
-    touch(tmp_path / "ws" / ".git")
-    touch(tmp_path / "meshes" / "m.stl")
-    assert of(robot).resolve("meshes/m.stl") is None
-    touch(tmp_path / "ws" / "a" / "meshes" / "m.stl")
-    assert of(robot).resolve("meshes/m.stl") is not None
-    monkeypatch.setattr("urdf2mbs.urdf.packages.MOST_FOLDERS", 2)
-    assert of(robot).resolve("meshes/m.stl") is None

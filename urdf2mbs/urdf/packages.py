@@ -3,26 +3,21 @@
 from __future__ import annotations
 
 import os
-import posixpath
 import re
 from functools import cached_property
 from itertools import islice
 from pathlib import Path
 from stat import S_IWOTH
 from typing import TYPE_CHECKING
-from urllib.parse import unquote
 
 from urdf2mbs.disk import files
-from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, nearest, some
+from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, nearest
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping
 
 _NAME = rb"<name(?:\s[^<>]*)?>([^<>]*)</name>"
 _COMMENT = rb"(?s)<!--.*?(?:-->|\Z)"
-_PACKAGE = r"(?is)(package|model):/*([^/]*)/?(.*)"
-_FILE = r"(?i)^file:(//localhost(?=/))?"
-_DRIVE = r"^[A-Za-z]:[\\/]"
 #: No more folders of a workspace are searched for packages, and a larger one not for meshes.
 MOST_FOLDERS = 10_000
 #: The root of a git checkout, or of a workspace of colcon or catkin, has one of these.  The last
@@ -92,8 +87,6 @@ class Packages:
         self.source = Path(absolute(source))
         self._found: dict[str, Path | None] = {}
         self._beyond: dict[str, Path | None] = {}
-        self.moved: dict[str, list[Path]] = {}
-        """The files that fit each name without a file at its place."""
         self._crawled: dict[str, dict[str, list[Path]]] = {}
 
     @cached_property
@@ -129,7 +122,7 @@ class Packages:
         return dict(sorted({**self.table, **there}.items()))
 
     def _missing(self, name: str) -> ConversionError:
-        stranger, close = self._find_beyond(name), nearest(name, self.table)
+        stranger, close = self.find_beyond(name), nearest(name, self.table)
         said = f"{close} else " if close else ""
         if stranger is not None:
             said = f"there is one outside, in {stranger}: if you trust it, "
@@ -145,78 +138,6 @@ class Packages:
             hint=f"{said}add `packages: {{{name}: {stranger or 'DIR'}}}` to the config, or "
             f"`--package {name}={stranger or 'DIR'}`",
         )
-
-    def resolve(self, filename: str) -> Path | None:
-        """The file of a mesh or texture by its name; None if there is no such file.
-
-        A file that is not at its place is taken from elsewhere in the workspace, if one fits.
-        """
-        try:
-            path = self._path(filename)
-            if path is None or path.is_file():
-                return path
-        except (ConversionError, OSError, ValueError):
-            pass
-        if filename not in self.moved:
-            self.moved[filename] = self._find_moved(filename)
-        fitting = self.moved[filename]
-        return fitting[0] if len(fitting) == 1 else None
-
-    def _find_moved(self, filename: str) -> list[Path]:
-        """The files of the workspace whose paths end as the file's name does."""
-        _, name, rest = _split(filename)
-        rest = re.sub(_DRIVE, "/", rest).replace("\\", "/")
-        tail = [part for part in posixpath.normpath(rest).split("/") if part not in ("", "..")]
-        # the folders before a package are those of another machine, as are those of a whole path
-        shortest = min(2, len(tail)) if rest.startswith("/") else len(tail)
-        fitting = self._files.get(tail[-1], []) if tail else []
-        tail = [name, *tail] if name else tail
-        longest = max((len(path.parts) for path in fitting), default=0)
-        for size in range(min(len(tail), longest), shortest - 1, -1):
-            found = [path for path in fitting if path.parts[-size:] == tuple(tail[-size:])]
-            if found:
-                return found
-        return []
-
-    @cached_property
-    def _files(self) -> dict[str, list[Path]]:
-        """The files of the workspace by name; none if it has too many folders."""
-        found: dict[str, list[Path]] = {}
-        for number, (folder, _, names) in enumerate(_walk(self.root, self.source.parents)):
-            if number == MOST_FOLDERS:
-                return {}
-            for name in names:
-                found.setdefault(name, []).append(folder / name)
-        return found
-
-    def places_of(self, filename: str) -> list[str]:
-        """The folders where ``resolve`` looks for a file, for a message."""
-        scheme, name, _ = _split(filename)
-        several = self.moved.get(filename, [])
-        if len(several) > 1:
-            return [f"several files of the workspace, which all fit: {some(map(str, several), 3)}"]
-        try:
-            path = self._path(filename)
-        except ConfigError as error:
-            return [error.message]
-        except ConversionError:
-            return [
-                f"package '{name}', which was not found: 'packages: {{{name}: DIR}}' says where"
-            ]
-        return [str(path.parent)] if path else [f"'{scheme}://' names are not known"]
-
-    def _path(self, filename: str) -> Path | None:
-        scheme, name, rest = _split(filename)
-        if scheme in ("package", "model"):
-            try:
-                return self.find(name) / rest
-            except ConversionError:
-                # a mesh is data: it may lie beyond the workspace
-                folder = None if name in self.table else self._find_beyond(name)
-                if folder is None:
-                    raise
-                return folder / rest
-        return self.source.parent / rest if scheme in ("file", "") else None
 
     def _search(self, name: str) -> Iterator[Path]:
         """The folders that may be the package, the best first."""
@@ -239,7 +160,7 @@ class Packages:
         """How many folders above the source the first one is that holds this folder, too."""
         return sum(not folder.is_relative_to(above) for above in self.source.parents)
 
-    def _find_beyond(self, name: str) -> Path | None:
+    def find_beyond(self, name: str) -> Path | None:
         """A package outside the workspace, below a folder above it; None: there is none."""
         if name not in self._beyond:
             beyond = self.root.parents if _is_name(name) else ()
@@ -257,7 +178,7 @@ class Packages:
         """The packages below a folder by name; none within another, but where the source is."""
         if str(top) not in self._crawled:
             packages = self._crawled[str(top)] = {}
-            for folder, folders, names in islice(_walk(top, (top,)), MOST_FOLDERS):
+            for folder, folders, names in islice(walk(top, (top,)), MOST_FOLDERS):
                 name = _package_name(folder) if "package.xml" in names else None
                 if name is not None:
                     packages.setdefault(name, []).append(folder)
@@ -266,7 +187,7 @@ class Packages:
         return self._crawled[str(top)]
 
 
-def _walk(top: Path, around: Collection[Path]) -> Iterator[tuple[Path, list[str], list[str]]]:
+def walk(top: Path, around: Collection[Path]) -> Iterator[tuple[Path, list[str], list[str]]]:
     """What ``os.walk`` gives of folders of sources: none that is hidden, or that colcon built.
 
     A folder ``around`` the source is one of sources, whatever it holds.
@@ -278,18 +199,6 @@ def _walk(top: Path, around: Collection[Path]) -> Iterator[tuple[Path, list[str]
             folders.clear()
         else:
             yield folder, folders, names
-
-
-def _split(filename: str) -> tuple[str, str, str]:
-    """Scheme, package (for ``package`` and ``model``) and the path."""
-    match = re.fullmatch(_PACKAGE, filename)
-    if match:
-        return match[1].lower(), match[2], match[3]
-    path, is_file = re.subn(_FILE, "", filename)
-    if is_file:
-        path = re.sub("^/+", "/", unquote(path))
-        return "file", "", path[1:] if re.match(_DRIVE, path[1:]) else path
-    return (filename.partition("://")[0], "", "") if "://" in filename else ("", "", filename)
 
 
 def _is_name(name: str) -> bool:

@@ -21,8 +21,8 @@ from urdf2mbs.ranges import PositiveLength
 from urdf2mbs.spatial import ZERO, Pose, Sym, Vec, compose, lump, rotate_inertia, unit
 from urdf2mbs.urdf import inertia
 from urdf2mbs.urdf.model import Box, Cylinder, Geometry, Inertial, Joint, Link, Mesh, Origin, Sphere
-from urdf2mbs.urdf.packages import Packages
 from urdf2mbs_inertia.nearest import nearest, second_moments
+from urdf2mbs_meshes.files import MeshFiles, files_of
 
 #: A solid of density 1 kg/m^3: its volume (m^3), centre (m) and inertia about it (m^5).
 Solid = tuple[float, Vec, Sym]
@@ -97,7 +97,7 @@ def _estimate(conversion: Conversion, options: EstimateInertia) -> None:
     children = conversion.robot.children()
     for link in conversion.robot.links.values():
         if link.massless and (link.collisions or link.visuals):
-            solid, means = _solid(link, children[link.name], conversion.packages, options)
+            solid, means = _solid(link, children[link.name], files_of(conversion), options)
             if solid[0] > 0.0:
                 solids[link.name] = solid, means
     if not solids:
@@ -141,13 +141,13 @@ def _density(
 
 
 def _solid(
-    link: Link, onward: list[Joint], packages: Packages, options: EstimateInertia
+    link: Link, onward: list[Joint], files: MeshFiles, options: EstimateInertia
 ) -> tuple[Solid, str]:
     """A link's geometry as one solid in the link's frame, and where the solid comes from."""
     means = "collision geometry" if link.collisions else "visual geometry"
     solids: list[Solid] = []
     for shape in link.collisions or link.visuals:
-        found = _of_geometry(shape.geometry, packages)
+        found = _of_geometry(shape.geometry, files)
         if found is None:
             name = shape.geometry.filename if isinstance(shape.geometry, Mesh) else "a shape"
             rods, kind = _rods(onward, options.rod_radius)
@@ -160,14 +160,14 @@ def _solid(
     return lump(solids), means
 
 
-def _of_geometry(geometry: Geometry, packages: Packages) -> tuple[Solid, str | None] | None:
+def _of_geometry(geometry: Geometry, files: MeshFiles) -> tuple[Solid, str | None] | None:
     if isinstance(geometry, Box):
         return _box(geometry.size), None
     if isinstance(geometry, Cylinder):
         return _cylinder(geometry.radius, geometry.length), None
     if isinstance(geometry, Sphere):
         return _ball(geometry.radius), None
-    path = packages.resolve(geometry.filename)
+    path = files.resolve(geometry.filename)
     return None if path is None else _of_mesh(path, geometry.scale)
 
 

@@ -26,6 +26,7 @@ from urdf2mbs.mbs.model import RGB, Shape
 from urdf2mbs.mbs.names import free_name
 from urdf2mbs.messages.diagnostics import counted, some
 from urdf2mbs.urdf import model as urdf
+from urdf2mbs_meshes.files import files_of
 
 if TYPE_CHECKING:  # a robot without meshes has no need of what reads and writes them
     from urdf2mbs_meshes.model import Mesh
@@ -178,15 +179,15 @@ def _find_meshes(conversion: Conversion, folder: Path) -> list[ShownMesh]:
         for visual in link.visuals:
             if isinstance(visual.geometry, urdf.Mesh):
                 links.setdefault(visual.geometry.filename, []).append(link.name)
-    meshes = []
+    meshes, files = [], files_of(conversion)
     for filename, looks in shapes.items():
         targets = [
             Target(folder / f"{names[filename, look]}.wrl", look, looks[look]) for look in looks
         ]
-        path = conversion.packages.resolve(filename)
+        path = files.resolve(filename)
         mesh = ShownMesh(filename, path, links[filename], targets)
         if path is None:
-            mesh.lose("mesh-missing", *conversion.packages.places_of(filename))
+            mesh.lose("mesh-missing", *files.places_of(filename))
         meshes.append(mesh)
     return meshes
 
@@ -217,7 +218,7 @@ def _note_moved(conversion: Conversion) -> None:
     """Name the meshes that are elsewhere in the workspace than the URDF says."""
     moved = [
         f"'{name}' at {fitting[0]}"
-        for name, fitting in conversion.packages.moved.items()
+        for name, fitting in files_of(conversion).moved.items()
         if len(fitting) == 1
     ]
     if moved:

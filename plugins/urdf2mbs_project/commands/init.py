@@ -28,6 +28,7 @@ from urdf2mbs.spatial import add, compose, dot, rotate
 from urdf2mbs.summary import report
 from urdf2mbs.urdf.model import Geometry, Joint, Link, Mesh, Robot
 from urdf2mbs.urdf.reader import is_name, read_text, stem
+from urdf2mbs_meshes.files import files_of
 from urdf2mbs_project.passes.contacts import lowest_points
 from urdf2mbs_project.simulation import Simulation
 
@@ -122,7 +123,7 @@ def find(conversion: Conversion) -> RobotFacts:
     robot, _ = read_text(source, conversion.source, expansion, config.xacro_args)
     shapes = [shape for link in robot.links.values() for shape in _shapes(link)]
     meshes = {shape.filename for shape in shapes if isinstance(shape, Mesh)}
-    missing = sorted(name for name in meshes if packages.resolve(name) is None)
+    missing = sorted(name for name in meshes if files_of(conversion).resolve(name) is None)
     known = packages.found()
     named = {
         found[1] for name in missing if (found := re.match(r"(?:package|model)://([^/]+)", name))

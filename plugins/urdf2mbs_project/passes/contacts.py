@@ -26,6 +26,7 @@ from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.ranges import Coordinate, Place, PositiveLength, rounded
 from urdf2mbs.spatial import ROUNDING, ZERO, Pose, Vec, add, compose, dot, rotate, transpose, unit
 from urdf2mbs.urdf import model as urdf
+from urdf2mbs_meshes.files import files_of
 from urdf2mbs_project.places import floating, point_at, way
 from urdf2mbs_project.ranges import Length, Speed
 from urdf2mbs_project.simulation import MEASURES, Contact, Simulation
@@ -354,7 +355,7 @@ def _vertices(conversion: Conversion, link: str, mesh: urdf.Mesh) -> Any:
     from urdf2mbs_meshes.model import MeshError
     from urdf2mbs_meshes.reader import read
 
-    path = conversion.packages.resolve(mesh.filename)
+    path = files_of(conversion).resolve(mesh.filename)
     problem = "it was not found"
     try:
         if path is not None:

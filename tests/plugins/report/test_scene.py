@@ -17,6 +17,7 @@ from urdf2mbs.mbs.reader import read
 from urdf2mbs.urdf.packages import Packages
 from urdf2mbs_meshes import reader as meshes
 from urdf2mbs_meshes import vrml_reader
+from urdf2mbs_meshes.files import MeshFiles
 from urdf2mbs_report.scene import Store, lookup, mbs_side, urdf_side
 
 
@@ -56,7 +57,7 @@ def test_wrl_and_source_are_the_same_triangles(shared: Path, tmp_path: Path, nam
     packages = Packages(conversion.settings.packages, conversion.settings.source)
     for link in conversion.robot.links.values():
         link.collisions = []  # an .mbs has none
-    urdf_side(conversion.robot, store, packages.resolve)
+    urdf_side(conversion.robot, store, MeshFiles(packages).resolve)
     assert len(store.meshes) == 2 * half > 0
     assert store.packed() == packed
 

@@ -1,0 +1,131 @@
+"""Where the files of meshes are looked for."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from urdf.test_packages import no_ros, package, source
+from urdf2mbs.urdf.packages import Packages
+from urdf2mbs_meshes.files import MeshFiles
+
+__all__ = ["no_ros"]
+
+
+def of(folder: Path) -> MeshFiles:
+    """The files of a robot in a folder."""
+    return MeshFiles(Packages({}, source(folder)))
+
+
+def touch(file: Path) -> Path:
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.touch()
+    return file
+
+
+def test_the_sources_come_before_what_was_built_of_them(tmp_path: Path) -> None:
+    touch(tmp_path / "install" / ".colcon_install_layout")
+    touch(tmp_path / "install" / "COLCON_IGNORE")
+    arm, hand = (package(tmp_path / "src" / f"{name}s" / name) for name in ("arm", "hand"))
+    for folder in (hand, package(tmp_path / "install" / "hand" / "share" / "hand")):
+        touch(folder / "meshes" / "m.stl")
+    found = of(arm / "urdf").resolve("file:///home/me/hand/meshes/m.stl")
+    assert found == hand / "meshes" / "m.stl"
+
+
+def test_a_mesh_of_a_package_beside_the_workspace_is_data(tmp_path: Path) -> None:
+    touch(tmp_path / "ws" / "arm" / ".git")
+    stranger = package(tmp_path / "stranger" / "hand")
+    mesh = touch(stranger / "m.stl")
+    assert of(tmp_path / "ws" / "arm" / "urdf").resolve("package://hand/m.stl") == mesh
+
+
+def test_a_folder_of_the_table_that_does_not_exist(tmp_path: Path) -> None:
+    files = MeshFiles(Packages({"arm": tmp_path / "gone"}, source(tmp_path)))
+    assert files.resolve("package://arm/m.stl") is None
+    assert "gone" in "".join(files.places_of("package://arm/m.stl"))
+
+
+def test_a_folder_above_without_a_package_xml_has_meshes(tmp_path: Path) -> None:
+    files = of(package(tmp_path / "ws" / "arm") / "urdf")
+    for folder, found in (("ws/bare1", True), ("bare2", True), ("other/bare3", False)):
+        mesh = touch(tmp_path / folder / "m.stl")
+        name = f"package://{mesh.parent.name}/m.stl"
+        assert files.resolve(name) == (mesh if found else None)
+
+
+def test_files_of_meshes(tmp_path: Path) -> None:
+    arm = package(tmp_path / "arm")
+    mesh = arm / "meshes" / "a b.stl"
+    mesh.parent.mkdir()
+    mesh.touch()
+    files = of(arm / "urdf")
+    for filename in (
+        *(f"{scheme}://arm/meshes/a b.stl" for scheme in ("package", "PACKAGE", "model")),
+        *(f"{start}{mesh}" for start in ("file://", "file:", "file://localhost", "FILE://LocalHost")),
+        f"file://{mesh}".replace(" ", "%20"), str(mesh), "../meshes/a b.stl",
+    ):  # fmt: skip
+        found = files.resolve(filename)
+        assert found is not None, filename
+        assert found.samefile(mesh)
+        assert files.places_of(filename) == [str(found.parent)]
+    for drive in ("C:/a b.stl", "file:///C:/a b.stl", "file:///C:/a%20b.stl", "file:/c%3A/a.stl"):
+        (looked,) = files.places_of(drive)
+        assert not looked.startswith(("/C:", "/c:")), looked
+        assert looked.endswith(":")
+    for filename in (
+        "package://arm/meshes", "package://arm/meshes/c.stl", "package://nobody_has_it/m.stl",
+        "package://", "http://host/m.stl", "m.stl", "", "a\0b", "x" * 5000, "a/" * 99999 + "b.stl",
+    ):  # fmt: skip
+        assert files.resolve(filename) is None
+        assert files.places_of(filename)
+    assert any("nobody_has_it" in p for p in files.places_of("package://nobody_has_it/m.stl"))
+    assert files.places_of("package://arm/c.stl") == [str(arm)]
+
+
+@pytest.mark.parametrize(
+    "filename",
+    [
+        "package://iCub/meshes/arm.stl",  # the folder is called iCub_manual
+        "file:///home/somebody/ws/robot/meshes/arm.stl",
+        "/home/somebody/meshes/arm.stl",
+        "C:\\Users\\me\\ws\\meshes\\arm.stl",
+        "file:///C:/Users/me/ws/meshes/arm.stl",
+        "meshes/arm.stl",  # the folder is above the URDF
+        "../../meshes/arm.stl",
+    ],
+)
+def test_a_mesh_elsewhere_in_the_workspace_is_found(filename: str, tmp_path: Path) -> None:
+    (tmp_path / ".git").mkdir()
+    mesh = touch(tmp_path / "iCub_manual" / "meshes" / "arm.stl")
+    robot = source(tmp_path / "robots" / "urdf")
+    assert MeshFiles(Packages({}, robot)).resolve(filename) == mesh
+    # which of several is meant is not known; a file of that name alone is another
+    other = touch(tmp_path / "other" / "meshes" / "arm.stl")
+    files = MeshFiles(Packages({}, robot))
+    assert files.resolve(filename) is None
+    (said,) = files.places_of(filename)
+    assert {str(mesh), str(other)} <= set(said.replace(",", "").split())
+    mesh.unlink()
+    other.rename(tmp_path / "other" / "arm.stl")
+    assert MeshFiles(Packages({}, robot)).resolve(filename) is None
+
+
+def test_the_package_of_a_mesh_decides_between_two(tmp_path: Path) -> None:
+    (tmp_path / ".git").mkdir()
+    mesh, _ = (touch(tmp_path / name / "meshes/m.stl") for name in ("deep/down/here/arm", "hand"))
+    assert of(tmp_path / "urdf").resolve("package://arm/meshes/m.stl") == mesh
+
+
+def test_no_mesh_is_taken_from_outside_the_workspace_or_from_a_huge_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    robot = tmp_path / "ws" / "urdf"
+    touch(tmp_path / "ws" / ".git")
+    touch(tmp_path / "meshes" / "m.stl")
+    assert of(robot).resolve("meshes/m.stl") is None
+    touch(tmp_path / "ws" / "a" / "meshes" / "m.stl")
+    assert of(robot).resolve("meshes/m.stl") is not None
+    monkeypatch.setattr("urdf2mbs.urdf.packages.MOST_FOLDERS", 2)
+    assert of(robot).resolve("meshes/m.stl") is None
