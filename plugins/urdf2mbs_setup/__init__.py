@@ -20,3 +20,10 @@ def urdf2mbs_commands() -> list[Command]:
 @hookimpl
 def urdf2mbs_api() -> dict[str, str]:
     return {"Dump": "urdf2mbs_setup.dump:Dump"}
+
+
+@hookimpl
+def urdf2mbs_codes() -> dict[str, str]:
+    from urdf2mbs_setup.codes import CODES
+
+    return CODES

@@ -3,5 +3,4 @@
 CODES = {
     "usage": "error: an argument of the command line is wrong",
     "tolerance-invalid": "error: the tolerance of `verify` is outside of its range",
-    "pass-name": "error: `new-pass` cannot use the name",
 }

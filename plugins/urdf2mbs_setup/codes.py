@@ -1,0 +1,5 @@
+"""Setting up."""
+
+CODES = {
+    "pass-name": "error: `new-pass` cannot use the name",
+}
