@@ -60,6 +60,7 @@ def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
 
     def link(found: re.Match[str]) -> str:
         outside = posixpath.normpath(posixpath.join(here, found[2])).startswith("../")
+        outside = outside or found[2].startswith(("urdf2mbs/", "plugins"))  # of the README
         outside = outside or found[2].endswith((".json", ".cff", "LICENSE"))
         return found[1].replace("`", "") if outside else found[0]
 
