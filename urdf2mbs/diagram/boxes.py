@@ -47,8 +47,6 @@ FORK = 40.0
 """From the last joint, with its label, to the points of several children."""
 FAN = 0.5
 """Wires from one point to several children: how far they go ahead for each pixel aside."""
-
-
 AHEAD, BACK = 0, 2
 """Which way a child runs from its parent's box; -1 and 1 are the sides."""
 
@@ -110,17 +108,13 @@ def nodes(mbs: Mbs) -> list[Node]:
     base = Node(None, name_width=written("Base"))
     out = [base]
     found: dict[str | None, Node] = {None: base}
-    points: dict[tuple[str | None, str | None], Point] = {}
-    for point in mbs.base.points:
-        points[None, point.name] = point
+    points = mbs.points()
     leads: dict[tuple[str | None, str | None], Lead] = {}
     for body in mbs.depth_first():
         parent = found[body.parent]
         node = Node(body, body.name, body.joints, name_width=written(body.name))
         found[body.name] = node
         out.append(node)
-        for point in body.points:
-            points[body.name, point.name] = point
         at = points.get((body.parent, body.point))
         key = (body.parent, None if at is None else body.point)
         if key not in leads:

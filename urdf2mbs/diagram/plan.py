@@ -242,12 +242,8 @@ def put(mbs: Mbs, base: Node, way: Way, whole: Plan) -> None:
         node, drawn, way = todo.pop()
         x, y, ax, ay, bx, by = way
         a0, a1, b0, b1 = drawn.box
-        x0, x1 = x + ax * a0 + bx * b0, x + ax * a1 + bx * b1
-        y0, y1 = y + ay * a0 + by * b0, y + ay * a1 + by * b1
-        if x0 > x1:
-            x0, x1 = x1, x0
-        if y0 > y1:
-            y0, y1 = y1, y0
+        x0, x1 = sorted((x + ax * a0 + bx * b0, x + ax * a1 + bx * b1))
+        y0, y1 = sorted((y + ay * a0 + by * b0, y + ay * a1 + by * b1))
         placed.append((node, drawn, way, (x0, y0, x1, y1)))
         left, top = min(left, x0), min(top, y0)  # joints stand between two boxes
         for child, below, a, b, turn, mirror in drawn.limbs:

@@ -8,7 +8,6 @@ stand farther out, as arms do beside legs.
 from __future__ import annotations
 
 from math import ceil
-from typing import NamedTuple
 
 import msgspec
 
@@ -26,7 +25,7 @@ from urdf2mbs.diagram.boxes import (
 )
 from urdf2mbs.diagram.plan import Wish, plan, put
 from urdf2mbs.diagram.shape import Shape
-from urdf2mbs.diagram.tree import BOTH, plan_tree
+from urdf2mbs.diagram.tree import plan_tree, ways_of
 from urdf2mbs.mbs.model import Mbs
 
 MIDDLE = 0.04
@@ -41,6 +40,9 @@ SHORT = 2
 Box = tuple[float, float, float, float]
 """Inner, outer, bottom, top (px): x counted outwards from the spine, both sides as one, so that
 what is alike at both sides is drawn alike; y up from the base."""
+Run = tuple[int, float, float, list[Box]]
+"""How many bodies of a limb run out before it turns down, by how much more their wires are spread
+than they need, how far out the middle of the last body is (px), and what the bodies take."""
 
 
 class Limb(msgspec.Struct):
@@ -227,8 +229,9 @@ def _legs(limbs: list[Limb], shape: Shape) -> list[Limb]:
 def arrange(mbs: Mbs, order: list[Node], bones: list[Vertebra]) -> None:
     """Give everything its place; ``order`` is the base, then the bodies depth first."""
     base = order[0]
-    ways = _ways(order, bones)
-    for node in reversed(order[1:]):
+    # what runs out sideways is planned when it does
+    ways = ways_of(order, 2, {bone.node.name for bone in bones})
+    for node in reversed(order):
         if node.name in ways:
             plan_tree(node, ways[node.name], narrow=True)
     # the chain of the spine passes all names at one distance, and its boxes stand at the middle
@@ -263,26 +266,17 @@ def arrange(mbs: Mbs, order: list[Node], bones: list[Vertebra]) -> None:
     )
 
 
-def _ways(order: list[Node], bones: list[Vertebra]) -> dict[str, tuple[bool, ...]]:
-    """Which plans of each body can be needed, the spine apart: lying ones where limbs may stand
-    beside one another, as a comb.  What runs out sideways is planned when it does."""
-    spine = {bone.node.name for bone in bones}
-    ways: dict[str, tuple[bool, ...]] = {}
-    for node in order:
-        comb = node.name in ways and (len(node.leads) > 1 or ways[node.name] == BOTH)
-        for child in node.children:
-            if child.name not in spine:
-                ways[child.name] = BOTH if comb else (True,)
-    return ways
-
-
 def _grown(bone: Vertebra, half: float, aside: float) -> Plan:
     """A body of the spine with its legs, long enough for the lanes of what leaves sideways.
 
     ``half`` is the room that the base wants at each side of the middle, which is ``aside`` from
     the chain that carries the spine.
     """
-    lanes, total = _heights(bone.rows)
+    lanes, cursor = [], FORK - EDGE  # how high up the sides each row leaves
+    for row in bone.rows:
+        lanes.append(cursor + max(limb.low for limb in row))
+        cursor = lanes[-1] + max(limb.high for limb in row) + GAP
+    total = cursor - GAP + EDGE
     # of arrows to the side where the name is: how far up they are where the name ends
     share = (aside + half_name(bone.node)) / (2 * aside + EDGE)
     above = len(bone.ahead) > 1  # arrows come from above the name, else from below
@@ -314,15 +308,6 @@ def _grown(bone: Vertebra, half: float, aside: float) -> Plan:
     return one
 
 
-def _heights(rows: list[list[Limb]]) -> tuple[list[float], float]:
-    """How high up the sides of a box each row of limbs leaves; how long the sides must be."""
-    lanes, cursor = [], FORK - EDGE
-    for row in rows:
-        lanes.append(cursor + max(limb.low for limb in row))
-        cursor = lanes[-1] + max(limb.high for limb in row) + GAP
-    return lanes, cursor - GAP + EDGE
-
-
 def _sideways(bone: Vertebra, one: Plan, at: float, taken: list[Box]) -> None:
     """Place what leaves a body of the spine sideways, the lowest first.
 
@@ -334,9 +319,9 @@ def _sideways(bone: Vertebra, one: Plan, at: float, taken: list[Box]) -> None:
         tries = [_run_out(limb, edge, at + lane, taken) for limb in row]
         partners = len(row) == 2 and row[0].node.alike is row[1].node
         for limb, (length, spread, out, boxes) in zip(row, tries, strict=True):
-            if partners and tries[0].length == tries[1].length:
+            if partners and tries[0][0] == tries[1][0]:
                 # partners turn down at the same distance
-                short = max(t.middle for t in tries) - out
+                short = max(middle for _, _, middle, _ in tries) - out
                 if short:
                     spread += short / _wires(limb, length)
                     boxes = _run(limb, length, edge, at + lane, spread)
@@ -346,17 +331,6 @@ def _sideways(bone: Vertebra, one: Plan, at: float, taken: list[Box]) -> None:
             below = limb.node.plan[False]
             one.limbs.append((limb.node, below, lane, start, limb.side, 1))
             taken += boxes
-
-
-class Run(NamedTuple):
-    length: int
-    """How many bodies of a limb run out before it turns down."""
-    spread: float
-    """By how much more their wires are spread than they need (px)."""
-    middle: float
-    """How far out the middle of the last one is (px)."""
-    boxes: list[Box]
-    """What they take."""
 
 
 def _run_out(limb: Limb, edge: float, lane: float, taken: list[Box]) -> Run:
@@ -380,7 +354,7 @@ def _run_out(limb: Limb, edge: float, lane: float, taken: list[Box]) -> Run:
             if spread:
                 boxes = _run(limb, length, edge, lane, spread)
         a0, a1, _, _ = row[length - 1].plan[False].box
-        return Run(length, spread, boxes[0][1] - (a1 - a0) / 2, boxes)
+        return length, spread, boxes[0][1] - (a1 - a0) / 2, boxes
     raise AssertionError("a limb has at least one body")
 
 

@@ -7,6 +7,8 @@ the other: that is a comb, and takes less room.
 
 from __future__ import annotations
 
+from collections.abc import Container
+
 from urdf2mbs.diagram.boxes import Lead, Node, Plan
 from urdf2mbs.diagram.plan import plan, put
 from urdf2mbs.diagram.shape import Shape
@@ -16,17 +18,13 @@ MANY = 4
 """From so many points that carry children on, a comb is tried."""
 BETTER = 0.75
 """A comb is taken where its width and height together are at most this share of the tree's."""
-
-
-BOTH = (True, False)
-"""Upright and lying."""
-
+BETTER_NARROW = 0.9
+"""The same in a limb, where width counts twice."""
 UP = 0.25
 """A tree grows up where its bodies are on average so far above the first one (share of the
 robot's size)."""
-
-BETTER_NARROW = 0.9
-"""The same in a limb, where width counts twice."""
+UPRIGHT, BOTH = (True,), (True, False)
+"""A limb is planned upright, or upright and lying."""
 
 
 def arrange(mbs: Mbs, order: list[Node], shape: Shape) -> None:
@@ -35,22 +33,26 @@ def arrange(mbs: Mbs, order: list[Node], shape: Shape) -> None:
     up = bool(rises) and sum(rises) / len(rises) > UP * shape.size
     for node in order:
         node.sort(shape.aside)
-    ways = _ways(order)
+    ways = ways_of(order, MANY)
     for node in reversed(order):
-        plan_tree(node, ways[node.name])
+        plan_tree(node, ways.get(node.name, UPRIGHT))
     way = (0.0, 0.0, 0.0, -1.0 if up else 1.0, 1.0, 0.0)
     put(mbs, order[0], way, order[0].plan[True])
 
 
-def _ways(order: list[Node]) -> dict[str, tuple[bool, ...]]:
-    """Which plans of each body can be needed: for its limb upright, lying, or both."""
-    ways: dict[str, tuple[bool, ...]] = {order[0].name: (True,)}
+def ways_of(
+    order: list[Node], many: int, apart: Container[str] = ()
+) -> dict[str, tuple[bool, ...]]:
+    """Which plans of each body can be needed, but for the base and the bodies ``apart``.
+
+    Below a body with so many points that carry children, limbs may lie: a comb's limbs run across.
+    """
+    ways: dict[str, tuple[bool, ...]] = {}
     for node in order:
-        # a comb's limbs run across the way of the body
-        points = [lead for lead in node.leads if lead.point is not None]
-        own = ways[node.name] if len(points) < MANY else BOTH
-        for child in node.children:
-            ways[child.name] = own
+        own = ways.get(node.name, UPRIGHT)
+        if node.name not in apart and sum(lead.point is not None for lead in node.leads) >= many:
+            own = BOTH
+        ways |= {child.name: own for child in node.children if child.name not in apart}
     return ways
 
 
