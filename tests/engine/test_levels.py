@@ -99,11 +99,18 @@ def test_a_plugin_names_its_codes(folder: Path) -> None:
 
 
 def test_a_plugin_says_what_its_codes_mean(folder: Path) -> None:
-    codes = '{"bearing-hot": "warning: it glows", "bearing-lost": "error: it is gone"}'
+    codes = '{"bearing-hot": "warning: it glows", "bearing-lost": "error: it is gone", "x": None}'
     (folder / "lab.py").write_text(PLUGIN.replace('["bearing-hot"]', codes))
     assert levels(plugins=["lab.py"], diagnostics={"bearing-hot": "note"})["bearing-hot"] == "note"
     with pytest.raises(ConfigError, match="unknown-code"):
         levels(plugins=["lab.py"], diagnostics={"bearing-lost": "note"})
+
+
+def test_a_plugin_that_cannot_say_its_codes_is_named(folder: Path) -> None:
+    (folder / "lab.py").write_text(PLUGIN.replace('return ["bearing-hot"]', "return 1 / 0"))
+    assert levels(plugins=["lab.py"])["bearing-hot"] == "warning"
+    with pytest.raises(ConfigError, match="plugin 'lab': urdf2mbs_codes failed: ZeroDivision"):
+        levels(plugins=["lab.py"], diagnostics={"bearing-hot": "note"})
 
 
 def test_all_but_errors_can_be_changed(folder: Path) -> None:

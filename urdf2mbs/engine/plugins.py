@@ -372,7 +372,8 @@ _PRESET = "{'my-preset': {'extends': 'compact', 'after': {'expand': 'my-pass'}}}
 
 def _with_meaning(codes: Iterable[str] = ()) -> dict[str, str]:
     """The codes of a plugin; those of a list say nothing of their meaning."""
-    return dict(codes) if isinstance(codes, Mapping) else dict.fromkeys(codes, "")
+    meanings = codes if isinstance(codes, Mapping) else dict.fromkeys(codes, "")
+    return {code: str(meaning) for code, meaning in meanings.items()}
 
 
 @cache
