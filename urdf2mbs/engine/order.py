@@ -74,7 +74,7 @@ def _not_written(
         return lines.error(
             "need-not-given",
             f"pass '{name}' reads the {section}, which no pass of this pipeline writes",
-            at, "'urdf2mbs passes' lists what each pass writes; put such a pass before it",
+            at, "'urdf2mbs explain' lists what each pass writes; put such a pass before it",
         )  # fmt: skip
     return lines.error(
         "wrong-order",

@@ -178,5 +178,5 @@ def _unknown(
         hint = "'pipeline', 'after' or 'before' puts it in"
     else:
         message = f"there is no pass '{name}'"
-        hint = hint or nearest(name, [*names, *known]) or "'urdf2mbs passes' lists all"
+        hint = hint or nearest(name, [*names, *known]) or "'urdf2mbs explain' lists all"
     return lines.error("unknown-pass", message, at, hint)
