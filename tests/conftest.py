@@ -8,14 +8,12 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-import without
+import without  # noqa: F401  hides plugins
 from urdf2mbs.testing import TINY
 
 # How long an example takes depends on the machine, and on what else it does.
 settings.register_profile("no-deadline", deadline=None)
 settings.load_profile("no-deadline")
-
-without.hide()
 
 # A shell lets a command in the background ignore Ctrl-C, and with it all commands that tests start.
 signal.signal(signal.SIGINT, signal.default_int_handler)

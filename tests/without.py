@@ -1,4 +1,4 @@
-"""Hides plugins of ours, as if their folders were taken away."""
+"""Hides the plugins of ours that URDF2MBS_WITHOUT names, as if their folders were taken away."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import os
 import sys
 from collections.abc import Sequence
 from importlib.machinery import ModuleSpec
+from pathlib import Path
 from types import ModuleType
 
 
@@ -24,7 +25,8 @@ class Without:
         return None
 
 
-def hide(names: str = os.environ.get("URDF2MBS_WITHOUT", "")) -> None:
-    """Hide plugins from this process."""
-    if names:
-        sys.meta_path.insert(0, Without(names))
+if os.environ.get("URDF2MBS_WITHOUT"):
+    sys.meta_path.insert(0, Without(os.environ["URDF2MBS_WITHOUT"]))
+    # the processes that tests start import sitecustomize.py
+    paths = [str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")]
+    os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, paths))

@@ -5,23 +5,20 @@ from __future__ import annotations
 import copy
 import sys
 from math import atan2
-from statistics import median
 from typing import TYPE_CHECKING, Any
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from diagram.faults import boxes, dots, faults, wires
+from diagram.faults import boxes, dots, faults
 from diagram.trees import LENGTHS, trees
-from robots import CONVERTIBLE
 from urdf2mbs.diagram import arrange
 from urdf2mbs.mbs.model import Body, Joint, Mbs, Point, Sensor
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from robots import RealRobot
     from urdf2mbs.spatial import Vec
 
 reproducible = settings(max_examples=80, deadline=None, derandomize=True, database=None)
@@ -338,15 +335,3 @@ def test_ten_times_the_bodies_take_ten_times_the_work(shape: str) -> None:
         return calls
 
     assert work(1_000) < 12 * work(100)
-
-
-@pytest.mark.parametrize("robot", CONVERTIBLE)
-@pytest.mark.parametrize("preset", ["faithful", "compact"])
-def test_real_robots(robot: RealRobot, preset: str) -> None:
-    mbs = robot.convert(pipeline=preset).mbs
-    assert faults(mbs) == []
-    lengths = [wire.length for wire in wires(mbs)]
-    assert max(lengths) <= 5.0 * median(lengths)
-    right = max(box.right for box in boxes(mbs))
-    if preset == "compact":
-        assert right <= 2_160.0  # with the margins

@@ -56,25 +56,6 @@ def test_a_code_goes_before_strict_and_the_command_line_before_the_config(folder
     assert main(["convert", "tiny.urdf", "--strict", *mild]) == 0
 
 
-def test_the_error_that_ends_a_run_comes_after_what_was_found_before(folder: Path) -> None:
-    """A macro that is unknown may be why a link is."""
-    (folder / "tiny.urdf").write_text(
-        '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:hand/>\n'
-        '<xacro:property name="p" value="1"/>'
-        '<link name="a"><x/></link><joint name="j" type="fixed"><parent link="a"/>'
-        '<child link="hand"/></joint></robot>'
-    )
-    for given, codes in (
-        ({}, ["xacro-macro-unknown", "link-unknown"]),
-        ({"xacro-macro-unknown": "warning"}, ["link-unknown"]),
-        ({"unknown-element": "error"}, ["xacro-macro-unknown", "unknown-element", "link-unknown"]),
-    ):
-        with pytest.raises(ConversionError) as caught:
-            convert("tiny.urdf", diagnostics=given)
-        assert re.findall(r"error\[([a-z-]+)\]", str(caught.value)) == codes
-        assert caught.value.code == "link-unknown"
-
-
 PLUGIN = """
 from urdf2mbs.plugin import hookimpl
 

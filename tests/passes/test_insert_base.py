@@ -120,17 +120,6 @@ def test_a_base_that_may_well_be_guessed_wrong_is_a_warning(
     assert told == "note"
 
 
-def test_an_estimated_mass_does_not_set_an_arm_free() -> None:
-    """The root of a robot without masses is the foot of an arm, before and after the estimate."""
-    box = '<collision><geometry><box size="1 1 1"/></geometry></collision>'
-    text = robot(link("a", box), link("b", box), joint("a", "b"))
-    for options, code in (({}, "base"), ({"total_mass": 3.0}, "base-guessed")):
-        result = convert_text(text, passes={"estimate-inertia": options})
-        assert result.report.base_reason == "massless root"
-        assert "'base: floating'" in result.report.base_in_words
-        assert code in [found.code for found in result.diagnostics]
-
-
 @pytest.mark.parametrize("base", ["auto", "floating", "fixed"])
 def test_a_floating_joint_of_the_robots_own_lets_it_float(base: str) -> None:
     """Six coordinates more would say nothing new."""

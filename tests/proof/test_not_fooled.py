@@ -21,7 +21,6 @@ from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
 from urdf2mbs.proof.compare import compare
 from urdf2mbs.proof.rigid import HERE, distance, inertias_apart
 from urdf2mbs.testing import TINY, assert_same_robot, convert_text, run_pass
-from urdf2mbs_report.page import make
 
 # --- not a number -------------------------------------------------------------------------------
 
@@ -121,9 +120,6 @@ def test_what_a_pass_changed_on_purpose_is_told(tmp_path: Path) -> None:
     first = change.changes[0]
     assert (first.kind, first.name, first.before, first.after) == ("mass", "body", 2.0, 1.0)
     assert_same_robot(result)
-    page = make(result.conversion).data.decode()
-    assert "the same robot, but for what scale-masses changed: 3 masses" in page
-    assert "<td>body</td><td>2.0</td><td>1.0</td>" in page
 
 
 def test_a_change_that_no_pass_owns_up_to_is_a_difference(tmp_path: Path, capsys: Any) -> None:
@@ -208,7 +204,6 @@ def test_counts_and_warnings_are_of_the_finished_mbs(tmp_path: Path, capsys: Any
     assert coupled.report.proof is not None
     assert coupled.report.proof.same
     assert str(joints).startswith(f"{joints.mbs} joints: 8 independent, 1 dependent, ")
-    assert "8 independent, 1 dependent" in make(coupled.conversion).data.decode()
 
 
 def test_an_earlier_warning_can_be_settled() -> None:

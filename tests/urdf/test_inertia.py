@@ -56,36 +56,6 @@ def robot(mass: str, moments: str) -> str:
     )
 
 
-@pytest.mark.parametrize("pipeline", ["faithful", "compact"])
-@pytest.mark.parametrize(
-    ("mass", "values", "wanted", "said"),
-    [
-        # J = diag(1.5, 1.5, -0.5): the last becomes zero
-        ("1", (1, 0, 0, 1, 0, 3), (1.5, 0, 0, 1.5, 0, 3), "by 0.5 kg m^2 (22.9 %)"),
-        ("1", (-1, 0, 0, 1, 0, 1), (0, 0, 0, 1.5, 0, 1.5), "by 0.707 kg m^2 (42.6 %)"),
-        ("-1", (1, 0, 0, 1, 0, 1), (1, 0, 0, 1, 0, 1), "from -1 kg to 0"),
-    ],
-)
-def test_repair(pipeline: str, mass: str, values: Any, wanted: Sym, said: str) -> None:
-    names = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-    text = robot(mass, " ".join(f'{n}="{v}"' for n, v in zip(names, values, strict=True)))
-    kept = convert_text(text, pipeline=pipeline, base="floating")
-    assert_same_robot(kept)
-    (warned,) = [one for one in kept.diagnostics if one.level == "warning"]
-    assert "estimate-inertia: {repair: true}" in (warned.hint or "")
-
-    result = convert_text(text, pipeline=pipeline, passes={"estimate-inertia": {"repair": True}})
-    assert_same_robot(result)
-    inertial = result.robot.links["b"].inertial
-    assert inertial is not None
-    assert inertial.inertia == pytest.approx(wanted, abs=1e-14)
-    codes = [one.code for one in result.diagnostics if one.level == "warning"]
-    assert codes[0] == "inertia-repaired"
-    assert warned.code not in codes  # a hint never recommends what is set
-    assert said in next(d.message for d in result.diagnostics if d.code == "inertia-repaired")
-    assert result.report.passes["inertia-repair"]["b"]["inertia"][0] == tuple(map(float, values))
-
-
 @pytest.mark.parametrize("mass", ["-0.5", "-2"])
 def test_a_negative_mass_is_lumped_as_any_other(mass: str) -> None:
     text = robot(mass, 'ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"')

@@ -12,15 +12,15 @@ import pytest
 
 from oracle.multibody import Inertia, lump, rotation, translation
 from proving import SOLID, joint, link, robot
-from urdf2mbs import convert
+from urdf2mbs import Result, convert
 from urdf2mbs.messages.diagnostics import ConfigError
-from urdf2mbs.testing import convert_text
+from urdf2mbs.spatial import Sym
+from urdf2mbs.testing import assert_same_robot, convert_text
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from oracle.multibody import Array
-    from urdf2mbs import Result
 
 
 def shape(tag: str, geometry: str, origin: str = "") -> str:
@@ -243,3 +243,54 @@ def test_nothing_to_estimate_is_told() -> None:
     result = estimated(SOLID, more=link("b") + joint("a", "b"))
     assert [d.code for d in result.diagnostics if d.level == "warning"] == ["nothing-estimated"]
     assert result.report.passes["estimate-inertia"] == {"links": {}}
+
+
+def two_links(mass: str, moments: str) -> str:
+    return (
+        '<robot name="r"><link name="a"><inertial><mass value="1"/><inertia ixx="1" ixy="0" '
+        f'ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link><link name="b"><inertial>'
+        f'<origin xyz="0 0 1" rpy="0 0 1"/><mass value="{mass}"/><inertia {moments}/></inertial>'
+        '</link><joint name="j" type="continuous"><parent link="a"/><child link="b"/></joint>'
+        "</robot>"
+    )
+
+
+@pytest.mark.parametrize("pipeline", ["faithful", "compact"])
+@pytest.mark.parametrize(
+    ("mass", "values", "wanted", "said"),
+    [
+        # J = diag(1.5, 1.5, -0.5): the last becomes zero
+        ("1", (1, 0, 0, 1, 0, 3), (1.5, 0, 0, 1.5, 0, 3), "by 0.5 kg m^2 (22.9 %)"),
+        ("1", (-1, 0, 0, 1, 0, 1), (0, 0, 0, 1.5, 0, 1.5), "by 0.707 kg m^2 (42.6 %)"),
+        ("-1", (1, 0, 0, 1, 0, 1), (1, 0, 0, 1, 0, 1), "from -1 kg to 0"),
+    ],
+)
+def test_repair(pipeline: str, mass: str, values: Any, wanted: Sym, said: str) -> None:
+    names = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+    text = two_links(mass, " ".join(f'{n}="{v}"' for n, v in zip(names, values, strict=True)))
+    kept = convert_text(text, pipeline=pipeline, base="floating")
+    assert_same_robot(kept)
+    (warned,) = [one for one in kept.diagnostics if one.level == "warning"]
+    assert "estimate-inertia: {repair: true}" in (warned.hint or "")
+
+    result = convert_text(text, pipeline=pipeline, passes={"estimate-inertia": {"repair": True}})
+    assert_same_robot(result)
+    inertial = result.robot.links["b"].inertial
+    assert inertial is not None
+    assert inertial.inertia == pytest.approx(wanted, abs=1e-14)
+    codes = [one.code for one in result.diagnostics if one.level == "warning"]
+    assert codes[0] == "inertia-repaired"
+    assert warned.code not in codes  # a hint never recommends what is set
+    assert said in next(d.message for d in result.diagnostics if d.code == "inertia-repaired")
+    assert result.report.passes["inertia-repair"]["b"]["inertia"][0] == tuple(map(float, values))
+
+
+def test_an_estimated_mass_does_not_set_an_arm_free() -> None:
+    """The root of a robot without masses is the foot of an arm, before and after the estimate."""
+    box = '<collision><geometry><box size="1 1 1"/></geometry></collision>'
+    text = robot(link("a", box), link("b", box), joint("a", "b"))
+    for options, code in (({}, "base"), ({"total_mass": 3.0}, "base-guessed")):
+        result = convert_text(text, passes={"estimate-inertia": options})
+        assert result.report.base_reason == "massless root"
+        assert "'base: floating'" in result.report.base_in_words
+        assert code in [found.code for found in result.diagnostics]

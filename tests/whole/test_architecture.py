@@ -12,7 +12,7 @@ import pytest
 from urdf2mbs import hookspecs
 from urdf2mbs.engine.plugins import OURS
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "urdf2mbs"
 
 

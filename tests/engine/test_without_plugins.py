@@ -1,0 +1,71 @@
+"""The core stands alone: its commands work, with the same bytes, where a plugin of ours is away."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from urdf2mbs.engine.plugins import OURS
+from urdf2mbs.testing import TINY
+
+TESTS = Path(__file__).resolve().parents[1]
+
+#: Calls the commands of the core, without the plugins that are named.
+PROGRAM = """
+from urdf2mbs.cli import main
+for words in ("convert plain.urdf", "run plain.yaml", "verify plain.urdf plain.mbs",
+              "verify plain.urdf plain.urdf", "explain plain.yaml"):
+    assert main(words.split()) == 0, words
+main(["--help"])
+"""
+
+
+def environment(away: str) -> dict[str, str]:
+    return {**os.environ, "PYTHONPATH": str(TESTS), "URDF2MBS_WITHOUT": away}
+
+
+def files_of(folder: Path, away: str) -> tuple[dict[str, bytes], str]:
+    """The models that the commands write, and the help."""
+    folder.mkdir()
+    (folder / "plain.urdf").write_text(TINY)
+    (folder / "plain.yaml").write_text("source: plain.urdf\noutput: run.mbs\npipeline: compact\n")
+    done = subprocess.run(
+        [sys.executable, "-c", PROGRAM], cwd=folder, env=environment(away),
+        check=False, capture_output=True, text=True,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    return {file.name: file.read_bytes() for file in folder.glob("*.mbs")}, done.stdout
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
+    return files_of(tmp_path_factory.mktemp("whole") / "all", "")[0]
+
+
+@pytest.mark.parametrize("away", ["all", *OURS])
+def test_the_commands_of_the_core_need_no_plugin(
+    away: str, whole: dict[str, bytes], tmp_path: Path
+) -> None:
+    models, said = files_of(tmp_path / "some", away)
+    assert models.keys() == {"plain.mbs", "run.mbs"}
+    assert models == whole
+    for command in ("run", "convert", "verify", "explain"):
+        assert f"  {command} " in said
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("away", OURS)
+def test_the_tests_of_the_core_need_no_plugin(away: str, tmp_path: Path) -> None:
+    """Those of the rooms that see plugins; `.ci/run` runs all of them without any plugin."""
+    folders = [str(TESTS / room) for room in ("commands", "config", "engine")]
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-m", "not slow", "-p", "no:cacheprovider",
+         f"--basetemp={tmp_path}", *folders, f"--ignore={Path(__file__).resolve()}"],
+        cwd=TESTS.parent, env=environment(away),
+        check=False, capture_output=True, text=True,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout

@@ -1,0 +1,70 @@
+"""What is here, and completion of commands in a shell."""
+
+from __future__ import annotations
+
+import json
+import re
+import shlex
+import subprocess
+import sys
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from urdf2mbs.cli import main
+
+
+def test_doctor(capsys: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv("AMENT_PREFIX_PATH", str(tmp_path))
+    assert main(["doctor", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["urdf2mbs"]["lxml"] == version("lxml")
+    assert found["ROS packages"]["AMENT_PREFIX_PATH"] == str(tmp_path)
+    monkeypatch.setattr("urdf2mbs_setup.commands.doctor.version_of", lambda name: "")
+    monkeypatch.setattr("urdf2mbs_setup.commands.doctor.version", lambda name: "0")
+    assert main(["doctor"]) == 0
+    said = capsys.readouterr().out
+    assert re.search(r"^  distributed +not installed, for ", said, re.M)
+    assert re.search(r"^  lxml +MISSING$", said, re.M)
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_completion(shell: str, capsys: Any) -> None:
+    assert main(["completion", shell]) == 0
+    script = capsys.readouterr().out
+    assert all(word in script for word in ("new-pass", "doctor", "tolerance", "gravity"))
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems have other shells")
+@pytest.mark.parametrize(
+    ("words", "found"),
+    [
+        ("ver", "verify"),
+        ("verify --tol", "--tolerance"),
+        ("convert --base fl", "floating"),
+        ("convert ti", "tiny.urdf"),
+        ("convert tiny.urdf --dump d", "dump"),
+        ("convert tiny.urdf --set ti", ""),
+    ],
+)
+def test_completion_in_a_shell(words: str, found: str, here: Path, capsys: Any) -> None:
+    """In bash, which every Linux has; zsh and fish were tried by hand."""
+    (here / "dump").mkdir()
+    assert main(["completion", "bash"]) == 0
+    typed = ["urdf2mbs", *words.split(" ")]
+    script = f"""{capsys.readouterr().out}
+        COMP_WORDS=({" ".join(typed)}); COMP_CWORD={len(typed) - 1}
+        _shtab_urdf2mbs urdf2mbs {typed[-1]} {typed[-2]}
+        echo "${{COMPREPLY[*]}}" """
+    done = subprocess.run(["bash", "-c", script], check=True, capture_output=True, text=True)
+    assert done.stdout.strip() == found
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="a pipe of POSIX")
+def test_who_reads_no_further_sees_no_traceback() -> None:
+    command = f"{shlex.quote(sys.executable)} -m urdf2mbs schema | head -c 10"
+    done = subprocess.run(command, shell=True, check=False, capture_output=True)
+    assert done.stdout.startswith(b"{")
+    assert done.stderr == b""

@@ -1,0 +1,65 @@
+"""`--dump` tells what each pass did."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from engine.test_pipeline import RAN, pipeline_of
+from urdf2mbs.cli import main
+from urdf2mbs_setup.dump import Dump
+
+
+def dump(folder: Path, text: str = "") -> dict[str, Any]:
+    pipeline = pipeline_of(folder, text)
+    pipeline.watch(Dump(folder / "dump"))
+    pipeline.run()
+    return {file.name: file.read_text("utf-8") for file in sorted((folder / "dump").glob("*.yaml"))}
+
+
+def test_dumps_tell_what_each_pass_did(tmp_path: Path) -> None:
+    for folder in ("one", "two"):
+        (tmp_path / folder).mkdir()
+    texts = dump(tmp_path / "one")
+    assert texts == dump(tmp_path / "two")
+    assert str(tmp_path) not in "".join(texts.values())
+    assert list(texts) == [f"{n:02}-{name}.yaml" for n, name in enumerate(RAN, 1)]
+    assert "inertia: [0.02, 0.0, 0.0, 0.02, 0.0, 0.01]" in texts["01-expand.yaml"]
+    states = {name[3:-5]: yaml.safe_load(text) for name, text in texts.items()}
+    assert "segments" not in states["insert-base"]
+    assert "segments" in states["prune-massless"]
+    last = states[RAN[-1]]
+    hand = last["segments"]["hand"]["steps"][1]["joints"]
+    assert hand == ["wrist_pitch_axis_R1", "wrist_pitch", "wrist_pitch_back_R1"]
+    assert last["proof"]["same"] is True
+
+
+@pytest.fixture
+def robot(here: Path) -> Path:
+    """A folder with a tiny robot and its config, which is where we are."""
+    (here / "tiny.yaml").write_text("source: tiny.urdf\n")
+    return here
+
+
+def test_dump_and_stop_after(robot: Path, capsys: Any) -> None:
+    for words in (["run", "tiny.yaml", "--dump", "one"], ["convert", "tiny.urdf", "--dump", "two"]):
+        assert main([*words, "--stop-after", "insert-base"]) == 0
+        assert "stopped after 'insert-base': nothing is written" in capsys.readouterr().out
+    one, two = (
+        {file.name: file.read_bytes() for file in Path(folder).glob("[!.]*")}
+        for folder in ("one", "two")
+    )
+    assert one == two
+    assert min(one) == "01-expand.yaml"
+    assert max(one).endswith("-insert-base.yaml")
+    assert not (robot / "tiny.mbs").exists()
+
+
+def test_dumps_of_an_earlier_run_go_and_other_files_stay(tmp_path: Path) -> None:
+    dump(tmp_path)
+    (tmp_path / "dump" / "99-mine.yaml").write_text("mine: 1\n")
+    texts = dump(tmp_path, "pipeline: [expand]\n")
+    assert list(texts) == ["01-expand.yaml", "99-mine.yaml"]

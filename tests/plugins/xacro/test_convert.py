@@ -1,0 +1,80 @@
+"""xacro through the passes and commands: arguments, packages, levels, names of files."""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from urdf2mbs import Result, convert
+from urdf2mbs.cli import main
+from urdf2mbs.messages.diagnostics import ConversionError
+from urdf2mbs.testing import TINY
+
+
+@pytest.fixture
+def folder(here: Path) -> Path:
+    """With a robot that has the warning base-guessed, and one more."""
+    text = TINY.replace('name="tool"/>', 'name="tool"><visul/></link>', 1)
+    (here / "tiny.urdf").write_text(text)
+    (here / "tiny.yaml").write_text("source: tiny.urdf\n")
+    return here
+
+
+def test_the_error_that_ends_a_run_comes_after_what_was_found_before(folder: Path) -> None:
+    """A macro that is unknown may be why a link is."""
+    (folder / "tiny.urdf").write_text(
+        '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:hand/>\n'
+        '<xacro:property name="p" value="1"/>'
+        '<link name="a"><x/></link><joint name="j" type="fixed"><parent link="a"/>'
+        '<child link="hand"/></joint></robot>'
+    )
+    for given, codes in (
+        ({}, ["xacro-macro-unknown", "link-unknown"]),
+        ({"xacro-macro-unknown": "warning"}, ["link-unknown"]),
+        ({"unknown-element": "error"}, ["xacro-macro-unknown", "unknown-element", "link-unknown"]),
+    ):
+        with pytest.raises(ConversionError) as caught:
+            convert("tiny.urdf", diagnostics=given)
+        assert re.findall(r"error\[([a-z-]+)\]", str(caught.value)) == codes
+        assert caught.value.code == "link-unknown"
+
+
+XACRO = (
+    '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:arg name="size" '
+    'default="1"/><xacro:include filename="$(find parts)/leg.xacro"/>'
+    '<link name="a"><inertial><mass value="${2 * LEGS}"/><inertia ixx="1" ixy="0" ixz="0" '
+    'iyy="1" iyz="0" izz="1"/></inertial><visual><geometry><sphere radius="$(arg size)"/>'
+    "</geometry></visual></link></robot>"
+)
+
+
+def expanded(source: Path, text: str, **settings: object) -> Result:
+    source.write_text(text)
+    return convert(source, pipeline=["expand"], **settings)
+
+
+def test_xacro_takes_its_arguments_and_packages_from_the_settings(tmp_path: Path) -> None:
+    package = tmp_path / "somewhere" / "else"
+    package.mkdir(parents=True)
+    (package / "leg.xacro").write_text(
+        '<robot xmlns:xacro="http://www.ros.org/wiki/xacro">'
+        '<xacro:property name="LEGS" value="4"/></robot>'
+    )
+    settings = {"packages": {"parts": package}, "xacro_args": {"size": "0.25"}}
+    body = expanded(tmp_path / "r.xacro", XACRO, **settings).robot.links["a"]
+    assert body.inertial.mass == 8.0
+    assert body.visuals[0].geometry.radius == 0.25
+
+
+def test_a_path_is_printed_once(here: Path, capsys: Any) -> None:
+    (here / "below").mkdir()
+    (here / "below" / "x.xacro").write_text(TINY.replace("<dynamics", "<dynamic"))
+    assert main(["convert", "below/x.xacro", "-o", "b.mbs"]) == 0
+    err = capsys.readouterr().err
+    assert err.count(f"below{os.sep}x.xacro") == 1
+    assert "(expanded)" not in err
+    assert "\nx.xacro: warning[base-guessed]" in err

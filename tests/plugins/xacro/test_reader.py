@@ -1,0 +1,104 @@
+"""What the reader says of a robot that xacro has expanded."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from making import read_robot
+from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic
+from urdf2mbs.urdf.model import (
+    Robot,
+)
+from urdf2mbs.urdf.packages import Packages
+from urdf2mbs_xacro import has_xacro
+
+
+def read(tmp_path: Path, text: str | bytes) -> tuple[Robot, list[Diagnostic]]:
+    source = tmp_path / "robot.urdf"
+    source.write_bytes(text if isinstance(text, bytes) else text.encode())
+    return read_robot(source, Packages({}, source), {})
+
+
+XMLNS = 'xmlns:xacro="http://www.ros.org/wiki/xacro"'
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "said"),
+    [
+        (
+            '<robot>\n<link name="a"/><joint name="j" type="$${x}"/></robot>',
+            "xacro-unexpanded", "type='${x}' of joint 'j' was left by xacro\n  joint 'j' is in ",
+        ),
+        (
+            f'<robot {XMLNS}><xacro:macro name="arm"/><xacro:macro name="hand"/></robot>',
+            "no-links", "defines the macro(s) 'arm, hand' and calls none\n  convert the file that ",
+        ),
+        (
+            '<robot>\n<link name="a"><inertial><mass value="$${m}"/></inertial></link></robot>',
+            "xacro-unexpanded", "value='${m}' of link 'a' was left by xacro",
+        ),
+        (
+            f'<robot {XMLNS}><xacro:macro name="arm"/><link/></robot>',
+            "name-missing", "a link without a name\n",
+        ),
+        (
+            f'<robot {XMLNS}><xacro:macro name="arm"><a/></xacro:macro><xacro:arm/></robot>',
+            "no-links", "the robot has no links\n  ",
+        ),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_after_xacro(tmp_path: Path, text: str, code: str, said: str) -> None:
+    with pytest.raises(ConversionError) as caught:
+        read(tmp_path, text)
+    error = caught.value
+    assert (error.code, error.file) == (code, f"{tmp_path / 'robot.urdf'} (expanded)")
+    assert said in str(error)
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "said"),
+    [
+        ('<robot name="r">\n<link name="${p}a"/></robot>', "xacro", "'p'"),
+        ('<robot>\n<property name="m"/>\n<link name="${m}"/></robot>', "xacro-legacy", "property"),
+    ],
+)
+def test_what_xacro_refuses_has_its_line(tmp_path: Path, text: str, code: str, said: str) -> None:
+    with pytest.raises(ConversionError) as caught:
+        read(tmp_path, text)
+    error = caught.value
+    assert (error.code, error.file, error.line) == (code, str(tmp_path / "robot.urdf"), 2)
+    assert said in error.message
+
+
+def test_what_xacro_says_stands_before_what_the_reader_says(tmp_path: Path) -> None:
+    said = "${xacro.warning('low')}<link name='a'><visual/></link>"
+    _, told = read(tmp_path, f"<robot {XMLNS}><xacro:if value='0'/>{said}</robot>")
+    assert [one.code for one in told] == ["xacro-warning", "geometry-unknown", "robot-unnamed"]
+    with pytest.raises(ConversionError) as caught:
+        read(tmp_path, f"<robot {XMLNS}><xacro:if value='0'/>{said}<link/><link/></robot>")
+    codes = [one.code for one in caught.value.said]
+    assert codes == ["xacro-warning", "geometry-unknown", "name-missing"]
+
+
+@pytest.mark.parametrize(
+    ("text", "there"),
+    [
+        (f'<robot {XMLNS}><xacro:if value="1"/></robot>', True),
+        ('<robot><xacro:if value="1"/></robot>', True),
+        (f'<robot {XMLNS}><xacro:macro name="m"/></robot>', True),
+        (f"<robot {XMLNS}><xacro:macro/><xacro:hand/></robot>", False),
+        (f'<robot {XMLNS.replace(":xacro", ":x")}><x:if value="1"/></robot>', True),
+        (f"<robot {XMLNS.replace(':xacro', '')}/>", True),
+        (f"<robot {XMLNS.replace(':xacro', ':its_xacro-2')}><its_xacro-2:if/></robot>", True),
+        ('<robot><link name="${prefix}arm"/></robot>', True),
+        ('<robot><joint><origin xyz="$(arg x) 0 0"/></joint></robot>', True),
+        ('<robot><plugin file="${path}"/></robot>', False),
+        (f"<robot {XMLNS}/>", False),
+        (f'<robot {XMLNS}><!-- by xacro: ${{this}} --><link name="$"/></robot>', False),
+        ('<robot name="xacro"><link name="xacro"/><!-- <xacro:if/> --></robot>', False),
+    ],
+)
+def test_whether_there_is_xacro(text: str, there: bool) -> None:
+    assert has_xacro(text.encode(), "r.urdf") is there

@@ -1,0 +1,3 @@
+"""Python imports this at its start where ``tests`` is on PYTHONPATH: plugins are hidden, too."""
+
+import without  # noqa: F401

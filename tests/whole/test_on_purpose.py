@@ -1,0 +1,98 @@
+"""`verify` knows by the certificate what the passes of plugins changed on purpose."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from urdf2mbs import convert
+from urdf2mbs.cli import main
+from urdf2mbs.testing import TINY, convert_text
+
+if TYPE_CHECKING:
+    pass
+
+
+@pytest.fixture
+def pair(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The folder of tiny.urdf and of its .mbs."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "tiny.urdf").write_text(TINY)
+    (tmp_path / "tiny.mbs").write_bytes(convert("tiny.urdf").data)
+    return tmp_path
+
+
+def test_a_follower_that_a_project_drives_on_purpose(pair: Path, capsys: Any) -> None:
+    """The certificate says so; without a certificate that says so, it is a difference."""
+    mimic = '<axis xyz="0 1 1"/><mimic joint="wrist_roll"/>'
+    (pair / "tiny.urdf").write_text(TINY.replace('<axis xyz="0 1 1"/>', mimic))
+    drive = {"mimic": {"joints": {"*": "driven"}}}
+    convert("tiny.urdf", output={"project": "p"}, passes=drive).write()
+    assert main(["verify", "tiny.urdf", "p"]) == 0
+    assert "but for joint 'wrist_pitch' (driven, so that 'wrist_roll'" in capsys.readouterr().out
+    certificate = pair / "p" / "dataR" / "p.proof.json"
+    for text in ("{}", "[]", "{", '{"driven": 1}', '{"passes": 1}'):
+        certificate.write_text(text)
+        assert main(["verify", "tiny.urdf", "p"]) == 3
+        assert "is driven, and should follow 'wrist_roll'" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("name", "options"),
+    [
+        ("snap", {"angle": 1e-3}),
+        ("estimate-inertia", {"density": 1000.0}),
+        ("rotors", {"armature": {"wrist_roll": 0.1}}),
+    ],
+)
+def test_what_passes_changed_on_purpose(name: str, options: Any, pair: Path, capsys: Any) -> None:
+    """The certificate says what was asked of passes; all else is a difference."""
+    tilted = TINY.replace("0 0.5 0", "0 0.7854 0")
+    if name == "estimate-inertia":
+        tilted = re.sub(r'(?s)(<link name="hand">\s*)<inertial>.*?</inertial>', r"\1", tilted)
+    (pair / "tiny.urdf").write_text(tilted)
+    convert("tiny.urdf", output={"project": "p"}, passes={name: options}).write()
+    assert main(["verify", "tiny.urdf", "p"]) == 0
+    said = capsys.readouterr().out.splitlines()[-1]
+    assert f"but for what {name} changed: " in said
+    assert "(on purpose, as the certificate says)" in said
+    (pair / "tiny.urdf").write_text(tilted.replace('<axis xyz="0 1 1"/>', '<axis xyz="0 2 1"/>'))
+    assert main(["verify", "tiny.urdf", "p"]) == 3
+    (pair / "tiny.urdf").write_text(tilted)
+    (pair / "p" / "dataR" / "p.proof.json").unlink()
+    assert main(["verify", "tiny.urdf", "p"]) == 3
+
+
+MIMIC = TINY.replace(
+    '<axis xyz="0 1 1"/>', '<axis xyz="0 1 1"/><mimic joint="wrist_roll" multiplier="2"/>'
+)
+
+
+def test_a_follower_driven_by_the_config_is_named() -> None:
+    result = convert_text(MIMIC, passes={"mimic": {"joints": {"wrist_pitch": "driven"}}})
+    words = "but for joint 'wrist_pitch' (driven, so that 'wrist_roll' does not feel it)"
+    assert words in result.report.verdict
+
+
+def test_a_user_model_that_is_not_as_the_passes_made_it_is_a_difference(tmp_path: Path) -> None:
+    (tmp_path / "stiff.py").write_text(
+        "from making import hookimpl, make\n"
+        "def run(conversion, options):\n"
+        "    output = conversion.settings.output\n"
+        "    old = conversion.files[output]\n"
+        "    changed = old.replace(b'<name>ground</name>', b'<name>grown</name>')\n"
+        "    conversion.files[output] = changed\n"
+        "@hookimpl\n"
+        "def urdf2mbs_passes():\n"
+        "    return [make('stiff', run, reads=('mbs-file',))]\n"
+    )
+    contacts = {"points": {"hand": [[0.0, 0.0, 0.0]]}}
+    result = convert_text(
+        TINY, plugins=[tmp_path / "stiff.py"], after={"emit": "stiff"},
+        passes={"contacts": contacts},
+    )  # fmt: skip
+    assert result.report.proof is not None
+    assert [found.kind for found in result.report.proof.differences] == ["parameter"]

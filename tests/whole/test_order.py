@@ -1,0 +1,132 @@
+"""All passes of ours say what they change, and stand in one order."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from making import passes_of
+from urdf2mbs.config.model import Config, Lines, typed
+from urdf2mbs.engine.pipeline import Pipeline
+from urdf2mbs.engine.plugins import Plugins
+from urdf2mbs.engine.sections import find_changed, look
+from urdf2mbs.hookspecs import Pass, hookimpl
+from urdf2mbs.messages.diagnostics import ConfigError
+
+CONFIGS = Path(__file__).resolve().parents[2] / "configs"
+
+
+BUILT_IN = {name: found[0].kind for name, found in Plugins(installed=False).passes.items()}
+
+
+PRESETS = ("faithful", "compact")
+
+
+#: Robots of ours, and options with which all passes have something to do.
+ROBOTS: dict[str, tuple[Path, dict[str, dict[str, Any]]]] = {
+    "biped": (
+        CONFIGS / "biped.urdf.xacro",
+        {
+            "contacts": {"links": ["*foot*"]},
+            "posture": {"joints": {"*_knee": 0.6}, "hold": {"stiffness": 300, "damping": 4}},
+            "prune-massless": {"keep": ["*_hip_*"]},
+            "rotors": {"armature": {"*_knee": 0.1}},
+            "equations": {"language": "python"},
+            "sensors": {"links": ["imu"]},
+            "forces": {
+                "wrenches": {"push": {"link": "chest", "force": [10, 0, 0], "stop": 0.1}},
+                "springs": {
+                    "band": {"ends": [{"link": "left_foot"}, {"link": "right_foot"}],
+                             "stiffness": 20.0}
+                },
+            },
+        },
+    ),
+    # a loop that <gazebo> closes, and a mesh
+    "lamp": (
+        CONFIGS / "lamp.urdf",
+        {
+            "posture": {"hold": {}},
+            "estimate-inertia": {"density": 500.0},
+            "force-torque": {"joints": ["desk"]},
+            "actuators": {"joints": ["front"]},
+        },
+    ),
+    # a finger that follows the other
+    "arm": (
+        CONFIGS / "arm.urdf.xacro",
+        {"posture": {"joints": {"elbow": 0.5}}, "snap": {"angle": 1e-4}},
+    ),
+}  # fmt: skip
+
+
+def pipeline(robot: str, preset: str | list[str], folder: Path) -> Pipeline:
+    source, options = ROBOTS[robot]
+    given = {
+        "source": str(source), "output": {"project": str(folder)}, "pipeline": preset,
+        "passes": options,
+    }  # fmt: skip
+    return Pipeline(typed(Config, given, Lines()), Lines())
+
+
+class Seen:
+    """What each pass changes."""
+
+    def __init__(self) -> None:
+        self.sections: dict[str, set[str]] = {}
+
+    @hookimpl
+    def urdf2mbs_before_pass(self, pass_: Pass, conversion: Any) -> None:
+        self.before = look(conversion)
+
+    @hookimpl
+    def urdf2mbs_after_pass(self, pass_: Pass, conversion: Any) -> None:
+        now = find_changed(self.before, look(conversion))
+        self.sections.setdefault(pass_.name, set()).update(now)
+
+
+#: Passes that change no section: they look, write files, or say how to simulate.
+ONLY_LOOK = {
+    "certificate", "check", "equations", "find-singular", "left-out", "project",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+def test_built_in_passes_say_what_they_change(
+    preset: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """All that they change, and nothing that they do not."""
+    seen, mirrored = Seen(), tmp_path / "mirrored.urdf"
+    text = (CONFIGS / "lamp.urdf").read_text().replace("meshes/", f"{CONFIGS}/meshes/")
+    mirrored.write_text(text.replace('shade.obj"', 'shade.obj" scale="1 -1 1"'))
+    monkeypatch.setitem(ROBOTS, "mirrored", (mirrored, {}))
+    for robot in ROBOTS:
+        whole = pipeline(robot, preset, tmp_path / robot)
+        whole.watch(seen)
+        whole.run()
+    for name, sections in seen.sections.items():
+        if name == "merge":  # which has nothing to do where nobody has edited
+            continue
+        assert sections == set(BUILT_IN[name].writes), name
+        assert bool(sections) == (name not in ONLY_LOOK), name
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+def test_each_order_gives_the_same_bytes_or_is_refused(preset: str, tmp_path: Path) -> None:
+    names = passes_of(preset)
+    refused = 0
+    for name in names:
+        rest = [other for other in names if other != name]
+        for place in range(len(names)):
+            order = [*rest[:place], name, *rest[place:]]
+            if order == names:
+                pipeline("biped", order, tmp_path)
+                continue
+            with pytest.raises(ConfigError) as wrong:
+                pipeline("biped", order, tmp_path)
+            assert wrong.value.code == "wrong-order"
+            assert wrong.value.hint
+            refused += 1
+    assert refused == len(names) * (len(names) - 1)

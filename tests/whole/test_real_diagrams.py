@@ -1,0 +1,26 @@
+"""The diagram of each real robot: nothing overlaps, wires are short."""
+
+from __future__ import annotations
+
+from statistics import median
+from typing import TYPE_CHECKING
+
+import pytest
+
+from diagram.faults import boxes, faults, wires
+from robots import CONVERTIBLE
+
+if TYPE_CHECKING:
+    from robots import RealRobot
+
+
+@pytest.mark.parametrize("robot", CONVERTIBLE)
+@pytest.mark.parametrize("preset", ["faithful", "compact"])
+def test_real_robots(robot: RealRobot, preset: str) -> None:
+    mbs = robot.convert(pipeline=preset).mbs
+    assert faults(mbs) == []
+    lengths = [wire.length for wire in wires(mbs)]
+    assert max(lengths) <= 5.0 * median(lengths)
+    right = max(box.right for box in boxes(mbs))
+    if preset == "compact":
+        assert right <= 2_160.0  # with the margins
