@@ -163,18 +163,15 @@ class _Draft:
         for side, lanes, move in rows:
             if lone and len(lanes) == 1:
                 move = (a0 + self.a1) / 2 - lanes[0][1]
-            self._put_side(side, lanes, move)
-
-    def _put_side(self, side: int, lanes: list[_Lane], move: float) -> None:
-        edge = self.b0 if side < 0 else self.b1
-        for point, start, fan, group in lanes:
-            if point is not None:
-                self.points.append((point, start + move, edge))
-            for child, drawn, lane in group:
-                self.limbs.append((child, drawn, lane + move, edge + side * fan, side, 1))
-                tip = edge + side * (fan + drawn.extent[1])
-                self.low, self.high = min(self.low, tip), max(self.high, tip)
-                self.far = max(self.far, lane + move + drawn.extent[3])
+            edge = self.b0 if side < 0 else self.b1
+            for point, start, fan, group in lanes:
+                if point is not None:
+                    self.points.append((point, start + move, edge))
+                for child, drawn, lane in group:
+                    self.limbs.append((child, drawn, lane + move, edge + side * fan, side, 1))
+                    tip = edge + side * (fan + drawn.extent[1])
+                    self.low, self.high = min(self.low, tip), max(self.high, tip)
+                    self.far = max(self.far, lane + move + drawn.extent[3])
 
     def finish(self) -> Plan:
         a1 = self.a1

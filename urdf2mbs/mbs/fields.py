@@ -13,26 +13,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, Literal, NamedTuple, TypeAlias
 
-from urdf2mbs.mbs.model import (
-    CUTS,
-    LINKS,
-    SHAPES,
-    Base,
-    Body,
-    Connection,
-    Drawing,
-    Joint,
-    Light,
-    Mbs,
-    Parameter,
-    Point,
-    Shape,
-    UserConstraint,
-    UserModel,
-    UserVariable,
-    View,
-    Viewpoint,
-)
+from urdf2mbs.mbs import model
+from urdf2mbs.mbs.model import CUTS, LINKS, SHAPES
 from urdf2mbs.spatial import ZERO
 
 Kind = Literal[
@@ -45,50 +27,35 @@ MARK = None
 Field = tuple[str, Kind | frozenset[str]]
 Table: TypeAlias = "Mapping[str, Field | Table | None]"
 
-_POSITION: Table = {"position": ("position", "xy")}
-SHAPE: Table = {
-    "name": ("name", "text"),
-    "position": ("position", "xyz"),
-    "scale": ("scale", "xyz"),
-    "rotation": ("rotation", "xyz"),
-    "color": ("color", "color"),
-    "transparency": ("transparency", "number"),
-    "size": ("size", "xyz"),
-    "radius": ("radius", "number"),
-    "height": ("height", "number"),
-    "url": ("url", "text"),
-}
+
+def _fields(**kinds: Kind | frozenset[str]) -> dict[str, Field]:
+    """Children whose tags are the names of their fields, too."""
+    return {tag: (tag, kind) for tag, kind in kinds.items()}
+
+
+_NAME: dict[str, Field] = _fields(name="text")
+_POSITION: Table = _fields(position="xy")
+SHAPE: Table = _fields(
+    name="text", position="xyz", scale="xyz", rotation="xyz", color="color",
+    transparency="number", size="xyz", radius="number", height="number", url="text",
+)  # fmt: skip
 VIEWPOINT: Table = {
-    "name": ("name", "text"),
-    "joint": ("joint", "text"),
-    "position": ("position", "xyz"),
-    "target": ("target", "xyz"),
-    "up": ("up", "xyz"),
-    "projection": ("projection", "text"),
-    "scale": ("scale", "number"),
+    **_fields(name="text", joint="text", position="xyz", target="xyz", up="xyz"),
+    **_fields(projection="text", scale="number"),
     "fieldOfView": ("field_of_view", "number"),
     "frontClipDst": ("front_clip", "number"),
     "backClipDst": ("back_clip", "number"),
 }
-LIGHT: Table = {
-    "name": ("name", "text"),
-    "joint": ("joint", "text"),
-    "active": ("active", "flag"),
-    "direction": ("direction", "xyz"),
-}
-DRAWING: Table = {
-    "position": ("position", "xy"),
-    "name_pos": ("name_pos", "xy"),
-    "shape": ("shape", "text"),
-    "size": ("size", "xy"),
-    "control_points": ("control_points", "control points"),
-    "angle": ("angle", "number"),
-}
+LIGHT: Table = _fields(name="text", joint="text", active="flag", direction="xyz")
+DRAWING: Table = _fields(
+    position="xy", name_pos="xy", shape="text", size="xy", control_points="control points",
+    angle="number",
+)  # fmt: skip
 JOINT: Table = {
     "jointname": ("name", "text"),
     "type": ("type", "word"),
     "nature": ("nature", "word"),
-    "initialvalue": {"q": ("q", "number"), "qd": ("qd", "number"), "qdd": ("qdd", "number")},
+    "initialvalue": _fields(q="number", qd="number", qdd="number"),
     "actuated": ("actuated", "flag"),
     "symbols": ("symbols", "symbols"),
     "graphics": {"x2D": _POSITION, "x3D": {"x3D_joint": MARK, "x3D_frame": MARK}},
@@ -104,9 +71,7 @@ BODY: Table = {
     "bodyname": ("name", "text"),
     "parent": ("place", "place"),
     "joint": ("joints", "parts"),
-    "mass": ("mass", "number"),
-    "com": ("com", "coordinates"),
-    "inertia": ("inertia", "inertia"),
+    **_fields(mass="number", com="coordinates", inertia="inertia"),
     "point": ("points", "parts"),
     "graphics": {
         "x2D": ("drawing", "drawing"),
@@ -127,40 +92,23 @@ BASE: Table = {
         },
     },
 }  # fmt: skip
-CONNECTION: Table = {
-    "name": ("name", "text"),
-    "endpoint1": ("endpoint1", "place"),
-    "endpoint2": ("endpoint2", "place"),
-    "length": ("length", "number"),
-}
-USER_CONSTRAINT: Table = {"name": ("name", "text"), "joints": {"jointname": ("joints", "texts")}}
-USER_MODEL: Table = {"name": ("name", "text"), "parameter": ("parameters", "parts")}
-PARAMETER: Table = {
-    "name": ("name", "text"),
-    "type": ("type", "text"),
-    "value": ("values", "texts"),
-}
-USER_VARIABLE: Table = {
-    "varname": ("name", "text"),
-    "type": ("type", "text"),
-    "size": ("size", "text"),
-}
+CONNECTION: Table = _fields(name="text", endpoint1="place", endpoint2="place", length="number")
+USER_CONSTRAINT: Table = {**_NAME, "joints": {"jointname": ("joints", "texts")}}
+USER_MODEL: Table = {**_NAME, "parameter": ("parameters", "parts")}
+PARAMETER: Table = {**_NAME, "type": ("type", "text"), "value": ("values", "texts")}
+USER_VARIABLE: Table = {"varname": ("name", "text"), **_fields(type="text", size="text")}
 VIEW: Table = {
     "background": {"color": ("background", "color")},
-    "shapeScaleFactors": {tag: (tag, "number") for tag in ("frame", "joint", "com", "point")},
-    "viewpoints": ("viewpoints", frozenset(["viewpoint"])),
-    "lights": ("lights", frozenset(["directionalLight"])),
+    "shapeScaleFactors": _fields(frame="number", joint="number", com="number", point="number"),
+    **_fields(viewpoints=frozenset(["viewpoint"]), lights=frozenset(["directionalLight"])),
 }
 MBS: Table = {
     "mbsname": ("name", "title"),
     "mbsyspad_version": ("version", "title"),
     "base": ("base", "base"),
     "bodytree": ("bodies", frozenset(["body"])),
-    "cuts": ("cuts", CUTS),
-    "links": ("links", LINKS),
-    "user_constraints": ("user_constraints", frozenset(["user_constraint"])),
-    "user_models": ("user_models", frozenset(["user_model"])),
-    "user_variables": ("user_variables", frozenset(["user_variable"])),
+    **_fields(cuts=CUTS, links=LINKS, user_constraints=frozenset(["user_constraint"])),
+    **_fields(user_models=frozenset(["user_model"]), user_variables=frozenset(["user_variable"])),
     "x3D": ("view", "view"),
 }
 #: Elements that are written also when they are empty.
@@ -208,22 +156,26 @@ def _named(make: Callable[[str], Any], table: Table, what: str) -> Object:
 
 #: The objects of the model, by the tags of their elements or by the kinds of values.
 OBJECTS = {
-    "mbs": Object(lambda _: Mbs("", ""), MBS, "the file"),
-    "base": Object(lambda _: Base(""), BASE, "the base"),
-    "drawing": Object(lambda _: Drawing(), DRAWING),
-    "view": Object(lambda _: View(), VIEW, "the 3D view"),
-    "body": _named(lambda _: Body(""), BODY, "body"),
-    "joint": _named(lambda _: Joint("", "", ""), JOINT, "joint"),
-    "point": _named(lambda _: Point(""), POINT, "point"),
-    "user_constraint": _named(lambda _: UserConstraint(""), USER_CONSTRAINT, "user constraint"),
-    "user_model": _named(lambda _: UserModel(""), USER_MODEL, "user model"),
-    "parameter": _named(lambda _: Parameter("", ""), PARAMETER, "parameter"),
-    "user_variable": _named(lambda _: UserVariable("", "", ""), USER_VARIABLE, "user variable"),
-    "viewpoint": Object(lambda _: Viewpoint("", ZERO, ZERO), VIEWPOINT),
-    "directionalLight": Object(lambda _: Light("", ZERO, active=False), LIGHT),
-    **{shape: Object(lambda kind: Shape(kind, ""), SHAPE) for shape in SHAPES},
+    "mbs": Object(lambda _: model.Mbs("", ""), MBS, "the file"),
+    "base": Object(lambda _: model.Base(""), BASE, "the base"),
+    "drawing": Object(lambda _: model.Drawing(), DRAWING),
+    "view": Object(lambda _: model.View(), VIEW, "the 3D view"),
+    "body": _named(lambda _: model.Body(""), BODY, "body"),
+    "joint": _named(lambda _: model.Joint("", "", ""), JOINT, "joint"),
+    "point": _named(lambda _: model.Point(""), POINT, "point"),
+    "user_constraint": _named(
+        lambda _: model.UserConstraint(""), USER_CONSTRAINT, "user constraint"
+    ),
+    "user_model": _named(lambda _: model.UserModel(""), USER_MODEL, "user model"),
+    "parameter": _named(lambda _: model.Parameter("", ""), PARAMETER, "parameter"),
+    "user_variable": _named(
+        lambda _: model.UserVariable("", "", ""), USER_VARIABLE, "user variable"
+    ),
+    "viewpoint": Object(lambda _: model.Viewpoint("", ZERO, ZERO), VIEWPOINT),
+    "directionalLight": Object(lambda _: model.Light("", ZERO, active=False), LIGHT),
+    **{shape: Object(lambda kind: model.Shape(kind, ""), SHAPE) for shape in SHAPES},
     **{
-        kind: _named(lambda kind: Connection(kind, "", ("", ""), ("", "")), CONNECTION, kind)
+        kind: _named(lambda kind: model.Connection(kind, "", ("", ""), ("", "")), CONNECTION, kind)
         for kind in CUTS | LINKS
     },
 }

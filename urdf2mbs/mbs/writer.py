@@ -209,36 +209,36 @@ def _text(text: str) -> str:
 
 def _check(mbs: Mbs) -> None:
     """Raises ValueError for what no .mbs can hold."""
+
+    def check(words: Iterable[str], known: frozenset[str], what: str) -> None:
+        for word in words:
+            if word not in known:
+                raise ValueError(f"{what} is or has '{word}': .mbs has no such word")
+
     for point in mbs.base.points:
         if point.sensor is not None or point.extforce is not None:
             raise ValueError(
                 f"point '{point.name}' of the base has a sensor or an external force: "
                 "Robotran's C library cannot read that"
             )
-    words: list[tuple[Iterable[str], frozenset[str], str]] = [
-        ([cut.kind for cut in mbs.cuts], CUTS, "a cut"),
-        ([link.kind for link in mbs.links], LINKS, "a link"),
-        ([shape.kind for shape in mbs.base.shapes], SHAPES, "a shape"),
-    ]
+    check([cut.kind for cut in mbs.cuts], CUTS, "a cut")
+    check([link.kind for link in mbs.links], LINKS, "a link")
+    for _, owner in mbs.owners():
+        check([shape.kind for shape in owner.shapes], SHAPES, "a shape")
     for body in mbs.bodies:
         if not body.joints:
             raise ValueError(f"body '{body.name}' has no joint: Robotran would lose it")
-        words.append(([shape.kind for shape in body.shapes], SHAPES, "a shape"))
         for joint in body.joints:
             if joint.type not in JOINT_TYPES or joint.nature not in NATURES:
                 raise ValueError(
                     f"joint '{joint.name}' is '{joint.type}', '{joint.nature}': "
                     ".mbs has no such joint"
                 )
-            words.append((joint.symbols or (), SYMBOLS, f"joint '{joint.name}'"))
+            check(joint.symbols or (), SYMBOLS, f"joint '{joint.name}'")
         for point in body.points:
             for tag, sensor in (("sensor", point.sensor), ("extforce", point.extforce)):
                 if sensor is not None:
-                    words.append((sensor.measures, SENSOR_MEASURES, f"{tag} '{sensor.name}'"))
-    for said, known, what in words:
-        for word in said:
-            if word not in known:
-                raise ValueError(f"{what} is or has '{word}': .mbs has no such word")
+                    check(sensor.measures, SENSOR_MEASURES, f"{tag} '{sensor.name}'")
     for model in mbs.user_models:
         for parameter in model.parameters:
             for value in parameter.values if parameter.type != "structure" else ():
