@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from urdf2mbs import hookspecs
-from urdf2mbs.engine.plugins import OURS
+from urdf2mbs.engine.plugins import OURS, Plugins
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "urdf2mbs"
@@ -58,7 +58,7 @@ def words(text: str) -> set[str]:
 def test_no_file_and_no_function_is_long() -> None:
     """A file of any language, and a function of Python."""
     long = []
-    for file in sorted(PACKAGE.rglob("*.*")):
+    for file in sorted([*PACKAGE.rglob("*.*"), *(ROOT / "plugins").rglob("*.*")]):
         if file.suffix not in (".py", ".js", ".css", ".html", ".c", ".h", ".in"):
             continue
         text = file.read_text("utf-8")
@@ -74,5 +74,12 @@ def test_no_file_and_no_function_is_long() -> None:
 
 
 def test_every_pass_has_its_tests() -> None:
-    for file in {*(PACKAGE / "passes").glob("[a-z]*.py")} - {PACKAGE / "passes" / "codes.py"}:
-        assert (ROOT / "tests" / "passes" / f"test_{file.name}").is_file(), file.name
+    for registered in Plugins(installed=False).passes.values():
+        file, plugin = f"test_{registered[0].name.replace('-', '_')}.py", registered[0].plugin
+        folder = ROOT / "tests" / ("" if registered[0].is_core else f"plugins/{plugin}")
+        assert (folder / "passes" / file).is_file(), (plugin, file)
+
+
+def test_tests_have_a_folder_for_each_room_and_plugin() -> None:
+    folders = {file.name for file in (ROOT / "tests" / "plugins").iterdir()} - {"__pycache__"}
+    assert folders == {*OURS}
