@@ -16,6 +16,7 @@ from typing import Any
 
 from urdf2mbs import hookspecs
 from urdf2mbs.commands import commands_of, parser
+from urdf2mbs.engine.installed import GROUP
 from urdf2mbs.engine.plugins import Plugins
 from urdf2mbs_setup.commands.schema import schema
 
@@ -111,10 +112,12 @@ def _commands() -> str:
     lines = ["# Commands", "", "Exit codes: 0 done, 1 the robot, 2 the command line or config, "
              "3 not the same robot. `-` is standard input or output.", ""]  # fmt: skip
     action = next(a for a in parser()._actions if isinstance(a, argparse._SubParsersAction))
-    about = {choice.dest: choice.help for choice in action._choices_actions}
     for name, command in action.choices.items():
-        lines += [f"## {name}", "", f"{(about[name] or '').capitalize()}.", "", f"{CODE}sh"]
-        examples = import_module(commands_of()[name].module).EXAMPLES
+        does, module = commands_of()[name].does, commands_of()[name].module
+        whose = _whose(module.partition(".")[0].removeprefix(f"{GROUP}_"))
+        end = "" if does.endswith("?") else "."
+        lines += [f"## {name}", "", f"{does[0].upper()}{does[1:]}{end} {whose}", "", f"{CODE}sh"]
+        examples = import_module(module).EXAMPLES
         lines += [*examples, CODE, "", "| option | |", "|---|---|"]
         for one in command._actions:
             if one.dest == "help":
@@ -166,22 +169,27 @@ def _options(name: str) -> list[str]:
         ", ".join(f"`{section}`" for section in sections) or "nothing"
         for sections in (found.kind.reads, found.kind.writes)
     )
-    told = [f"Reads {reads}; writes {writes}.", ""]
+    told = [f"{_whose(found.plugin)} Reads {reads}; writes {writes}.", ""]
     options = schema(Plugins(installed=False))["$defs"][f"{name}.{found.kind.__name__}"]
     return told + (_table("option", options) if options["properties"] else ["It has no options."])
+
+
+def _whose(plugin: str) -> str:
+    return "Of the core." if plugin == GROUP else f"Of the plugin {plugin}."
 
 
 def _passes() -> str:
     lines = ["# Passes", "", "All built-in passes by name. "
              "[Passes](../passes.md) says what a pass is, and how to write one.", "",
-             "| pass | | reads | writes |", "|---|---|---|---|"]  # fmt: skip
+             "| pass | | plugin | reads | writes |", "|---|---|---|---|---|"]  # fmt: skip
     for name, found in sorted(Plugins(installed=False).passes.items()):
         kind = found[0].kind
         row = " | ".join(
             ", ".join(f"`{section}`" for section in sections) or "-"
             for sections in (kind.reads, kind.writes)
         )
-        lines.append(f"| [{name}](../passes/{name}.md) | {kind.summary()} | {row} |")
+        plugin = "" if found[0].is_core else found[0].plugin
+        lines.append(f"| [{name}](../passes/{name}.md) | {kind.summary()} | {plugin} | {row} |")
     return "\n".join([*lines, ""])
 
 
