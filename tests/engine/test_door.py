@@ -82,6 +82,33 @@ def test_a_pass_says_its_place_and_a_config_moves_it(tmp_path: Path) -> None:
             assert [name for name in found if name != "scale"] == usual
 
 
+@pytest.mark.parametrize(
+    ("package", "said"),
+    [
+        ("nosuch", "plugin 'lab': pass 'idle' cannot"),
+        ("lab_idle", "pass 'idle' of plugin 'lab' failed"),
+    ],
+)
+def test_an_entry_that_fails_is_the_plugin_s_fault(
+    package: str, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where its file is, and whether its pass has work."""
+    monkeypatch.syspath_prepend(tmp_path)
+    (tmp_path / "lab_idle" / "passes").mkdir(parents=True)
+    (tmp_path / "lab_idle" / "passes" / "idle.py").write_text(
+        "from urdf2mbs.plugin import Pass\nclass Idle(Pass):\n  def run(self, conversion): pass\n"
+    )
+    file = write(
+        tmp_path,
+        "from urdf2mbs.plugin import PassEntry, hookimpl\n"
+        "def fails(conversion, given): return 1 / 0\n@hookimpl\n"
+        "def urdf2mbs_passes():\n"
+        f"    return [PassEntry('idle', '{package}', ('expand',), fails)]\n",
+    )
+    with pytest.raises(ConversionError, match=said):
+        convert_text(plugins=[file])
+
+
 def test_a_plugin_keeps_a_state_and_tells_it_in_the_summary(
     here: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

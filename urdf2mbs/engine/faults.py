@@ -20,7 +20,7 @@ def pass_failed(
     found: Registered, conversion: Conversion, error: BaseException, before: Sequence[Registered]
 ) -> ConversionError:
     """The error for an exception that came out of a pass; ``before`` are the passes that ran."""
-    who = f"pass '{found.kind.name}'"
+    who = f"pass '{found.name}'"
     if isinstance(error, MemoryError):
         return memory_full(f"{who} on robot '{_robot(conversion)}'")
     if not found.is_ours:

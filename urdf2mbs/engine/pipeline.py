@@ -149,25 +149,36 @@ class Pipeline:
     def _run(self, conversion: Conversion, stop_after: str | None) -> None:
         ran: list[Registered] = []
         for configured in self.passes:
-            if not configured.registered.has_work(conversion, configured.given):
-                continue
-            pass_ = configured.pass_
-            self._call("urdf2mbs_before_pass", conversion, pass_=pass_)
-            start = perf_counter()
-            self._run_pass(configured, conversion, ran)
-            seconds = perf_counter() - start
-            ran.append(configured.registered)
-            conversion.diagnostics = weigh(conversion.diagnostics, self.settings.config)
-            self._call("urdf2mbs_after_pass", conversion, pass_=pass_, seconds=seconds)
-            if pass_.name == stop_after:
+            if self._has_work(configured, conversion, ran):
+                pass_ = configured.pass_
+                self._call("urdf2mbs_before_pass", conversion, pass_=pass_)
+                start = perf_counter()
+                self._run_pass(configured, conversion, ran)
+                seconds = perf_counter() - start
+                ran.append(configured.registered)
+                conversion.diagnostics = weigh(conversion.diagnostics, self.settings.config)
+                self._call("urdf2mbs_after_pass", conversion, pass_=pass_, seconds=seconds)
+            if configured.name == stop_after:
                 break
+
+    def _has_work(
+        self, configured: Configured, conversion: Conversion, ran: list[Registered]
+    ) -> bool:
+        """True if a pass has work; the pass is imported then."""
+        try:
+            found = configured.registered
+            return found.has_work(conversion, configured.given) and configured.pass_ is not None
+        except ConversionError:
+            raise
+        except FAILURES as error:
+            raise pass_failed(configured.registered, conversion, error, ran) from error
 
     def _run_pass(
         self, configured: Configured, conversion: Conversion, ran: list[Registered]
     ) -> None:
         """Run a pass; check what a plugin's pass leaves.  ``ran`` are the passes before it."""
         registered, pass_ = configured.registered, configured.pass_
-        plugin, file = registered.plugin, registered.file
+        plugin = registered.plugin
         strange = not registered.is_ours
         known = bool(conversion.robot.links)
         robot = encode(conversion.robot) if known and _may_change(configured) else None
@@ -176,7 +187,7 @@ class Pipeline:
         try:
             pass_.run(conversion)
             if strange:
-                check_protected(conversion, ours, f"pass '{pass_.name}'", plugin, file)
+                check_protected(conversion, ours, f"pass '{pass_.name}'", plugin, registered.file)
                 check_left(registered, conversion, known)
             if robot is not None:
                 _note_change(conversion, robot, pass_.name, plugin, "robot" in pass_.writes)
@@ -188,7 +199,7 @@ class Pipeline:
         stale = find_stale(type(pass_), seen, [earlier.kind for earlier in ran])
         if stale:
             raise ConversionError(
-                "stale", f"{stale[0]} (plugin '{plugin}')", file=file,
+                "stale", f"{stale[0]} (plugin '{plugin}')", file=registered.file,
                 hint=f"{stale[1]}: a pass of that place uses the change",
             )  # fmt: skip
 

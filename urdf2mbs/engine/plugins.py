@@ -65,16 +65,26 @@ class Registered:
 
     @cached_property
     def kind(self) -> type[Pass]:
-        """The class of the pass; imports its file."""
+        """The class of the pass; imports its file.  Raises ConfigError."""
         if not isinstance(self.brought, PassEntry):
             return self.brought
         name = self.brought.name
-        module = import_module(f"{self.brought.package}.passes.{name.replace('-', '_')}")
-        kind: type[Pass] = getattr(module, name.title().replace("-", ""))
+        try:
+            module = import_module(f"{self.brought.package}.passes.{name.replace('-', '_')}")
+            kind: type[Pass] = getattr(module, name.title().replace("-", ""))
+        except FAILURES as error:
+            raise ConfigError(
+                "plugin-broken",
+                f"plugin '{self.plugin}': pass '{name}' cannot be loaded: {in_words(error)}",
+                file=self._file,
+            ) from error
         return kind
 
     @property
     def file(self) -> str:
+        """The file of the pass; that of the plugin, as long as the pass is not imported."""
+        if isinstance(self.brought, PassEntry) and "kind" not in vars(self):
+            return self._file
         return _source(self.kind, self.plugin, self._file)
 
     @property
