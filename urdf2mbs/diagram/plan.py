@@ -12,28 +12,8 @@ from math import ceil
 
 import msgspec
 
-from urdf2mbs.diagram.boxes import (
-    AHEAD,
-    BACK,
-    EDGE,
-    FAN,
-    FAR,
-    FAR_ACROSS,
-    FOLD,
-    FORK,
-    GAP,
-    JOINT,
-    JOINT_ACROSS,
-    LEAD,
-    MARGIN,
-    NAME,
-    Lead,
-    Node,
-    Plan,
-    frames,
-    half_name,
-    room,
-)
+from urdf2mbs.diagram import boxes
+from urdf2mbs.diagram.boxes import Lead, Node, Plan, frames, half_name, room
 from urdf2mbs.mbs.model import XY, Drawing, Mbs, Point
 
 
@@ -83,7 +63,7 @@ class _Draft:
         """-1 where the name is at the side of negative b: it keeps off the children."""
         self.in_front = any(lead.point is None for lead in ahead)
         """A child runs on from the body's own frame."""
-        fork = 0.0 if self.in_front else FORK if len(ahead) > 1 else None
+        fork = 0.0 if self.in_front else boxes.FORK if len(ahead) > 1 else None
         self.fork = fork
         """How far before the far edge the last joint stands, where arrows go to several points."""
         least, self.beyond, aside = room(node, vertical, fork)
@@ -106,15 +86,15 @@ class _Draft:
         folded = self.vertical and self.fork is None
         places = _chain(len(self.node.joints), folded)
         rows, spread = places[-1][0], self.wish.spread
-        pitch = (JOINT if self.vertical else JOINT_ACROSS) + spread
-        first = (LEAD if self.vertical else JOINT_ACROSS) + spread
+        pitch = (boxes.JOINT if self.vertical else boxes.JOINT_ACROSS) + spread
+        first = (boxes.LEAD if self.vertical else boxes.JOINT_ACROSS) + spread
         end = natural = first + pitch * (rows - 1)
         partner = self.node.alike
         if partner is not None and partner.joints:
             end = max(end, first + pitch * (_chain(len(partner.joints), folded)[-1][0] - 1))
-        most = rows * ((FAR if self.vertical else FAR_ACROSS) + spread)
+        most = rows * ((boxes.FAR if self.vertical else boxes.FAR_ACROSS) + spread)
         if self.fork is not None:
-            end = max(end, inside + LEAD)
+            end = max(end, inside + boxes.LEAD)
         elif end > most:
             self.long += end - most  # rather a longer box than longer wires
             end = most
@@ -123,7 +103,7 @@ class _Draft:
             first = end - pitch * (rows - 1)
         self.end = end
         self.joints = [
-            (first + pitch * (row - 1), self.mirror * FOLD * column) for row, column in places
+            (first + pitch * (row - 1), self.mirror * boxes.FOLD * column) for row, column in places
         ]
 
     def put_ahead(self) -> None:
@@ -138,11 +118,11 @@ class _Draft:
                 centre = next(start for point, start, _, _ in self.front if point is None)
             elif self.fork is not None:
                 centre = (first + last) / 2 - self.aside
-            b0 = min(b0, first - centre - EDGE)
-            b1 = max(b1, last - centre + EDGE, 2 * self.aside - b0)
+            b0 = min(b0, first - centre - boxes.EDGE)
+            b1 = max(b1, last - centre + boxes.EDGE, 2 * self.aside - b0)
         if self.mirror < 0:
             b0, b1 = -b1, -b0
-        turns = [b + self.mirror * EDGE for _, b in self.joints if b]
+        turns = [b + self.mirror * boxes.EDGE for _, b in self.joints if b]
         self.b0, self.b1, self.centre = b0, b1, centre
         self.low, self.high = min(b0, -centre, *turns), max(b1, length - centre, *turns)
 
@@ -152,13 +132,13 @@ class _Draft:
         rows: list[tuple[int, list[_Lane], float]] = []
         for side, leads in sides:
             lanes, _ = _lanes(leads, not self.vertical)
-            move = max(0.0, FORK - lanes[0][1])
-            last = EDGE if lone and len(leads) == 1 else lanes[-1][1] + move
+            move = max(0.0, boxes.FORK - lanes[0][1])
+            last = boxes.EDGE if lone and len(leads) == 1 else lanes[-1][1] + move
             if side == self.mirror:
                 # not farther ahead than the name, which stands between
-                name = NAME if self.vertical else half_name(self.node)
+                name = boxes.NAME if self.vertical else half_name(self.node)
                 self.a1 = max(self.a1, a0 + 2 * (last + name))
-            self.a1 = max(self.a1, a0 + last + EDGE)
+            self.a1 = max(self.a1, a0 + last + boxes.EDGE)
             rows.append((side, lanes, a0 + move))
         for side, lanes, move in rows:
             if lone and len(lanes) == 1:
@@ -180,7 +160,7 @@ class _Draft:
             if point is not None:
                 self.points.append((point, a1, start - self.centre))
             for child, drawn, lane in group:
-                self.limbs.append((child, drawn, a1 + fan, lane - self.centre, AHEAD, 1))
+                self.limbs.append((child, drawn, a1 + fan, lane - self.centre, boxes.AHEAD, 1))
                 self.far = max(self.far, a1 + fan + drawn.extent[1])
         return Plan(
             self.vertical, self.joints, self.end, (self.a0, a1, self.b0, self.b1), self.points,
@@ -215,15 +195,15 @@ def _lanes(leads: Sequence[Lead], vertical: bool) -> tuple[list[_Lane], float]:
             drawn = child.plan[vertical]
             _, _, low, high = drawn.extent
             group.append((child, drawn, cursor - low))
-            cursor += high - low + GAP
+            cursor += high - low + boxes.GAP
         start, fan = group[0][2], 0.0
         if len(group) > 1:
             # the wires keep off one another
             first, last = start, group[-1][2]
             start = float(round((first + last) / 2))
-            fan = float(ceil(FAN * max(start - first, last - start)))
+            fan = float(ceil(boxes.FAN * max(start - first, last - start)))
         lanes.append((lead.point, start, fan, group))
-    return lanes, max(cursor - GAP, 0.0)
+    return lanes, max(cursor - boxes.GAP, 0.0)
 
 
 Way = tuple[float, float, float, float, float, float]
@@ -245,14 +225,14 @@ def put(mbs: Mbs, base: Node, way: Way, whole: Plan) -> None:
         left, top = min(left, x0), min(top, y0)  # joints stand between two boxes
         for child, below, a, b, turn, mirror in drawn.limbs:
             u, v = x + ax * a + bx * b, y + ay * a + by * b
-            if turn == AHEAD:
+            if turn == boxes.AHEAD:
                 along = (ax, ay, bx * mirror, by * mirror)
-            elif turn == BACK:
+            elif turn == boxes.BACK:
                 along = (-ax, -ay, bx * mirror, by * mirror)
             else:
                 along = (bx * turn, by * turn, ax * mirror, ay * mirror)
             todo.append((child, below, (u, v, *along)))
-    dx, dy = round(MARGIN - left, 0), round(MARGIN - top, 0)
+    dx, dy = round(boxes.MARGIN - left, 0), round(boxes.MARGIN - top, 0)
 
     for node, drawn, (x, y, ax, ay, bx, by), box in placed:
         way = (x + dx, y + dy, ax, ay, bx, by)

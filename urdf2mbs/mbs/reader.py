@@ -11,7 +11,6 @@ from __future__ import annotations
 from collections.abc import Callable, Collection
 from functools import cache
 from pathlib import Path
-from sys import intern
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from lxml import etree
@@ -19,25 +18,9 @@ from lxml import etree
 from urdf2mbs.disk import files
 from urdf2mbs.disk.xml_errors import BLANK, check_conflict, check_entities, explain
 from urdf2mbs.disk.xml_parser import safe_parser
+from urdf2mbs.mbs import model
 from urdf2mbs.mbs.fields import INSIDE, OBJECTS, REPEATED, Kind, Object, Table
-from urdf2mbs.mbs.model import (
-    BASE,
-    CUTS,
-    JOINT_TYPES,
-    LINKS,
-    NATURES,
-    ORIGIN,
-    SENSOR_MEASURES,
-    Base,
-    Body,
-    Joint,
-    Mbs,
-    Origin,
-    Part,
-    Point,
-    Sensor,
-    UserConstraint,
-)
+from urdf2mbs.mbs.model import BASE, CUTS, LINKS, ORIGIN, Origin, Part
 from urdf2mbs.mbs.values import Values
 from urdf2mbs.messages.diagnostics import ConversionError, nearest
 from urdf2mbs.spatial import ZERO
@@ -59,7 +42,7 @@ _GRAPHICS = frozenset(["graphics", "x3D"])
 _PLACE = list(INSIDE["place"])
 
 
-def read(data: bytes, file: str, *, mechanics_only: bool = False) -> Mbs:
+def read(data: bytes, file: str, *, mechanics_only: bool = False) -> model.Mbs:
     """The model of an .mbs file; ``file`` is its name, for messages.
 
     ``mechanics_only`` passes over all graphics, which take a third of the time.
@@ -71,12 +54,12 @@ def read(data: bytes, file: str, *, mechanics_only: bool = False) -> Mbs:
     return _Reader(data, file, mechanics_only=mechanics_only).mbs(_parse(data, file))
 
 
-def read_file(model: Path) -> Mbs:
+def read_file(file: Path) -> model.Mbs:
     """The model of an .mbs file; ``-`` is standard input.  Raises ConversionError."""
-    return read(files.read_model(model), files.STDIN if str(model) == "-" else str(model))
+    return read(files.read_model(file), files.STDIN if str(file) == "-" else str(file))
 
 
-def read_again(source: bytes) -> tuple[Mbs, list[_Element]]:
+def read_again(source: bytes) -> tuple[model.Mbs, list[_Element]]:
     """The model of a file that was read before, and the elements of its objects by the numbers of
     their origins.  The tree of these elements is the whole file, white space included."""
     reader = _Reader(source, "")
@@ -112,10 +95,10 @@ class _Reader(Values):
         self.points: dict[str | None, set[str]] = {None: set()}
         """The points of each body read so far."""
 
-    def mbs(self, root: _Element) -> Mbs:
+    def mbs(self, root: _Element) -> model.Mbs:
         if root.tag != "mbsDescR7":
             self.fail(root, "not-mbs", f"the root of an .mbs file is <mbsDescR7>, not <{root.tag}>")
-        mbs: Mbs = _object("mbs", self.mechanics_only)(self, root)
+        mbs: model.Mbs = _object("mbs", self.mechanics_only)(self, root)
         return mbs
 
     def origin(self, element: _Element) -> Origin | None:
@@ -127,11 +110,11 @@ class _Reader(Values):
 
     # --- objects ---
 
-    def check_base(self, base: Base, _: _Element) -> None:
+    def check_base(self, base: model.Base, _: _Element) -> None:
         base.name = base.name or BASE
         self.names.setdefault(("body", base.name), "the base")
 
-    def check_body(self, body: Body, element: _Element) -> None:
+    def check_body(self, body: model.Body, element: _Element) -> None:
         self.points.setdefault(body.name, set())
         if not body.joints:
             self.fail(
@@ -139,10 +122,10 @@ class _Reader(Values):
                 "Robotran would lose it: give it one, driven and at 0, if it is to be fixed",
             )  # fmt: skip
 
-    def check_joint(self, joint: Joint, element: _Element) -> None:
+    def check_joint(self, joint: model.Joint, element: _Element) -> None:
         for tag, word, known, code in (
-            ("type", joint.type, JOINT_TYPES, "joint-type-unknown"),
-            ("nature", joint.nature, NATURES, "joint-nature-unknown"),
+            ("type", joint.type, model.JOINT_TYPES, "joint-type-unknown"),
+            ("nature", joint.nature, model.NATURES, "joint-nature-unknown"),
         ):
             if word not in known:
                 at = element.find(tag)
@@ -152,7 +135,7 @@ class _Reader(Values):
                     f"the {tag}s are {', '.join(sorted(known))}",
                 )  # fmt: skip
 
-    def check_point(self, point: Point, element: _Element) -> None:
+    def check_point(self, point: model.Point, element: _Element) -> None:
         names = self.points.setdefault(self.owner, set())
         where = _where(self.owner)
         if point.name in names or (self.owner is None and point.name == ORIGIN):
@@ -170,7 +153,7 @@ class _Reader(Values):
             )  # fmt: skip
         names.add(point.name)
 
-    def check_constraint(self, constraint: UserConstraint, element: _Element) -> None:
+    def check_user_constraint(self, constraint: model.UserConstraint, element: _Element) -> None:
         for child, joint in zip(element.iter("jointname"), constraint.joints, strict=False):
             if ("joint", joint) not in self.names:
                 self.fail(
@@ -221,7 +204,7 @@ class _Reader(Values):
         name = self.text(owner.find("bodyname" if owner.tag == "body" else "name"))
         return f"{'the ' * (owner.tag == 'body')}{element.tag} of {owner.tag} '{name}'", name
 
-    def sensor(self, element: _Element) -> Sensor:
+    def sensor(self, element: _Element) -> model.Sensor:
         name = element.get("name", "").strip()
         if not name:
             self.fail_name(element, f"<{element.tag}>")
@@ -229,7 +212,7 @@ class _Reader(Values):
         measures = []
         attributes: Any = element.items()
         for measure, value in attributes:
-            if measure not in SENSOR_MEASURES:
+            if measure not in model.SENSOR_MEASURES:
                 continue
             if value != "true":
                 self.fail(
@@ -237,7 +220,7 @@ class _Reader(Values):
                     'it can be "true" or left out',
                 )  # fmt: skip
             measures.append(measure)
-        return Sensor(name, tuple(measures), origin=self.origin(element))
+        return model.Sensor(name, tuple(measures), origin=self.origin(element))
 
     def take(self, element: Any, name: str, kind: str) -> None:
         """A name of its kind: Robotran's own CoMan has joints and bodies of one name."""
@@ -270,7 +253,8 @@ def _object(key: str, mechanics_only: bool) -> Read:
     """Gives one of the ``OBJECTS``, with all that stands in its element."""
     owner = OBJECTS[key]
     fill = _filler(owner.table, mechanics_only, owner, _REQUIRED.get(key, ()))
-    check, is_part = _CHECKS.get(owner.what), isinstance(owner.make(key), Part)
+    check = getattr(_Reader, f"check_{key}", None)
+    is_part = isinstance(owner.make(key), Part)
 
     def read_object(reader: _Reader, element: _Element) -> Any:
         if key == "drawing" and not len(element):
@@ -325,7 +309,10 @@ def _value(tag: str, kind: Kind | frozenset[str], mechanics_only: bool) -> Read:
     if kind == "parts":
         return _object(tag, mechanics_only)
     if isinstance(kind, str):
-        return _object(kind, mechanics_only) if kind in OBJECTS else _VALUES[kind]
+        if kind in OBJECTS:
+            return _object(kind, mechanics_only)
+        read: Read = getattr(_Reader, kind.replace(" ", "_"))
+        return read
     parts = {tag: _object(tag, mechanics_only) for tag in kind}
     return lambda reader, element: [
         parts[child.tag](reader, child) for child in element if child.tag in parts
@@ -349,31 +336,3 @@ def _name(what: str) -> Read:
         return name
 
     return read_name
-
-
-#: What must hold for an object that is read.
-_CHECKS: dict[str, Callable[[_Reader, Any, _Element], None]] = {
-    "body": _Reader.check_body,
-    "joint": _Reader.check_joint,
-    "point": _Reader.check_point,
-    "the base": _Reader.check_base,
-    "user constraint": _Reader.check_constraint,
-}
-#: What reads each kind of value.
-_VALUES: dict[str, Read] = {
-    "text": _Reader.text,
-    "texts": _Reader.text,
-    "title": _Reader.text,
-    "word": lambda reader, element: intern(reader.text(element)),
-    "number": _Reader.number,
-    "xy": _Reader.xy,
-    "xyz": _Reader.xyz,
-    "coordinates": _Reader.coordinates,
-    "inertia": _Reader.inertia,
-    "control points": _Reader.control_points,
-    "symbols": _Reader.symbols,
-    "color": _Reader.color,
-    "flag": lambda *_: True,
-    "place": _Reader.place,
-    "sensor": _Reader.sensor,
-}

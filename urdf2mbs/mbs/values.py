@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from math import isfinite, nan
+from sys import intern
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from urdf2mbs.mbs.fields import INSIDE
@@ -26,7 +27,7 @@ _XY, _XYZ, _INERTIA = [list(INSIDE[kind]) for kind in ("xy", "xyz", "inertia")]
 
 
 class Values:
-    """Reads the values of one file's elements."""
+    """Reads the values of one file's elements: a method for each kind of ``fields``."""
 
     def __init__(self, data: bytes, file: str) -> None:
         self.data, self.file = data, file
@@ -39,6 +40,15 @@ class Values:
                 "comments and elements do not belong within a name or a number",
             )  # fmt: skip
         return (element.text or "").strip()
+
+    texts = title = text
+
+    def word(self, element: _Element) -> str:
+        """One of a few texts: all elements share it."""
+        return intern(self.text(element))
+
+    def flag(self, _: _Element) -> bool:
+        return True
 
     def number(self, element: _Element) -> float:
         text = element.text or ""

@@ -11,20 +11,9 @@ from functools import cache, lru_cache
 from math import isfinite
 from typing import TYPE_CHECKING, Any
 
+from urdf2mbs.mbs import model
 from urdf2mbs.mbs.fields import INSIDE, KEPT, MARK, OBJECTS, Kind, Table
-from urdf2mbs.mbs.model import (
-    BASE,
-    CUTS,
-    JOINT_TYPES,
-    LINKS,
-    NATURES,
-    ORIGIN,
-    SENSOR_MEASURES,
-    SHAPES,
-    SYMBOLS,
-    Mbs,
-    Part,
-)
+from urdf2mbs.mbs.model import BASE, ORIGIN, Mbs, Part
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -221,29 +210,29 @@ def _check(mbs: Mbs) -> None:
                 f"point '{point.name}' of the base has a sensor or an external force: "
                 "Robotran's C library cannot read that"
             )
-    check([cut.kind for cut in mbs.cuts], CUTS, "a cut")
-    check([link.kind for link in mbs.links], LINKS, "a link")
+    check([cut.kind for cut in mbs.cuts], model.CUTS, "a cut")
+    check([link.kind for link in mbs.links], model.LINKS, "a link")
     for _, owner in mbs.owners():
-        check([shape.kind for shape in owner.shapes], SHAPES, "a shape")
+        check([shape.kind for shape in owner.shapes], model.SHAPES, "a shape")
     for body in mbs.bodies:
         if not body.joints:
             raise ValueError(f"body '{body.name}' has no joint: Robotran would lose it")
         for joint in body.joints:
-            if joint.type not in JOINT_TYPES or joint.nature not in NATURES:
+            if joint.type not in model.JOINT_TYPES or joint.nature not in model.NATURES:
                 raise ValueError(
                     f"joint '{joint.name}' is '{joint.type}', '{joint.nature}': "
                     ".mbs has no such joint"
                 )
-            check(joint.symbols or (), SYMBOLS, f"joint '{joint.name}'")
+            check(joint.symbols or (), model.SYMBOLS, f"joint '{joint.name}'")
         for point in body.points:
             for tag, sensor in (("sensor", point.sensor), ("extforce", point.extforce)):
                 if sensor is not None:
-                    check(sensor.measures, SENSOR_MEASURES, f"{tag} '{sensor.name}'")
-    for model in mbs.user_models:
-        for parameter in model.parameters:
+                    check(sensor.measures, model.SENSOR_MEASURES, f"{tag} '{sensor.name}'")
+    for own in mbs.user_models:
+        for parameter in own.parameters:
             for value in parameter.values if parameter.type != "structure" else ():
                 if value.strip().lstrip("+-").lower() in _NOT_FINITE:
                     raise ValueError(
-                        f"parameter '{parameter.name}' of user model '{model.name}' has the number "
+                        f"parameter '{parameter.name}' of user model '{own.name}' has the number "
                         f"{float(value)}, which no .mbs file can hold"
                     )
