@@ -44,7 +44,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         ["convert", "tiny.urdf", "-o", NASTY], ["verify", "tiny.urdf", NASTY],
         ["init", "kept.urdf", "-o", "k.yaml"], ["convert", "tiny.urdf", "--set", f"{NASTY}.a=1"],
         ["convert", "tiny.urdf", "--arg", f"{NASTY}:=1"], ["diagram", NASTY], ["new-pass", NASTY],
-        ["passes", "--plugin", NASTY], ["doctor", NASTY],
+        ["explain", "--plugin", NASTY], ["doctor", NASTY],
     ],
     ids=lambda words: " ".join(words)[:40].encode("unicode_escape").decode(),
 )  # fmt: skip

@@ -10,9 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from making import read_robot
 from urdf2mbs.messages.diagnostics import ConversionError
-from urdf2mbs.urdf.packages import Packages
 from urdf2mbs.urdf.reader import parse
 
 ROBOT = b"""<?xml version="1.0"?>
@@ -108,25 +106,3 @@ def test_damaged_real_files(shared: Path, seed: int) -> None:
         for _ in range(chance.randrange(1, 5)):
             damaged[chance.randrange(len(data))] = chance.randrange(256)
         check(bytes(damaged))
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_damaged_xacro(shared: Path, tmp_path: Path, seed: int) -> None:
-    chance = random.Random(seed)
-    original = (
-        shared / "robots/solo12/robot_properties_solo/src/robot_properties_solo/resources/xacro"
-    )
-    data = (original / "solo8.urdf.xacro").read_bytes()
-    table = {"robot_properties_solo": shared / "robots/solo12/robot_properties_solo"}
-    source = tmp_path / "damaged.urdf.xacro"
-    for _ in range(5):
-        damaged = bytearray(data[: chance.choice([len(data), chance.randrange(len(data))])])
-        for _ in range(chance.randrange(1, 4)):
-            start = chance.randrange(len(damaged))
-            damaged[start : start + chance.randrange(4)] = chance.choice(WORDS)
-        source.write_bytes(damaged)
-        try:
-            read_robot(source, Packages(table, source), {})
-        except ConversionError as error:
-            file = error.file
-            assert file

@@ -6,7 +6,6 @@ import io
 import json
 import re
 import shlex
-import subprocess
 import sys
 from importlib import import_module
 from pathlib import Path
@@ -15,6 +14,8 @@ from typing import Any
 import pytest
 
 import urdf2mbs
+from commands.test_cli import loaded
+from commands.test_everyday import BARE
 from urdf2mbs.cli import main
 from urdf2mbs.commands import commands_of, parser
 from urdf2mbs.mbs.reader import read
@@ -190,11 +191,6 @@ def test_each_result_ends_with_what_to_do_next(
     assert said in out
 
 
-BARE = """<robot name="r"><link name="a"/><link name="b"><visual><geometry><box size="1 1 1"/>
-</geometry></visual></link><joint name="j" type="continuous"><parent link="a"/><child link="b"/>
-</joint></robot>"""
-
-
 def decisions(out: str) -> list[str]:
     """The lines between the count of the warnings and what to do next."""
     return re.findall(r"^  (.*)$", re.split(r"\d+ notes?.*\n", out)[1].partition("Next")[0], re.M)
@@ -228,16 +224,6 @@ def test_a_missing_extra_says_what_to_install(
 
 
 ROOT = Path(__file__).resolve().parents[2]
-
-
-#: Prints what a program has imported, after it.
-MODULES = "import sys, contextlib\nwith contextlib.suppress(SystemExit):\n  {}\nprint(*sys.modules)"
-
-
-def loaded(program: str) -> set[str]:
-    code = MODULES.format(program)
-    done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
-    return set(done.stdout.splitlines()[-1].split())
 
 
 def test_the_package_imports_what_is_asked_for() -> None:

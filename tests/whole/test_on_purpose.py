@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from proof.test_words import MIMIC
 from urdf2mbs import convert
 from urdf2mbs.cli import main
 from urdf2mbs.testing import TINY, convert_text
@@ -16,24 +17,15 @@ if TYPE_CHECKING:
     pass
 
 
-@pytest.fixture
-def pair(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The folder of tiny.urdf and of its .mbs."""
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "tiny.urdf").write_text(TINY)
-    (tmp_path / "tiny.mbs").write_bytes(convert("tiny.urdf").data)
-    return tmp_path
-
-
-def test_a_follower_that_a_project_drives_on_purpose(pair: Path, capsys: Any) -> None:
+def test_a_follower_that_a_project_drives_on_purpose(here: Path, capsys: Any) -> None:
     """The certificate says so; without a certificate that says so, it is a difference."""
     mimic = '<axis xyz="0 1 1"/><mimic joint="wrist_roll"/>'
-    (pair / "tiny.urdf").write_text(TINY.replace('<axis xyz="0 1 1"/>', mimic))
+    (here / "tiny.urdf").write_text(TINY.replace('<axis xyz="0 1 1"/>', mimic))
     drive = {"mimic": {"joints": {"*": "driven"}}}
     convert("tiny.urdf", output={"project": "p"}, passes=drive).write()
     assert main(["verify", "tiny.urdf", "p"]) == 0
     assert "but for joint 'wrist_pitch' (driven, so that 'wrist_roll'" in capsys.readouterr().out
-    certificate = pair / "p" / "dataR" / "p.proof.json"
+    certificate = here / "p" / "dataR" / "p.proof.json"
     for text in ("{}", "[]", "{", '{"driven": 1}', '{"passes": 1}'):
         certificate.write_text(text)
         assert main(["verify", "tiny.urdf", "p"]) == 3
@@ -48,27 +40,22 @@ def test_a_follower_that_a_project_drives_on_purpose(pair: Path, capsys: Any) ->
         ("rotors", {"armature": {"wrist_roll": 0.1}}),
     ],
 )
-def test_what_passes_changed_on_purpose(name: str, options: Any, pair: Path, capsys: Any) -> None:
+def test_what_passes_changed_on_purpose(name: str, options: Any, here: Path, capsys: Any) -> None:
     """The certificate says what was asked of passes; all else is a difference."""
     tilted = TINY.replace("0 0.5 0", "0 0.7854 0")
     if name == "estimate-inertia":
         tilted = re.sub(r'(?s)(<link name="hand">\s*)<inertial>.*?</inertial>', r"\1", tilted)
-    (pair / "tiny.urdf").write_text(tilted)
+    (here / "tiny.urdf").write_text(tilted)
     convert("tiny.urdf", output={"project": "p"}, passes={name: options}).write()
     assert main(["verify", "tiny.urdf", "p"]) == 0
     said = capsys.readouterr().out.splitlines()[-1]
     assert f"but for what {name} changed: " in said
     assert "(on purpose, as the certificate says)" in said
-    (pair / "tiny.urdf").write_text(tilted.replace('<axis xyz="0 1 1"/>', '<axis xyz="0 2 1"/>'))
+    (here / "tiny.urdf").write_text(tilted.replace('<axis xyz="0 1 1"/>', '<axis xyz="0 2 1"/>'))
     assert main(["verify", "tiny.urdf", "p"]) == 3
-    (pair / "tiny.urdf").write_text(tilted)
-    (pair / "p" / "dataR" / "p.proof.json").unlink()
+    (here / "tiny.urdf").write_text(tilted)
+    (here / "p" / "dataR" / "p.proof.json").unlink()
     assert main(["verify", "tiny.urdf", "p"]) == 3
-
-
-MIMIC = TINY.replace(
-    '<axis xyz="0 1 1"/>', '<axis xyz="0 1 1"/><mimic joint="wrist_roll" multiplier="2"/>'
-)
 
 
 def test_a_follower_driven_by_the_config_is_named() -> None:

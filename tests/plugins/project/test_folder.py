@@ -88,22 +88,15 @@ def test_a_name_that_is_gone_is_told_with_the_line(config: Path, capsys: Any) ->
     assert "user_JointForces.py:3 'shoulder'" in said
 
 
-@pytest.fixture
-def robot(here: Path) -> Path:
-    """A folder with a tiny robot and its config, which is where we are."""
-    (here / "tiny.yaml").write_text("source: tiny.urdf\n")
-    return here
-
-
 @pytest.mark.parametrize("there", [True, False])
-def test_convert_into_a_folder_makes_a_project(robot: Path, there: bool) -> None:
+def test_convert_into_a_folder_makes_a_project(here: Path, there: bool) -> None:
     if there:
-        (robot / "arm").mkdir()
+        (here / "arm").mkdir()
     words = ["convert", "tiny.urdf", "-o", "arm" if there else "arm/"]
     assert main([*words, "--language", "c"]) == 0
-    assert (robot / "arm" / "dataR" / "arm.mbs").is_file()
-    assert list((robot / "arm" / "userfctR").glob("*.c"))
-    assert not list((robot / "arm").rglob("main.py"))
+    assert (here / "arm" / "dataR" / "arm.mbs").is_file()
+    assert list((here / "arm" / "userfctR").glob("*.c"))
+    assert not list((here / "arm").rglob("main.py"))
 
 
 def test_a_result_can_be_written(here: Path) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import pytest
 import yaml
 
 from engine.test_pipeline import RAN, pipeline_of
@@ -37,14 +36,8 @@ def test_dumps_tell_what_each_pass_did(tmp_path: Path) -> None:
     assert last["proof"]["same"] is True
 
 
-@pytest.fixture
-def robot(here: Path) -> Path:
-    """A folder with a tiny robot and its config, which is where we are."""
+def test_dump_and_stop_after(here: Path, capsys: Any) -> None:
     (here / "tiny.yaml").write_text("source: tiny.urdf\n")
-    return here
-
-
-def test_dump_and_stop_after(robot: Path, capsys: Any) -> None:
     for words in (["run", "tiny.yaml", "--dump", "one"], ["convert", "tiny.urdf", "--dump", "two"]):
         assert main([*words, "--stop-after", "insert-base"]) == 0
         assert "stopped after 'insert-base': nothing is written" in capsys.readouterr().out
@@ -55,7 +48,7 @@ def test_dump_and_stop_after(robot: Path, capsys: Any) -> None:
     assert one == two
     assert min(one) == "01-expand.yaml"
     assert max(one).endswith("-insert-base.yaml")
-    assert not (robot / "tiny.mbs").exists()
+    assert not (here / "tiny.mbs").exists()
 
 
 def test_dumps_of_an_earlier_run_go_and_other_files_stay(tmp_path: Path) -> None:

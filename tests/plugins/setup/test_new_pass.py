@@ -26,14 +26,7 @@ def test_new_pass_is_typed(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stdout
 
 
-@pytest.fixture
-def robot(here: Path) -> Path:
-    """A folder with a tiny robot and its config, which is where we are."""
-    (here / "tiny.yaml").write_text("source: tiny.urdf\n")
-    return here
-
-
-def test_new_pass(robot: Path, capsys: Any) -> None:
+def test_new_pass(here: Path, capsys: Any) -> None:
     """What it writes runs as it is, by the very lines that it says to add; so does the test."""
     assert main(["new-pass", "count-links"]) == 0
     out = capsys.readouterr().out
@@ -41,7 +34,7 @@ def test_new_pass(robot: Path, capsys: Any) -> None:
     lines = [
         line[2:] for line in out.splitlines() if line.startswith("  ") and "urdf2mbs" not in line
     ]
-    (robot / "tiny.yaml").write_text("\n".join(["source: tiny.urdf", *lines[:3]]))
+    (here / "tiny.yaml").write_text("\n".join(["source: tiny.urdf", *lines[:3]]))
     assert main(["run", "-v", "tiny.yaml"]) == 0
     assert "note[heavy-link]: link 'body' has 2 kg" in capsys.readouterr().err
     assert main(["explain", "tiny.yaml"]) == 0

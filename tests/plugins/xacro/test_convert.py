@@ -3,30 +3,25 @@
 from __future__ import annotations
 
 import os
+import random
 import re
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from making import read_robot
+from urdf.test_fuzz import WORDS
 from urdf2mbs import Result, convert
 from urdf2mbs.cli import main
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.testing import TINY
+from urdf2mbs.urdf.packages import Packages
 
 
-@pytest.fixture
-def folder(here: Path) -> Path:
-    """With a robot that has the warning base-guessed, and one more."""
-    text = TINY.replace('name="tool"/>', 'name="tool"><visul/></link>', 1)
-    (here / "tiny.urdf").write_text(text)
-    (here / "tiny.yaml").write_text("source: tiny.urdf\n")
-    return here
-
-
-def test_the_error_that_ends_a_run_comes_after_what_was_found_before(folder: Path) -> None:
+def test_the_error_that_ends_a_run_comes_after_what_was_found_before(here: Path) -> None:
     """A macro that is unknown may be why a link is."""
-    (folder / "tiny.urdf").write_text(
+    (here / "tiny.urdf").write_text(
         '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:hand/>\n'
         '<xacro:property name="p" value="1"/>'
         '<link name="a"><x/></link><joint name="j" type="fixed"><parent link="a"/>'
@@ -78,3 +73,25 @@ def test_a_path_is_printed_once(here: Path, capsys: Any) -> None:
     assert err.count(f"below{os.sep}x.xacro") == 1
     assert "(expanded)" not in err
     assert "\nx.xacro: warning[base-guessed]" in err
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_damaged_xacro(shared: Path, tmp_path: Path, seed: int) -> None:
+    chance = random.Random(seed)
+    original = (
+        shared / "robots/solo12/robot_properties_solo/src/robot_properties_solo/resources/xacro"
+    )
+    data = (original / "solo8.urdf.xacro").read_bytes()
+    table = {"robot_properties_solo": shared / "robots/solo12/robot_properties_solo"}
+    source = tmp_path / "damaged.urdf.xacro"
+    for _ in range(5):
+        damaged = bytearray(data[: chance.choice([len(data), chance.randrange(len(data))])])
+        for _ in range(chance.randrange(1, 4)):
+            start = chance.randrange(len(damaged))
+            damaged[start : start + chance.randrange(4)] = chance.choice(WORDS)
+        source.write_bytes(damaged)
+        try:
+            read_robot(source, Packages(table, source), {})
+        except ConversionError as error:
+            file = error.file
+            assert file

@@ -6,22 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from making import read_robot
-from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic
-from urdf2mbs.urdf.model import (
-    Robot,
-)
-from urdf2mbs.urdf.packages import Packages
+from urdf.test_reader import XMLNS, read
+from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs_xacro import has_xacro
-
-
-def read(tmp_path: Path, text: str | bytes) -> tuple[Robot, list[Diagnostic]]:
-    source = tmp_path / "robot.urdf"
-    source.write_bytes(text if isinstance(text, bytes) else text.encode())
-    return read_robot(source, Packages({}, source), {})
-
-
-XMLNS = 'xmlns:xacro="http://www.ros.org/wiki/xacro"'
 
 
 @pytest.mark.parametrize(

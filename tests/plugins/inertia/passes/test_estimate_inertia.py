@@ -12,6 +12,7 @@ import pytest
 
 from oracle.multibody import Inertia, lump, rotation, translation
 from proving import SOLID, joint, link, robot
+from urdf.test_inertia import robot as two_links
 from urdf2mbs import Result, convert
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.spatial import Sym
@@ -243,16 +244,6 @@ def test_nothing_to_estimate_is_told() -> None:
     result = estimated(SOLID, more=link("b") + joint("a", "b"))
     assert [d.code for d in result.diagnostics if d.level == "warning"] == ["nothing-estimated"]
     assert result.report.passes["estimate-inertia"] == {"links": {}}
-
-
-def two_links(mass: str, moments: str) -> str:
-    return (
-        '<robot name="r"><link name="a"><inertial><mass value="1"/><inertia ixx="1" ixy="0" '
-        f'ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link><link name="b"><inertial>'
-        f'<origin xyz="0 0 1" rpy="0 0 1"/><mass value="{mass}"/><inertia {moments}/></inertial>'
-        '</link><joint name="j" type="continuous"><parent link="a"/><child link="b"/></joint>'
-        "</robot>"
-    )
 
 
 @pytest.mark.parametrize("pipeline", ["faithful", "compact"])
