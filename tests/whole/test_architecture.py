@@ -29,6 +29,16 @@ def test_every_module_has_its_place_on_the_page() -> None:
         assert file.name in rooms or f"`{file.stem}`" in others or file.suffix != ".py", file
 
 
+def test_twenty_changes_have_their_folder() -> None:
+    text = (ROOT / "CONTRIBUTING.md").read_text("utf-8")
+    rows = re.findall(r"^\| .*\? \| (.*) \|$", text, re.MULTILINE)
+    assert len(rows) == 20
+    for row in rows:
+        places = words(row)
+        assert places
+        assert all((ROOT / place).exists() for place in places), row
+
+
 @pytest.mark.parametrize("name", OURS)
 def test_a_readme_says_what_a_plugin_brings(name: str) -> None:
     folder = ROOT / "plugins" / f"urdf2mbs_{name}"
