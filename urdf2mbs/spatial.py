@@ -181,14 +181,8 @@ def rotate_inertia(rot: Rot, tensor: Sym) -> Sym:
         return tensor
     xx, xy, xz, yy, yz, zz = tensor
     full = multiply(multiply(rot, (xx, xy, xz, xy, yy, yz, xz, yz, zz)), transpose(rot))
-    return (
-        full[0],
-        (full[1] + full[3]) / 2,
-        (full[2] + full[6]) / 2,
-        full[4],
-        (full[5] + full[7]) / 2,
-        full[8],
-    )
+    xy, xz, yz = (full[1] + full[3]) / 2, (full[2] + full[6]) / 2, (full[5] + full[7]) / 2
+    return (full[0], xy, xz, full[4], yz, full[8])
 
 
 def lump(parts: list[tuple[float, Vec, Sym]]) -> tuple[float, Vec, Sym]:

@@ -154,22 +154,18 @@ def _vertebra(node: Node, shape: Shape, *, lowest: bool) -> tuple[Vertebra, Node
         aside = limb.middle[0] / shape.size
         own = max(abs(limb.start[0]), abs(limb.at[0])) / shape.size
         if limb.partner is None and own <= MIDDLE and abs(aside) <= 4 * MIDDLE:
-            middle.append(lead)
+            middle.append((lead, limb))
         else:
             side = 1 if aside > 0 else -1
             sideways.append(Limb.of(lead, side, limb.start[2] / shape.size, limb.depth))
     height = shape.limbs[node.name].at[2] - MIDDLE * shape.size
-    rising_to = {lead.nodes[0].name: shape.limbs[lead.nodes[0].name] for lead in middle}
-    up = [
-        lead for lead, limb in zip(middle, rising_to.values(), strict=True)
-        if max(limb.at[2], limb.middle[2]) >= height
-    ]  # fmt: skip
+    up = [pair for pair in middle if max(pair[1].at[2], pair[1].middle[2]) >= height]
     following: Node | None = None
     legs = _legs(sideways, shape) if lowest else []
     if up:
-        lead = max(up, key=lambda lead: shape.limbs[lead.nodes[0].name].bodies)
-        middle.remove(lead)
-        bone.ahead, following = [lead], lead.nodes[0]
+        taken = max(up, key=lambda pair: pair[1].bodies)
+        middle.remove(taken)
+        bone.ahead, following = [taken[0]], taken[0].nodes[0]
     elif not legs:
         rising = [limb for limb in sideways if _slope(limb, shape) > 0.7]
         bone.ahead = sorted(
@@ -181,11 +177,9 @@ def _vertebra(node: Node, shape: Shape, *, lowest: bool) -> tuple[Vertebra, Node
         sideways = [limb for limb in sideways if limb not in legs]
         legs = []
     # what is in the middle, but has no place on the spine, goes where there are fewer
-    for lead in middle:
-        right = sum(limb.side for limb in sideways)
-        limb = shape.limbs[lead.nodes[0].name]
-        at = limb.start[2] / shape.size
-        sideways.append(Limb.of(lead, 1 if right < 0 else -1, at, limb.depth))
+    for lead, limb in middle:
+        side = 1 if sum(other.side for other in sideways) < 0 else -1
+        sideways.append(Limb.of(lead, side, limb.start[2] / shape.size, limb.depth))
     sideways.sort(key=lambda limb: (limb not in legs, round(limb.height, 2)))
     bone.rows = _rows(sideways, shape)
     return bone, following
@@ -258,12 +252,8 @@ def arrange(mbs: Mbs, order: list[Node], bones: list[Vertebra]) -> None:
                 taken.append((start + f0, start + f1, at + a - e1, at + a))
     for bone, one, at in drawn:
         _sideways(bone, one, at, taken)
-    put(
-        mbs,
-        base,
-        (0.0, 0.0, 0.0, -1.0, 1.0, 0.0),
-        plan(base, True, base.leads, wish=Wish(aside=aside)),
-    )
+    whole = plan(base, True, base.leads, wish=Wish(aside=aside))
+    put(mbs, base, (0.0, 0.0, 0.0, -1.0, 1.0, 0.0), whole)
 
 
 def _grown(bone: Vertebra, half: float, aside: float) -> Plan:

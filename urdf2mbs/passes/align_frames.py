@@ -101,11 +101,9 @@ class _Frame:
         assert across is not None  # the joint is parallel to one of the two axes at most
         (x, y, z), (p, q, r) = across, cross(axis, across)
         pairs = (
-            ((x, y, z), (p, q, r)),
-            ((p, q, r), (-x, -y, -z)),
-            ((-x, -y, -z), (-p, -q, -r)),
-            ((-p, -q, -r), (x, y, z)),
-        )
+            ((x, y, z), (p, q, r)), ((p, q, r), (-x, -y, -z)),
+            ((-x, -y, -z), (-p, -q, -r)), ((-p, -q, -r), (x, y, z)),
+        )  # fmt: skip
         return [transpose((*axis, *second, *third)) for second, third in pairs]
 
     def count_turns(self, small: float) -> None:

@@ -61,17 +61,12 @@ def prove(
     """Compare the .mbs of a conversion with its robot, or with another; frames count, and so do
     changes of the robot that no pass declares."""
     proof = compare(
-        robot or conversion.robot,
-        mbs,
-        conversion.names.coordinates,
-        frames=conversion.frames,
-        frozen=conversion.frozen,
+        robot or conversion.robot, mbs, conversion.names.coordinates,
+        frames=conversion.frames, frozen=conversion.frozen,
         weightless=sorted(conversion.weightless & conversion.frozen.keys()),
-        driven=[joint.name for joint in conversion.driven],
-        models=models,
-        gravity=conversion.settings.config.gravity,
-        tolerance=tolerance,
-    )
+        driven=[joint.name for joint in conversion.driven], models=models,
+        gravity=conversion.settings.config.gravity, tolerance=tolerance,
+    )  # fmt: skip
     proof.count_frames()
     proof.differ(
         Difference("changed", f"{change}, and does not say so by writes = ('robot',)")

@@ -67,40 +67,39 @@ def _kinds(
     kinds: dict[str, dict[str, float]] = {
         kind: {}
         for kind in (
-            "q_min", "q_max", "effort", "velocity", "damping", "friction",
-            "spring_stiffness", "spring_reference",
-            "soft_q_min", "soft_q_max", "k_position", "k_velocity",
+            "q_min", "q_max", "effort", "velocity", "damping", "friction", "spring_stiffness",
+            "spring_reference", "soft_q_min", "soft_q_max", "k_position", "k_velocity",
             "calibration_rising", "calibration_falling",
         )
     }  # fmt: skip
     for joint, own in joints:
+        limit, dynamics, calibration = joint.limit, joint.dynamics, joint.calibration
+        safety = joint.safety_controller
         for code, part in (
-            ("limit", joint.limit), ("joint-dynamics", joint.dynamics),
-            ("safety-controller", joint.safety_controller), ("calibration", joint.calibration),
+            ("limit", limit), ("joint-dynamics", dynamics), ("safety-controller", safety),
+            ("calibration", calibration),
         ):  # fmt: skip
             if part is not None:
                 conversion.kept.setdefault(code, set()).add(joint.name)
         values: dict[str, float | None] = {}
-        if joint.limit is not None:
-            low, high = joint.limit.lower, joint.limit.upper
+        if limit is not None:
+            low, high = limit.lower, limit.upper
             if joint.type != "continuous" and (low is None or high is None or low < high):
-                values["q_min"], values["q_max"] = low, high
-            values["effort"], values["velocity"] = joint.limit.effort, joint.limit.velocity
-        if joint.dynamics is not None:
-            values["damping"] = joint.dynamics.damping or None
-            values["friction"] = joint.dynamics.friction or None
-            if joint.dynamics.spring_stiffness:
-                values["spring_stiffness"] = joint.dynamics.spring_stiffness
-                values["spring_reference"] = joint.dynamics.spring_reference
-        if joint.safety_controller is not None:
-            safety = joint.safety_controller
-            if safety.soft_lower_limit < safety.soft_upper_limit:
-                values["soft_q_min"] = safety.soft_lower_limit
-                values["soft_q_max"] = safety.soft_upper_limit
-            values["k_position"], values["k_velocity"] = safety.k_position, safety.k_velocity
-        if joint.calibration is not None:
-            values["calibration_rising"] = joint.calibration.rising
-            values["calibration_falling"] = joint.calibration.falling
+                values |= {"q_min": low, "q_max": high}
+            values |= {"effort": limit.effort, "velocity": limit.velocity}
+        if dynamics is not None:
+            values |= {"damping": dynamics.damping or None, "friction": dynamics.friction or None}
+            if stiffness := dynamics.spring_stiffness:
+                values |= {"spring_stiffness": stiffness}
+                values |= {"spring_reference": dynamics.spring_reference}
+        if safety is not None:
+            low, high = safety.soft_lower_limit, safety.soft_upper_limit
+            if low < high:
+                values |= {"soft_q_min": low, "soft_q_max": high}
+            values |= {"k_position": safety.k_position, "k_velocity": safety.k_velocity}
+        if calibration is not None:
+            values["calibration_rising"] = calibration.rising
+            values["calibration_falling"] = calibration.falling
         for kind, value in values.items():
             if value is not None and isfinite(value):
                 kinds[kind][own.name] = float(value)

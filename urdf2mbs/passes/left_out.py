@@ -55,15 +55,15 @@ class LeftOut(Pass):
 def _note_size(conversion: Conversion) -> None:
     """Say if the model is larger than Robotran's generator, a web service, allows most users."""
     mbs = conversion.mbs
-    sizes = {
-        "joints": (sum(len(body.joints) for body in mbs.bodies), JOINTS),
-        "cuts": (len(mbs.cuts), CUTS),
-        "sensors": (
-            sum(point.sensor is not None for body in mbs.bodies for point in body.points),
-            SENSORS,
-        ),
-    }
-    over = [f"{count} {what} ({most})" for what, (count, most) in sizes.items() if count > most]
+    sensors = [point for body in mbs.bodies for point in body.points if point.sensor is not None]
+    over = [
+        f"{len(things)} {what} ({most})"
+        for things, what, most in (
+            (mbs.joints(), "joints", JOINTS), (mbs.cuts, "cuts", CUTS),
+            (sensors, "sensors", SENSORS),
+        )
+        if len(things) > most
+    ]  # fmt: skip
     if over:
         conversion.note(
             "generator-limits",
@@ -76,12 +76,8 @@ def _warn_of_free_followers(conversion: Conversion) -> None:
     """Name the joints that are followers in the URDF, but independent in the .mbs."""
     if not any(joint.mimic for joint in conversion.robot.joints.values()):
         return
-    free = {
-        joint.name
-        for body in conversion.mbs.bodies
-        for joint in body.joints
-        if joint.nature == "independent"
-    }
+    own = conversion.mbs.joints()
+    free = {name for name, joint in own.items() if joint.nature == "independent"}
     joints = conversion.robot.joints
     rules = [
         f"{name} = {mimic.multiplier!r} * {mimic.joint} + {mimic.offset!r}"

@@ -169,18 +169,15 @@ def _attach_frames(conversion: Conversion, order: list[Joint], needed: set[str])
 
 
 def _warn_of_held_joints(conversion: Conversion, held: list[Joint]) -> None:
-    first, one = held[0], len(held) == 1
+    first, moves, it = held[0], "move", "them"
+    does = f"{counted(len(held), 'joint')} are left out, and their links stay"
+    if len(held) == 1:
+        moves, it = "moves", "it"
+        does = f"its degree of freedom is left out, and link '{first.child}' stays"
     listed = some(f"joint '{joint.name}' ({joint.type})" for joint in held)
     conversion.warn(
         "massless-leaf",
-        f"{listed} {'moves' if one else 'move'} nothing that has mass: "
-        + (
-            f"its degree of freedom is left out, and link '{first.child}' stays"
-            if one
-            else f"{counted(len(held), 'joint')} are left out, and their links stay"
-        )
-        + " where the joint is at zero",
-        joint=first.name,
-        link=first.child,
-        hint=f'keep {"it" if one else "them"} with prune-massless: {{keep: ["*"]}}',
-    )
+        f"{listed} {moves} nothing that has mass: {does} where the joint is at zero",
+        joint=first.name, link=first.child,
+        hint=f'keep {it} with prune-massless: {{keep: ["*"]}}',
+    )  # fmt: skip

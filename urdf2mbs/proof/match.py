@@ -152,12 +152,8 @@ def _match_frames(
     robot: Robot, mbs: Mbs, owners: Mapping[str, tuple[Body, Joint]], found: Match
 ) -> None:
     bodies = {body.name: body for body in mbs.bodies}
-    fixed = {
-        name
-        for joint in robot.joints.values()
-        if not joint.moves
-        for name in spellings(joint.name, "joint")
-    }
+    welds = [joint.name for joint in robot.joints.values() if not joint.moves]
+    fixed = {name for weld in welds for name in spellings(weld, "joint")}
     taken: set[str] = set()
     for joint in robot.joints.values():
         names = found.joints.get(joint.name)

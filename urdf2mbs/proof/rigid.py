@@ -47,11 +47,7 @@ def dot(a: Vec, b: Vec) -> float:
 
 def cross(a: Vec, b: Vec) -> Vec:
     """The vector product."""
-    return (
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    )
+    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 
 
 def across(v: Vec, e: Vec) -> Vec:

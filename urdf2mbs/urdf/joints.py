@@ -25,13 +25,9 @@ if TYPE_CHECKING:
     from urdf2mbs.urdf.values import Reading
 
 
-def _mimic(joint: str = "", **numbers: float) -> Mimic:
-    return Mimic(joint, **numbers)
-
-
 #: Parts of a joint that can be left out, by the name that they have in URDF and in the model.
 OPTIONAL: dict[str, Callable[..., Any]] = {
-    "dynamics": Dynamics, "mimic": _mimic, "safety_controller": SafetyController,
+    "dynamics": Dynamics, "mimic": Mimic, "safety_controller": SafetyController,
     "calibration": Calibration,
 }  # fmt: skip
 

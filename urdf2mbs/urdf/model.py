@@ -128,7 +128,7 @@ class Dynamics(msgspec.Struct, gc=False):
 class Mimic(msgspec.Struct, gc=False):
     """This joint's position is ``multiplier`` times that of ``joint``, plus ``offset``."""
 
-    joint: str
+    joint: str = ""
     multiplier: float = 1.0
     offset: float = 0.0
 
