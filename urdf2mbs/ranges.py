@@ -15,11 +15,6 @@ from msgspec import Meta
 LARGEST_TOLERANCE = 1e-3
 Tolerance = Annotated[float, Meta(gt=0.0, le=LARGEST_TOLERANCE)]
 
-#: A coordinate (m, or rad of a joint), and a place or direction in three.
-Coordinate = Annotated[float, Meta(ge=-1e6, le=1e6)]
-Place = tuple[Coordinate, Coordinate, Coordinate]
-
-
 #: m.
 PositiveLength = Annotated[float, Meta(gt=0.0, le=1e6)]
 #: m/s^2, along an axis of the base.

@@ -4,7 +4,9 @@ from typing import Annotated
 
 from msgspec import Meta, Struct
 
-from urdf2mbs.ranges import Place
+#: A coordinate (m, or rad of a joint), and a place or direction in three.
+Coordinate = Annotated[float, Meta(ge=-1e6, le=1e6)]
+Place = tuple[Coordinate, Coordinate, Coordinate]
 
 
 class End(Struct, forbid_unknown_fields=True):

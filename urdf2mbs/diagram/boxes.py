@@ -20,10 +20,9 @@ FOLD = 62.0
 """From one column of a folded chain to the other: labels keep off one another."""
 LEAD = 45.0
 """From a point on the edge of a box to the first joint of the child."""
-CHARACTER = {"ijl": 4.2, "frtI": 6.0, "_": 6.1, "mwMW": 13.4, "DGHNOQU": 10.3}
+_WIDE = {"ijl": 4.2, "frtI": 6.0, "_": 6.1, "mwMW": 13.4, "DGHNOQU": 10.3}
+_WIDTHS = defaultdict(lambda: 9.3, {a: width for letters, width in _WIDE.items() for a in letters})
 """Widths (px) of letters in DejaVu Sans Bold, 12 px: MBSysPad's font for names."""
-OTHER = 9.3
-"""Those that are not in ``CHARACTER``."""
 NAME = 16.0
 """A name is written 3 to 16 px above the middle of its box."""
 AIR = 9.0
@@ -128,11 +127,6 @@ def nodes(mbs: Mbs) -> list[Node]:
             carrying = {id(lead.point) for lead in node.leads}
             node.frames = [point for point in node.frames if id(point) not in carrying]
     return out
-
-
-_WIDTHS = defaultdict(
-    lambda: OTHER, {letter: width for letters, width in CHARACTER.items() for letter in letters}
-)
 
 
 def written(name: str) -> float:

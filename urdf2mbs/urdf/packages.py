@@ -51,7 +51,7 @@ def workspace(source: Path) -> Path:
     for folder in source.parents:
         if folder == home or folder.parent == folder:
             break  # somebody's dotfiles in git are no workspace
-        marked = _is_marked(folder)
+        marked = any((folder / mark).exists() for mark in ("package.xml", *_ROOTS))
         if marked or (inner and folder.name == "src"):
             root = folder
         inner = marked
@@ -73,10 +73,6 @@ def _neighbours(root: Path) -> list[Path]:
 
 def _home() -> Path:
     return Path(os.path.expanduser("~"))  # noqa: PTH111 Path.home may raise
-
-
-def _is_marked(folder: Path) -> bool:
-    return any((folder / mark).exists() for mark in ("package.xml", *_ROOTS))
 
 
 class Packages:

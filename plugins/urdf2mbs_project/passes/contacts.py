@@ -23,12 +23,12 @@ from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.kinematics import Placement, place
 from urdf2mbs.mbs.model import Mbs, Point, Sensor, UserModel
 from urdf2mbs.messages.diagnostics import ConfigError
-from urdf2mbs.ranges import Coordinate, Place, PositiveLength, rounded
+from urdf2mbs.ranges import PositiveLength, rounded
 from urdf2mbs.spatial import ROUNDING, ZERO, Pose, Vec, add, compose, dot, rotate, transpose, unit
 from urdf2mbs.urdf import model as urdf
 from urdf2mbs_meshes.files import files_of
 from urdf2mbs_project.places import floating, point_at, way
-from urdf2mbs_project.ranges import Length, Speed
+from urdf2mbs_project.ranges import Coordinate, Length, Place, Speed
 from urdf2mbs_project.simulation import MEASURES, Contact, Simulation
 
 

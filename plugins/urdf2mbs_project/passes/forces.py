@@ -18,10 +18,9 @@ from urdf2mbs.mbs.kinematics import place
 from urdf2mbs.mbs.model import Connection, Sensor, UserModel
 from urdf2mbs.mbs.names import identifiers
 from urdf2mbs.messages.diagnostics import ConfigError
-from urdf2mbs.ranges import Place
 from urdf2mbs.spatial import ZERO
 from urdf2mbs_project.places import point_at
-from urdf2mbs_project.ranges import End, Force, Gain, Length, Time
+from urdf2mbs_project.ranges import End, Force, Gain, Length, Place, Time
 from urdf2mbs_project.simulation import MEASURES, Simulation, Wrench
 
 #: A time (s) that no simulation reaches.

@@ -22,7 +22,7 @@ from urdf2mbs.disk.xml_parser import safe_parser
 from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.model import Joint
 from urdf2mbs.messages.diagnostics import ConfigError, nearest, some
-from urdf2mbs.ranges import Coordinate
+from urdf2mbs_project.ranges import Coordinate
 from urdf2mbs_project.simulation import Coupling, Held, Simulation
 
 
