@@ -107,20 +107,6 @@ def test_how_a_command_ends(
             main(["explain", "--debug"])
 
 
-BARE = """<robot name="r"><link name="a"/><link name="b"><visual><geometry><box size="1 1 1"/>
-</geometry></visual></link><joint name="j" type="continuous"><parent link="a"/><child link="b"/>
-</joint></robot>"""
-
-
-def test_a_robot_without_mass_is_not_sent_to_the_simulation(here: Path, capsys: Any) -> None:
-    (here / "lamp.urdf").write_text(BARE)
-    assert main(["convert", "lamp.urdf", "-o", "lamp/"]) == 0
-    out = capsys.readouterr().out
-    assert "NO DYNAMICS" in out
-    assert "Next: give the links masses" in out
-    assert "main.py" not in out
-
-
 def test_from_standard_input_to_standard_output(
     here: Path, monkeypatch: pytest.MonkeyPatch, capfdbinary: Any
 ) -> None:

@@ -136,8 +136,9 @@ def test_stop_after(tmp_path: Path) -> None:
     assert not conversion.files
     with pytest.raises(ConfigError, match="to stop after\n  did you mean 'layout'"):
         pipeline.run(stop_after="layuot")
-    # also at a pass that has no work with this robot
-    assert not pipeline.run(stop_after="mimic").files
+    # also at a pass of a plugin that has no work with this robot
+    for name in [name for name in NINE if name not in WORK][:1]:
+        assert not pipeline.run(stop_after=name).files
 
 
 def test_a_preset_that_was_used_before_is_no_other_config_s(tmp_path: Path) -> None:

@@ -57,6 +57,17 @@ def test_the_commands_of_the_core_need_no_plugin(
         assert f"  {command} " in said
 
 
+def test_a_project_without_its_plugin_is_an_error(tmp_path: Path) -> None:
+    (tmp_path / "plain.urdf").write_text(TINY)
+    done = subprocess.run(
+        [sys.executable, "-m", "urdf2mbs", "convert", "plain.urdf", "-o", "p/"], cwd=tmp_path,
+        env=environment("project"), check=False, capture_output=True, text=True,
+    )  # fmt: skip
+    assert done.returncode == 2
+    assert "error[plugin-missing]: this is work for the plugin 'project'" in done.stderr
+    assert not (tmp_path / "p").exists()
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("away", OURS)
 def test_the_tests_of_the_core_need_no_plugin(away: str, tmp_path: Path) -> None:

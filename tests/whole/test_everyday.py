@@ -15,7 +15,6 @@ import pytest
 
 import urdf2mbs
 from commands.test_cli import loaded
-from commands.test_everyday import BARE
 from urdf2mbs.cli import main
 from urdf2mbs.commands import commands_of, parser
 from urdf2mbs.mbs.reader import read
@@ -250,3 +249,17 @@ def test_a_model_needs_no_ending_in_its_name(here: Path) -> None:
     assert main(["convert", "tiny.urdf", "-o", "panda_v1.0"]) == 0
     assert main(["diagram", "panda_v1.0"]) == 0
     assert (here / "panda_v1.0.svg").is_file()
+
+
+BARE = """<robot name="r"><link name="a"/><link name="b"><visual><geometry><box size="1 1 1"/>
+</geometry></visual></link><joint name="j" type="continuous"><parent link="a"/><child link="b"/>
+</joint></robot>"""
+
+
+def test_a_robot_without_mass_is_not_sent_to_the_simulation(here: Path, capsys: Any) -> None:
+    (here / "lamp.urdf").write_text(BARE)
+    assert main(["convert", "lamp.urdf", "-o", "lamp/"]) == 0
+    out = capsys.readouterr().out
+    assert "NO DYNAMICS" in out
+    assert "Next: give the links masses" in out
+    assert "main.py" not in out

@@ -167,14 +167,11 @@ OWN: list[tuple[str, int, str | None, str]] = [
     # the tree
     (more(f'<link name="tip">\n {BODY}</link>'), 0, "doubled-element", "link 'tip'"),
     (more('<link name="world"/>'), 0, "link-unattached", "'world'"),
-    (more(f'<link name="b">{BODY}</link>'), 1, "several-roots", "'b'"),
     (more('<joint name="w" type="prismatic"><parent link="world"/><child link="base"/>'
           f"{LIMITS.format(0, 1, 1, 1)}</joint>"), 0, "world-implied", "joint 'w'"),
     (arm().replace('"tip"/>', '"world"/>'), 1, "link-unknown", "'world'"),
     # XML and xacro
     (arm(tip="<!-- ---- a ---- -->"), 0, "xml-mended", "'--' within a comment"),
-    (arm(tip="\n<<<<<<< HEAD\n=======\n>>>>>>> b\n"), 1, "merge-conflict", "choose one"),
-    (arm()[:-9], 1, "xml-truncated", "cut off"),
     (more('<xacro:property name="x" value="1"/>', XACRO), 0, None, ""),
     (arm(joint='<origin xyz="${1/2} 0 0"/>'), 0, None, ""),
     (more("<gazebo><a>${robot_name}</a></gazebo>"), 0, None, ""),
@@ -186,7 +183,6 @@ OWN: list[tuple[str, int, str | None, str]] = [
     # no mass
     ('<robot name="r"><link name="a"/></robot>', 0, "no-mass", "<inertial>"),
     (MASSLESS, 0, "no-mass", "estimate-inertia"),
-    ('<robot name="r"/>', 1, "no-links", ""),
 ]  # fmt: skip
 
 

@@ -18,6 +18,7 @@ from types import MappingProxyType
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.disk import record
 from urdf2mbs.disk.files import is_portable, read
+from urdf2mbs.engine.plugins import of_plugin
 from urdf2mbs.messages.diagnostics import ConfigError
 
 #: What Robotran expects in a project's folder.
@@ -31,9 +32,12 @@ def write(conversion: Conversion, *, force: bool = False) -> None:
     """Write what a conversion made, and for a project the folders that Robotran expects.
 
     What fits the robot no more is removed, of the files that nobody has changed.  ``force``
-    replaces files, too, that were edited or that are somebody else's.
+    replaces files, too, that were edited or that are somebody else's.  Raises ConfigError, for a
+    project also where the plugin is away that writes the project's code.
     """
     project = conversion.settings.project
+    if project is not None:
+        of_plugin("simulation", "project")
     folders = [] if project is None else [project / name for name in FOLDERS]
     files = _all_files(conversion)
     write_files(
