@@ -9,28 +9,10 @@ from typing import Any
 
 from urdf2mbs.mbs.model import LinkFrame, Mbs
 from urdf2mbs.mbs.names import identifiers
+from urdf2mbs.proof import rigid
 from urdf2mbs.proof.groups import Group, Side
 from urdf2mbs.proof.pair import POSITIONS, Pair, settle
-from urdf2mbs.proof.rigid import (
-    HERE,
-    ORIGIN,
-    UNTURNED,
-    Frame,
-    Inertia,
-    about,
-    angle,
-    compose,
-    distance,
-    inertias_apart,
-    inverse,
-    merge,
-    most,
-    moved,
-    seen,
-    shift,
-    spin,
-    turned,
-)
+from urdf2mbs.proof.rigid import HERE, ORIGIN, UNTURNED, Frame, Inertia
 from urdf2mbs.proof.verdict import Difference, Proof
 from urdf2mbs.spatial import fewest_turns
 
@@ -95,7 +77,7 @@ class Comparison:
     def compare_gravity(self) -> None:
         """Compare gravity, relative to its largest component."""
         ours, theirs = self.one.gravity, self.two.gravity
-        off = most(ours, theirs, max(map(abs, (*ours, *theirs))) or 1.0)
+        off = rigid.most(ours, theirs, max(map(abs, (*ours, *theirs))) or 1.0)
         self.largest["gravity"] = off
         if self._beyond(off):
             said = f"gravity is {_short(theirs)}, and should be {_short(ours)} m/s^2"
@@ -119,10 +101,10 @@ class Comparison:
             hangs = theirs.parent != pairs[ours.parent]
             if hangs:
                 world = world or two.world()
-                before = compose(inverse(world[pairs[ours.parent]]), world[other])
+                before = rigid.compose(rigid.inverse(world[pairs[ours.parent]]), world[other])
             pair = Pair(
-                ours, theirs, compose(self.apart[ours.parent], ours.before), before,
-                merge(ours.inertias), merge(theirs.inertias), self.scales[mine],
+                ours, theirs, rigid.compose(self.apart[ours.parent], ours.before), before,
+                rigid.merge(ours.inertias), rigid.merge(theirs.inertias), self.scales[mine],
                 partial(self._carried, mine),
             )  # fmt: skip
             link = leader.get(mine)
@@ -164,29 +146,30 @@ class Comparison:
         link = ours.child
         where: dict[str, Any] = {"link": link, "joint": name}
         placed = pair.placed()
-        off = distance(placed, place, pair.scale)
-        a, b = turned(pair.their_before, theirs.axis), turned(pair.our_before, ours.axis)
-        tilt = angle(a, b)
+        off = rigid.distance(placed, place, pair.scale)
+        a = rigid.turned(pair.their_before, theirs.axis)
+        b = rigid.turned(pair.our_before, ours.axis)
+        tilt = rigid.angle(a, b)
         if off <= self.tolerance:
             if self._beyond(tilt):
-                back = inverse(self.apart[ours.parent])
-                a, b = turned(back, a), turned(back, b)
+                back = rigid.inverse(self.apart[ours.parent])
+                a, b = rigid.turned(back, a), rigid.turned(back, b)
                 told = f"its axis is {_short(a)} in the .mbs, and should be {_short(b)}"
                 told += f": {tilt:.6g} rad off"
             else:
                 a, b = pair.their_before[9:], pair.our_before[9:]
-                told = f"its axis is {most(a, b):.3g} m beside where it should be"
+                told = f"its axis is {rigid.most(a, b):.3g} m beside where it should be"
             self._differ("axis", f"joint '{name}': {told}", motion, urdf=b, mbs=a, **where)
             return
         # the link, seen from where it should be; how much of it is the joint's own motion?
-        away = compose(inverse(placed), place)
+        away = rigid.compose(rigid.inverse(placed), place)
         if ours.turns:
-            amount = about(away, ours.axis)
-            rest = compose(away, spin(ours.axis, -amount))
+            amount = rigid.about(away, ours.axis)
+            rest = rigid.compose(away, rigid.spin(ours.axis, -amount))
         else:
             amount = sum(p * q for p, q in zip(away[9:], ours.axis, strict=True))
-            rest = compose(away, shift(ours.axis, -amount))
-        left = distance(rest, HERE, pair.scale)
+            rest = rigid.compose(away, rigid.shift(ours.axis, -amount))
+        left = rigid.distance(rest, HERE, pair.scale)
         if left <= max(self.tolerance, 1e-3 * off):
             unit = "rad" if ours.turns else "m"
             told = f"joint '{name}': its zero is the URDF's {amount:.6g} {unit}"
@@ -221,14 +204,15 @@ class Comparison:
                 link=name, joint=joint, urdf=mass, mbs=0.0,
             )  # fmt: skip
         for names, ours, theirs in self._parts(pair, lost):
-            ours = seen(ours, place)
+            ours = rigid.seen(ours, place)
             names = names or [link]
             who = ("link " if len(names) == 1 else "links ") + " + ".join(
                 f"'{name}'" for name in names[:3]
             )
             if len(names) > 3:
                 who += f" and {len(names) - 3} more"
-            for index, (kind, off) in enumerate(inertias_apart(ours, theirs, pair.scale).items()):
+            offs = rigid.inertias_apart(ours, theirs, pair.scale)
+            for index, (kind, off) in enumerate(offs.items()):
                 if self._beyond(off):
                     a, b = ours[index], theirs[index]
                     told = f"{who}: {kind} is {_short(b)} in the .mbs, "
@@ -259,16 +243,16 @@ class Comparison:
         inertia, and the body's."""
         ours = [(name, i) for name, i in pair.ours.inertias if name not in lost]
         names = [name for name, _ in ours]
-        whole = [(names, merge(ours), pair.their_inertia)]
+        whole = [(names, rigid.merge(ours), pair.their_inertia)]
         bodies: dict[str, list[tuple[str, Inertia]]] = {}
         for name, inertia in ours:
             bodies.setdefault(self._body(name) or "", []).append((name, inertia))
         theirs = dict(pair.theirs.inertias)
         if "" in bodies or not bodies.keys() >= theirs.keys():
             return whole
-        nothing = merge([])
+        nothing = rigid.merge([])
         return [
-            ([name for name, _ in links], merge(links), theirs.get(body, nothing))
+            ([name for name, _ in links], rigid.merge(links), theirs.get(body, nothing))
             for body, links in bodies.items()
         ]
 
@@ -283,7 +267,7 @@ class Comparison:
         else:
             group, pose = self.two.frames.get(at.body or "", nowhere)
         if at.pose.xyz != ORIGIN or at.pose.rot != UNTURNED:
-            pose = compose(pose, (*at.pose.rot, *at.pose.xyz))
+            pose = rigid.compose(pose, (*at.pose.rot, *at.pose.xyz))
         return group, pose
 
     def compare_frames(self) -> None:
@@ -298,11 +282,11 @@ class Comparison:
                 told = "moves with another body" if other >= 0 else f"there is no '{name}'"
                 self.elsewhere.append(Difference("frame", f"link '{link}': {told}", link=link))
                 continue
-            ours = compose(self.apart[group], pose)
-            off = distance(ours, theirs, self.scales[group])
+            ours = rigid.compose(self.apart[group], pose)
+            off = rigid.distance(ours, theirs, self.scales[group])
             self.largest["frame"] = max(self.largest.get("frame", 0.0), off)
             if self._beyond(off):
-                told = _in_words(compose(inverse(ours), theirs))
+                told = _in_words(rigid.compose(rigid.inverse(ours), theirs))
                 self.elsewhere.append(
                     Difference("frame", f"link '{link}': its frame is {told}", off, link=link)
                 )
@@ -318,9 +302,9 @@ class Comparison:
             group, pose = self.one.frames[link]
             if self.pairs[group] != other:
                 continue
-            ours = moved(self.apart[group], pose[9:])
-            theirs = moved(at, point.coordinates)
-            off = most(ours, theirs, self.scales[group])
+            ours = rigid.moved(self.apart[group], pose[9:])
+            theirs = rigid.moved(at, point.coordinates)
+            off = rigid.most(ours, theirs, self.scales[group])
             if self._beyond(off):
                 told = f"link '{link}': point '{point.name}' of body '{body}' is "
                 told += f"{dist(ours, theirs):.3g} m off its frame"
