@@ -72,23 +72,19 @@ def read_text(
     extend: ReadExtension | None = None,
 ) -> tuple[Robot, list[Diagnostic]]:
     """Read a robot's file, or what it was expanded to; raises ConversionError."""
-    if expansion is None:
-        robot, diagnostics = parse(data, str(source), extend=extend)
-        if xacro_args:
-            names = ", ".join(sorted(xacro_args))
-            text = f"arguments have no effect, as there is no xacro in the file: {names}"
-            diagnostics.append(Diagnostic("warning", "xacro-unused-arg", text, file=str(source)))
-    else:
-        try:
-            robot, diagnostics = parse(
-                expansion.text, str(source), expanded=expansion.files, extend=extend
-            )
-        except ConversionError as error:
-            error.said[:0] = expansion.warnings
-            if error.code == "no-links":
-                _explain_macros(error, data, source)
-            raise
-        diagnostics[:0] = expansion.warnings
+    text, names, warnings = expansion or (data, [], [])
+    try:
+        robot, diagnostics = parse(text, str(source), expanded=names, extend=extend)
+    except ConversionError as error:
+        error.said[:0] = warnings
+        if expansion is not None and error.code == "no-links":
+            _explain_macros(error, data, source)
+        raise
+    diagnostics[:0] = warnings
+    if expansion is None and xacro_args:
+        said = "arguments have no effect, as there is no xacro in the file: "
+        said += ", ".join(sorted(xacro_args))
+        diagnostics.append(Diagnostic("warning", "xacro-unused-arg", said, file=str(source)))
     if not robot.name:
         robot.name = stem(source)
     return robot, diagnostics
