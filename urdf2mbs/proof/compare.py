@@ -71,7 +71,10 @@ def compare(
     one.gravity = gravity
     two = mbs_side(mbs, set(known.names.values()), framed)
     comparison = Comparison(one, two, known.names, frames, tolerance)
-    comparison.compare([*known.differences, *more, *_heavy(robot, weightless)])
+    comparison.found += [*known.differences, *more, *_heavy(robot, weightless)]
+    comparison.compare_gravity()
+    comparison.compare_groups()
+    comparison.compare_frames()
     comparison.compare_points(mbs)
     held = {f"joint '{name}'": f"held at zero: {why}" for name, why in frozen.items()}
     return comparison.proof(held | known.but_for | missing, known.not_compared | not_compared)

@@ -67,13 +67,6 @@ class Comparison:
         proof.differ(self.found)
         return proof
 
-    def compare(self, problems: Iterable[Difference]) -> None:
-        """Compare all that both sides have; ``problems`` are known already."""
-        self.found += problems
-        self.compare_gravity()
-        self.compare_groups()
-        self.compare_frames()
-
     def compare_gravity(self) -> None:
         """Compare gravity, relative to its largest component."""
         ours, theirs = self.one.gravity, self.two.gravity
