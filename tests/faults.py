@@ -2,7 +2,7 @@
 
 Run by hand, for it takes hours:
 
-    python tests/faults.py --count 300 --seed 1 [--only urdf2mbs/passes/emit.py]
+    python tests/faults.py --count 300 --seed 1 [--only urdf2mbs/passes/decompose_joints.py]
 
 A fault changes one operator, sign, number, comparison or word of a condition, or drops one
 statement.  It is found if a test of its room that reaches its line fails, or if a conversion of our
@@ -243,7 +243,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0] if __doc__ else "")
     parser.add_argument("--count", type=int, default=300)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--only", action="append", default=[], help="urdf2mbs/passes/emit.py, say")
+    parser.add_argument(
+        "--only", action="append", default=[], help="urdf2mbs/passes/decompose_joints.py, say"
+    )
     given = parser.parse_args()
     chosen = choose(given.only, given.count, given.seed)
     lived: list[Fault] = []
