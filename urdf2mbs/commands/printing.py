@@ -172,5 +172,8 @@ def print_json(data: Any) -> None:
     """Print data as JSON."""
     import json
 
+    from urdf2mbs.mbs.model import without_origin
+
+    plain = msgspec.to_builtins(data, enc_hook=without_origin)
     # JSON leaves this one control character as it is
-    print(json.dumps(msgspec.to_builtins(data), indent=2).replace("\x7f", "\\u007f"))
+    print(json.dumps(plain, indent=2).replace("\x7f", "\\u007f"))

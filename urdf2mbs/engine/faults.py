@@ -10,6 +10,7 @@ import msgspec
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.plugins import Registered
 from urdf2mbs.engine.tracebacks import frames_in, in_words
+from urdf2mbs.mbs.model import without_origin
 from urdf2mbs.messages.diagnostics import ConversionError, memory_full, some
 from urdf2mbs.urdf.model import Robot
 
@@ -104,7 +105,7 @@ def _output_fault(conversion: Conversion) -> str | None:
         if not isinstance(path, Path) or not isinstance(data, bytes):
             return f"conversion.files has {path!r}: {type(data).__name__}"
     try:
-        msgspec.json.encode(conversion.report)
+        msgspec.json.encode(conversion.report, enc_hook=without_origin)
     except Exception as error:
         return f"conversion.report cannot be JSON: {error}"
     return None

@@ -53,6 +53,12 @@ class Origin:
         return f"Origin({self.number})"
 
 
+def without_origin(value: object) -> None:
+    """How msgspec makes an origin plain: what an object says is the same wherever it was read."""
+    if not isinstance(value, Origin):
+        raise NotImplementedError(f"{type(value).__name__} is not plain")
+
+
 class Part(msgspec.Struct, kw_only=True):
     """An object that has an element of its own in the file."""
 

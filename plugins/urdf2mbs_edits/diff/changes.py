@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import msgspec
 
-from urdf2mbs.mbs.model import Base, Mbs, Part, View
+from urdf2mbs.mbs.model import Base, Mbs, Part, View, without_origin
 from urdf2mbs.spatial import ZERO
 from urdf2mbs_edits.diff.matching import KINDS, Matching, Thing
 from urdf2mbs_edits.unknown import spelling, unknown
@@ -107,7 +107,7 @@ def _changes(matching: Matching, before: Mbs, after: Mbs) -> Iterator[tuple[Chan
 
 def content(part: Any) -> Any:
     """All that an object says, with what belongs to it, as plain data."""
-    return _stated(msgspec.to_builtins(part, enc_hook=lambda _: None))
+    return _stated(msgspec.to_builtins(part, enc_hook=without_origin))
 
 
 def _follows(matching: Matching, thing: Thing) -> str:
