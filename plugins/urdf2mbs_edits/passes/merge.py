@@ -82,3 +82,7 @@ class Merge(Pass):
         ):  # fmt: skip
             for sentence in sentences:
                 conversion.warn(code, sentence)
+        for body in conversion.mbs.bodies:
+            if (body.mass or 0.0) < 0.0:
+                has = f"body '{body.name}' has the mass {body.mass:g} kg in {output.name}"
+                conversion.warn("mass-negative", f"{has}, and no body has a mass below zero")
