@@ -17,11 +17,12 @@ from urdf2mbs.mbs import writer
 from urdf2mbs.mbs.reader import read_again
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
 
     from lxml.etree import _Element
 
     from urdf2mbs.mbs.model import Mbs, Part
+    from urdf2mbs_edits.unknown import Unknown
 
     Key = int | tuple[str, int]
 
@@ -31,25 +32,32 @@ AT = "at"
 FROM = "from"
 
 
-def write(mbs: Mbs, *, other: bytes | None = None) -> bytes:
+def write(
+    mbs: Mbs, *, other: bytes | None = None, unknown: Sequence[tuple[int, str, Unknown | None]] = ()
+) -> bytes:
     """The file of a model that was read, with what has changed in the model; of any other model,
     what ``mbs.writer`` writes.  Raises ValueError for what no .mbs can hold.
 
-    Objects may come from one ``other`` file, with all that stands in their elements.
+    Objects may come from one ``other`` file, with all that stands in their elements.  ``unknown``
+    are elements and attributes to set, or None to take away, by the number of the object's origin
+    and their path in it (``unknown.unknown_elements``).
     """
     if mbs.origin is None:
         return writer.write(mbs)
     source = mbs.origin.source
     before, elements = read_again(source)
     texts = [_Marker(source).mbs(before), _Marker(source, other).mbs(mbs)]
-    if texts[0] == texts[1]:
+    if texts[0] == texts[1] and not unknown:
         return source
     others = None
     if other is not None:
         theirs, their_elements = read_again(other)
         others = their_elements, etree.fromstring(_Marker(other).mbs(theirs).encode())
     was, now = [etree.fromstring(text.encode()) for text in texts]
+    places = [(_place(elements[number], path), value) for number, path, value in unknown]
     _Rewriter(elements, was, now, others).change(elements[0], was, now)
+    for (element, name, there), value in places:
+        _put(element, name, there, value)
     return _spelled(elements[0], source)
 
 
@@ -65,7 +73,7 @@ class _Marker(writer.Writer):
         origin = part.origin
         if origin is None:
             return ""
-        if origin.source is self.other:
+        if origin.source is self.other is not self.source:
             return f' {FROM}="{origin.number}"'
         if origin.source is not self.source or origin.number in self.marked:
             return ""
@@ -174,6 +182,42 @@ class _Rewriter:
             made.append(part)
             part.tail = child.tail
         return made
+
+
+def _place(element: _Element, path: str) -> tuple[_Element, str, _Element | None]:
+    """The element in which an unknown one or an attribute stands, what the path calls it there, and
+    the unknown element, if it is there."""
+    *way, name = re.split(r"/(?![^{]*})", path)  # no slash of a name space
+    for step in way:
+        child = element.find(step)
+        if child is None:
+            child = etree.Element(step)
+            _insert(element, len(element), child)
+        element = child
+    tag, number = re.fullmatch(r"(.*?)(?:\[(\d+)\])?", name).groups()  # type: ignore[union-attr]
+    there = [] if name.startswith("@") else [c for c in element.iterchildren("*") if c.tag == tag]
+    place = int(number or 1)
+    return element, name, there[place - 1] if place <= len(there) else None
+
+
+def _put(parent: _Element, name: str, there: _Element | None, value: Unknown | None) -> None:
+    """Set an unknown element or attribute, or take it away."""
+    if isinstance(value, str):
+        parent.set(name[1:], value)
+    elif value is not None:
+        made = deepcopy(value)
+        before = [child.tag for child in value.itersiblings("*", preceding=True)]
+        index = max((n for n, child in enumerate(parent, 1) if child.tag in before), default=0)
+        if there is None:
+            made.tail = None
+            _insert(parent, index or len(parent), made)
+        else:
+            made.tail = there.tail
+            parent.replace(there, made)
+    elif there is not None:
+        _detach(there)
+    elif name[1:] in parent.attrib:
+        del parent.attrib[name[1:]]
 
 
 def _marked(tree: _Element) -> dict[int, _Element]:

@@ -14,6 +14,9 @@ from urdf2mbs.mbs.reader import read_again
 if TYPE_CHECKING:
     from lxml.etree import _Element
 
+    #: An element, or the value of an attribute.
+    Unknown = _Element | str
+
 #: The attributes that the model knows, in each element; all others are unknown.
 _SENSOR = frozenset(["name", *SENSOR_MEASURES])
 ATTRIBUTES = {"color": frozenset("RGB"), "sensor": _SENSOR, "extforce": _SENSOR}
@@ -22,19 +25,27 @@ IGNORED = frozenset(["x3D_frame"])
 
 
 def unknown(mbs: Mbs) -> dict[int, dict[str, str]]:
+    """What ``unknown_elements`` has as text: the canonical XML, where numbers have one spelling.
+    Comments and white space say nothing."""
+    return {
+        number: {path: _canonical(value) for path, value in there.items()}
+        for number, there in unknown_elements(mbs).items()
+    }
+
+
+def unknown_elements(mbs: Mbs) -> dict[int, dict[str, Unknown]]:
     """The unknown elements and attributes of the file from which a model was read; none of a model
     that was not read.
 
-    By the number of the nearest object's ``origin``, then by the path from its element: the
-    canonical XML, where numbers have one spelling.  Comments and white space say nothing.
+    By the number of the nearest object's ``origin``, then by the path from its element.
     """
     if mbs.origin is None:
         return {}
     _, elements = read_again(mbs.origin.source)
     numbers = {element: number for number, element in enumerate(elements)}
-    texts: dict[int, dict[str, str]] = {}
+    texts: dict[int, dict[str, Unknown]] = {}
 
-    def note(number: int, path: str, text: str) -> None:
+    def note(number: int, path: str, text: Unknown) -> None:
         there = texts.setdefault(number, {})
         count = sum(key.split("[")[0] == path for key in there)
         there[f"{path}[{count + 1}]" if count else path] = text
@@ -54,14 +65,16 @@ def unknown(mbs: Mbs) -> dict[int, dict[str, str]]:
                     entry = INSIDE.get(str(entry[1]), {})
                 walk(child, entry, number, f"{path}{child.tag}/")
             elif child.tag not in IGNORED:
-                note(number, f"{path}{child.tag}", _canonical(child))
+                note(number, f"{path}{child.tag}", child)
 
     walk(elements[0], MBS, 0, "")
     return texts
 
 
-def _canonical(element: _Element) -> str:
-    """The canonical XML of an element, with one spelling for each number."""
+def _canonical(element: Unknown) -> str:
+    """The canonical XML of an element, with one spelling for each number; an attribute as it is."""
+    if isinstance(element, str):
+        return element
     plain = deepcopy(element)
     plain.tail = None
     for part in plain.iter("*"):

@@ -53,15 +53,11 @@ class Known:
 
     def __init__(self, things: Sequence[tuple[Thing, Thing]]) -> None:
         """``things`` are pairs: a thing of the version, and the thing that it is now."""
-        pairs: dict[Any, Thing] = dict(things)
+        self.pairs: dict[Any, Thing] = dict(things)
         self.things = {
-            (old.kind, pairs.get(old.owner), old.name): now for old, now in pairs.items()
+            (old.kind, self.pairs.get(old.owner), old.name): now for old, now in self.pairs.items()
         }
         self.owners = {in_words(old): now for old, now in things}
-
-    def joint(self, name: str) -> Thing | None:
-        found = (t for (kind, _, n), t in self.things.items() if kind == "joint" and n == name)
-        return next(found, None)
 
 
 class Edit(msgspec.Struct):
@@ -72,6 +68,8 @@ class Edit(msgspec.Struct):
     """Of what was added, its owner; None: it is gone."""
     source: Thing
     """The thing of the edited file; of what was removed, the thing before."""
+    before: Thing | None = None
+    """The thing that was written last; None if it was added."""
 
 
 class Conflict(msgspec.Struct):
@@ -92,22 +90,31 @@ class Applying:
     """A new conversion in the making, to which edits are applied."""
 
     def __init__(
-        self, model: list[Thing], olds: Known, names: Known, prefer: Prefer | None
+        self,
+        model: list[Thing],
+        edited: list[Thing],
+        olds: Known,
+        names: Known,
+        prefer: Prefer | None,
     ) -> None:
-        """``model`` are the things of the new conversion, ``olds`` as the edits call them before,
-        ``names`` as the edits call them after.  ``prefer`` None: people made both sides, and the
-        edits win."""
-        self.model, self.olds, self.names = model, olds, names
+        """``model`` are the things of the new conversion, ``edited`` those of the edited file,
+        ``olds`` and ``names`` as they were called before and after the edits.  ``prefer`` None:
+        people made both sides, and the edits win."""
+        self.model, self.edited, self.olds, self.names = model, edited, olds, names
         self.prefer = prefer
         self.conflicts: list[Conflict] = []
         self.orphans: list[tuple[Edit, str]] = []
         """What can no longer stand, and why."""
         self._hung_anew = False
+        self._put: dict[Thing, Edit] = {}
+        """The sensors and forces that edits added or moved."""
 
     def apply(self, edits: list[Edit]) -> None:
         """Make all edits; names come first, because the other edits use them."""
         removed = [edit for edit in edits if edit.change.change == "removed" and edit.target]
         untouched = [_plain(content(edit.target.part)) for edit in removed if edit.target]
+        # a body may hang on a point that is new, too
+        edits = sorted(edits, key=lambda edit: edit.change.kind != "point")
         for does in ("renamed", "reordered", "added", "moved", "changed"):
             for edit in edits:
                 if edit.change.change == does:
@@ -116,6 +123,7 @@ class Applying:
                     else:
                         getattr(self, f"_{does}")(edit, edit.target)
         self._removed(removed, untouched)
+        self._one_each()
         self._write_references()
         mbs: Mbs = self.model[0].part
         if self._hung_anew:
@@ -155,26 +163,29 @@ class Applying:
 
     def _added(self, edit: Edit, owner: Thing) -> None:
         kind, part = edit.change.kind, deepcopy(edit.source.part)
-        things = new_things(kind, part, owner)
-        # a joint or sensor that was only moved to it comes by itself
-        moved = [t for t in things[1:] if t.kind in _MOVES and self._is_moved(t)]
-        for thing in moved:
-            self._take_out(thing)
-        things = [thing for thing in things if thing not in moved]
-        single = FIELDS.get(kind)
-        if single and getattr(owner.part, single):
-            self._orphan(edit, f"the URDF has a {kind} of its own there now")
+        things = []
+        sources = [thing for thing in self.edited if _root(thing, [edit.source])]
+        for source, thing in zip(sources, new_things(kind, part, owner), strict=True):
+            if source in self.names.pairs:  # what was only moved to it comes by itself
+                self._take_out(thing)
+            else:
+                self.names.pairs[source] = thing
+                things.append(thing)
+        if kind == "view" and owner.part.view:
+            self._orphan(edit, "the URDF has a view of its own there now")
             return
         for thing in things:
             if self._is_taken(thing):
                 self._orphan(edit, f"the URDF has a {thing.kind} '{thing.name}' of its own now")
                 return
-        for field, called in _calls(kind, part).items():
-            targets, said = self._resolve(self.names, things[0], field, called)
-            if targets is None:
-                self._orphan(edit, f"{said} is gone")
+        for field in edit.source.refers if kind != "parameter" else ():
+            targets, gone = self._resolve(self.names, edit.source, field)
+            if gone:
+                self._orphan(edit, gone)
                 return
             things[0].refers = {**things[0].refers, field: targets}
+        if kind in ("sensor", "force"):
+            self._put[things[0]] = edit
         self._hung_anew |= kind == "body"
         self.model += things
         for thing in things:
@@ -194,18 +205,21 @@ class Applying:
             self._take_out(thing)
             thing.owner = owner
             self._insert(thing, edit.change.follows)
+            if thing.kind in FIELDS:
+                self._put[thing] = edit
 
     def _changed(self, edit: Edit, thing: Thing) -> None:
         change, field = edit.change, edit.change.field
         if field in thing.refers:
-            was, _ = self._resolve(self.olds, thing, field, change.before)
-            targets, said = self._resolve(self.names, thing, field, change.after)
+            assert edit.before is not None
+            was, _ = self._resolve(self.olds, edit.before, field)
+            targets, gone = self._resolve(self.names, edit.source, field)
             now = thing.refers[field]
             # the point of a body that hangs on another body now stays behind
             point = now[0] if field == "point" else None
             left = isinstance(point, Thing) and point.owner is not thing.refers["parent"][0]
-            if targets is None:
-                self._orphan(edit, f"{said} is gone")
+            if gone:
+                self._orphan(edit, gone)
             elif targets != now and (
                 was == now or left or self._edit_wins(edit, field, _called(now))
             ):
@@ -217,8 +231,12 @@ class Applying:
         if value == change.after or not hasattr(thing.part, whole):
             return
         if value == change.before or self._edit_wins(edit, field, value):
-            holder = getattr(thing.part, whole) if inner else thing.part
-            setattr(holder, inner or whole, change.after)
+            if inner and None in (getattr(edit.source.part, whole), getattr(thing.part, whole)):
+                setattr(thing.part, whole, deepcopy(getattr(edit.source.part, whole)))
+            elif inner:
+                setattr(getattr(thing.part, whole), inner, change.after)
+            else:
+                setattr(thing.part, whole, change.after)
 
     def _reordered(self, edit: Edit, owner: Thing) -> None:
         change = edit.change
@@ -264,12 +282,21 @@ class Applying:
             self._take_out(thing)
         self.model = [thing for thing in self.model if thing not in gone]
 
-    # --- things, names and places ---
+    def _one_each(self) -> None:
+        """Leave each point one sensor and one force: what an edit put there goes, if the URDF has
+        one there."""
+        there: dict[tuple[Thing | None, str], Thing] = {}
+        for thing in sorted(self.model, key=self._put.__contains__):
+            if thing.kind not in FIELDS:
+                continue
+            stays = there.setdefault((thing.owner, thing.kind), thing)
+            if stays is not thing:
+                self._insert(stays, "")
+                self.model.remove(thing)
+                why = f"the URDF has a {thing.kind} of its own there now"
+                self._orphan(self._put[thing], why)
 
-    def _is_moved(self, thing: Thing) -> bool:
-        """Whether a thing that came with another was there before."""
-        known = self.names.things.items()
-        return any(kind == thing.kind and name == thing.name for (kind, _, name), _ in known)
+    # --- things, names and places ---
 
     def _is_taken(self, thing: Thing) -> bool:
         """Whether the name of a thing is one of another that is there."""
@@ -280,36 +307,18 @@ class Applying:
         )  # fmt: skip
 
     def _resolve(
-        self, known: Known, thing: Thing, field: str, called: Any
-    ) -> tuple[tuple[Thing | str | None, ...] | None, str]:
-        """The things that a field names, or None and the words for what is not there."""
-        model, base = self.model[0], self.model[1]
+        self, known: Known, thing: Thing, field: str
+    ) -> tuple[tuple[Thing | str | None, ...], str]:
+        """What a field of a thing of another version refers to now, and the words for what is
+        gone; a text names nothing in its version either."""
         found: list[Thing | str | None] = []
-        said = ""
-        for place, name in enumerate(called):
-            target: Thing | str | None
-            if field in ("joints", "joint", "name"):
-                is_base = field == "joint" and name in (BASE, base.name)
-                target = base if is_base else known.joint(name)
-                said = f"joint '{name}'"
-            elif field == "parent" or (field != "point" and place == 0):
-                is_base = name is None or name in (BASE, base.name)
-                target = base if is_base else known.things.get(("body", model, name))
-                said = f"body '{name}'"
-            elif name in (None, ORIGIN):
-                found.append(None)
-                continue
-            else:
-                on = thing.refers["parent"][0] if field == "point" else found[0]
-                on = on if isinstance(on, Thing) else None
-                target = known.things.get(("point", on, name))
-                said = f"point '{name}'"
-            if name == "":  # a draft
-                target = ""
-            if target is None or (isinstance(target, Thing) and target not in self.model):
-                return None, said
-            found.append(target)
-        return tuple(found), said
+        gone = ""
+        for target in thing.refers[field]:
+            now = known.pairs.get(target) if isinstance(target, Thing) else target
+            if isinstance(target, Thing) and now not in self.model:
+                gone = gone or f"{target.kind} '{target.name}' is gone"
+            found.append(now)
+        return tuple(found), gone
 
     def _insert(self, thing: Thing, follows: str) -> None:
         """Put an object into its owner, after the one that it follows."""
@@ -328,7 +337,8 @@ class Applying:
         owner = thing.owner
         assert owner is not None
         if thing.kind in FIELDS:
-            setattr(owner.part, FIELDS[thing.kind], None)
+            if getattr(owner.part, FIELDS[thing.kind]) is thing.part:
+                setattr(owner.part, FIELDS[thing.kind], None)
             return
         attribute = LISTS[thing.kind]
         parts = getattr(owner.part, attribute)
@@ -381,17 +391,6 @@ def _name(target: Thing | str | None) -> str | None:
 
 def _called(targets: tuple[Thing | str | None, ...]) -> list[str]:
     return [ORIGIN if name is None else name for name in map(_name, targets)]
-
-
-def _calls(kind: str, part: Any) -> dict[str, Any]:
-    """What the fields of an object call other things."""
-    if kind == "body":
-        return {"parent": [part.parent], "point": [part.point]}
-    if kind in ("cut", "link"):
-        return {end: getattr(part, end) for end in ("endpoint1", "endpoint2")}
-    if kind == "user constraint":
-        return {"joints": part.joints}
-    return {"joint": [part.joint]} if kind in ("viewpoint", "light") else {}
 
 
 def _root(thing: Thing | None, doomed: Container[Thing]) -> Thing | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from copy import deepcopy
 from typing import Any
 
@@ -23,7 +23,7 @@ from urdf2mbs_edits.diff.words import in_words, line
 from urdf2mbs_edits.merge.apply import Applying, Conflict, Edit, Known, Prefer, is_place
 from urdf2mbs_edits.merge.keep import keep
 from urdf2mbs_edits.rewrite import write
-from urdf2mbs_edits.unknown import unknown
+from urdf2mbs_edits.unknown import unknown, unknown_elements
 
 
 class Orphan(msgspec.Struct):
@@ -90,12 +90,15 @@ def merge(base: Mbs, edited: Mbs, new: Mbs, prefer: Prefer | None = "urdf") -> M
     model = list(fresh.after)
     applying = Applying(
         fresh.after,
+        seen.after,
         Known([(old, thing) for old, thing in to_new.items() if thing]),
         Known([(thing, then) for thing, then in now.items() if then]),
         prefer,
     )
     edits = _edits(seen, changed_things(seen, base, edited), to_new, now)
     theirs_changed = _unknown_changes(fresh, base, new) if prefer is None else []
+    their_elements = unknown_elements(new) if prefer is None else {}
+    their_numbers = {id(t.part): t.part.origin.number for t in fresh.after if _origin(t.part)}
     names = [(t, t.kind, t.name) for t in model if t.kind in ("body", "joint")]
     applying.apply(edits)
     _adopt(now, edited, new)
@@ -104,13 +107,15 @@ def merge(base: Mbs, edited: Mbs, new: Mbs, prefer: Prefer | None = "urdf") -> M
         _adopt(now, edited, new)
     there = set(applying.model)
     orphans = _orphans(applying.orphans, now)
-    data = write(new, other=theirs)
+    brought = [
+        (_origin(part).number, path, their_elements.get(their_numbers[id(part)], {}).get(path))
+        for part, path in _unknown_to_bring(theirs_changed, edited, applying)
+    ]
+    data = write(new, other=theirs, unknown=brought)
     final = read(data, "the merged file")
     written = {
         id(thing.part): then.part for thing, then in zip(things(new), things(final), strict=True)
     }
-    if prefer is None:
-        applying.conflicts += _not_brought(theirs_changed, written, unknown(final))
     plan = Plan(
         _differences(edited, final, _same(edited, new), written),
         _differences(
@@ -138,7 +143,7 @@ def _edits(
     edits: list[Edit] = []
     for change, thing in changes:
         if change.change != "added":
-            edits.append(Edit(change, to_new[thing], seen.partner.get(thing, thing)))
+            edits.append(Edit(change, to_new[thing], seen.partner.get(thing, thing), thing))
         elif now.get(thing) is None and thing.owner is not None:
             edits.append(Edit(change, now.get(thing.owner), thing))
     return edits
@@ -163,19 +168,23 @@ def _unknown_changes(fresh: Matching, base: Mbs, new: Mbs) -> list[tuple[Change,
     ]  # fmt: skip
 
 
-def _not_brought(
-    changes: list[tuple[Change, Any]], written: dict[int, Any], texts: dict[int, dict[str, str]]
-) -> list[Conflict]:
-    """What the other side changed of elements that the model does not know: the file keeps its
-    own.  ``changes`` come with the other side's objects."""
-    conflicts = []
+def _unknown_to_bring(
+    changes: list[tuple[Change, Any]], edited: Any, applying: Applying
+) -> Iterator[tuple[Any, str]]:
+    """What the other side alone changed of elements that the model does not know, as objects and
+    paths; what both changed is a conflict, in which the file keeps its own."""
+    texts = unknown(edited)
+    there = {id(thing.part) for thing in applying.model}
     for change, part in changes:
-        there = _origin(written.get(id(part)))
-        now = texts.get(there.number, {}).get(change.field) if there else None
-        if there and now != change.after:
+        origin = _origin(part)
+        if id(part) not in there or origin is None or origin.source is not edited.origin.source:
+            continue
+        now = texts.get(origin.number, {}).get(change.field)
+        if now == change.before:
+            yield part, change.field
+        elif now != change.after:
             own = msgspec.structs.replace(change, after=now)
-            conflicts.append(Conflict(own, change.after, "edited"))
-    return conflicts
+            applying.conflicts.append(Conflict(own, change.after, "edited"))
 
 
 def _pair_added(seen: Matching, fresh: Matching, now: dict[Thing, Thing | None]) -> None:

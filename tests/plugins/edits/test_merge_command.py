@@ -142,8 +142,8 @@ def test_what_theirs_added_comes_with_all_that_stands_in_it(here: Path) -> None:
     assert "<!-- mine -->" in text
 
 
-def test_what_nobody_knows_and_theirs_changed_is_a_conflict(here: Path, capsys: Any) -> None:
-    for side, unit in (("base", "m"), ("ours", "m"), ("theirs", "mm")):
+def test_what_nobody_knows_and_both_changed_is_a_conflict(here: Path, capsys: Any) -> None:
+    for side, unit in (("base", "m"), ("ours", "cm"), ("theirs", "mm")):
         change(f"{side}.mbs", "<user_model>", f"<user_model><unit>{unit}</unit>")
     assert main(["merge", "base.mbs", "ours.mbs", "theirs.mbs", "-q"]) == 1
     assert "unit" in capsys.readouterr().err

@@ -1,0 +1,242 @@
+"""No edit is lost, and nothing is a conflict where only one side changed something."""
+
+from __future__ import annotations
+
+import json
+from itertools import permutations
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from conftest import SHARED
+from mbs.models import everything
+from plugins.edits.test_each_edit import Edit, add, all_of, drop, merged, move, nothing, put
+from urdf2mbs.cli import main
+from urdf2mbs.mbs.model import Body, Connection, Drawing, Joint, Light, Mbs, Point, Sensor
+from urdf2mbs.mbs.reader import read
+from urdf2mbs_edits.diff.changes import differences
+from urdf2mbs_edits.merge.merge import Merged, merge
+from urdf2mbs_edits.rewrite import write
+
+SAMPLES = sorted((SHARED / "mbs-samples").glob("*.mbs"))
+PAIRS = [
+    pair for pair in permutations(SAMPLES, 2) if len({f.name.split(".")[0] for f in pair}) == 1
+]  # fmt: skip
+
+
+def three(base: bytes, ours: bytes, theirs: bytes) -> Merged:
+    return merge(read(base, "base"), read(ours, "ours"), read(theirs, "theirs"), None)
+
+
+def check_says_nothing(done: Merged) -> None:
+    assert not done.plan.conflicts, done.plan.words()
+    assert not done.plan.orphaned, done.plan.words()
+
+
+# --- sensors and forces that change places ---
+
+
+def sensors(*names: str | None) -> Edit:
+    """Give the points of the trunk and the arm sensors of these names."""
+
+    def edit(mbs: Mbs) -> None:
+        points = [*mbs.bodies[0].points, *mbs.bodies[1].points]
+        there = {point.sensor.name: point.sensor for point in points if point.sensor}
+        for point, name in zip(points, names, strict=True):
+            point.sensor = there.get(name, Sensor(name)) if name else None
+
+    return edit
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        ("touch", "imu", None), (None, "imu", "touch"), ("touch", None, None), (None, "imu", None),
+        ("touch", None, "imu"), ("new", "imu", "touch"), ("new", "touch", None),
+        ("touch", "new", "imu"), (None, None, "imu"), (None, "new", "imu"),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("prefer", ["urdf", "edited", None])
+def test_sensors_that_change_places_are_all_there(
+    names: tuple[str | None, ...], prefer: Any
+) -> None:
+    expected = everything()
+    sensors(*names)(expected)
+    for mine, theirs in ((sensors(*names), nothing), (nothing, sensors(*names))):
+        result, done = merged(mine, theirs, prefer)
+        assert result == read(write(expected), "m.mbs")
+        check_says_nothing(done)
+
+
+def test_a_sensor_that_moves_to_where_the_other_side_put_one_is_named() -> None:
+    result, done = merged(sensors(None, "touch", "imu"), sensors("imu", "touch", "other"))
+    assert b'"imu"' in done.data or b'"imu"' in (done.orphans or b"")
+    assert [p.sensor.name for b in result.bodies for p in b.points if p.sensor] == [
+        "touch", "other",
+    ]  # fmt: skip
+    assert [orphan.why for orphan in done.plan.orphaned] == [
+        "the URDF has a sensor of its own there now"
+    ]
+
+
+# --- bodies on points that are new ---
+
+
+def on_new_point(body: int) -> Edit:
+    def edit(mbs: Mbs) -> None:
+        on = mbs.bodies[body]
+        on.points.append(Point("hook", (0.5, 0.0, 0.0)))
+        mbs.bodies.append(Body("load", on.name, "hook", [Joint("swinging", "R2")]))
+        mbs.bodies.append(Body("more", "load", None, [Joint("turning", "R2")]))
+        mbs.links.append(Connection("link", "rope", ("more", None), (on.name, "hook")))
+        mbs.bodies = mbs.depth_first()
+
+    return edit
+
+
+@pytest.mark.parametrize("body", [0, 1, 2, 3])
+@pytest.mark.parametrize("prefer", ["urdf", None])
+def test_a_body_on_a_new_point_of_a_body_that_was_there(body: int, prefer: Any) -> None:
+    expected = everything()
+    on_new_point(body)(expected)
+    for mine, theirs in ((on_new_point(body), nothing), (nothing, on_new_point(body))):
+        result, done = merged(mine, theirs, prefer)
+        assert {b.name: b for b in result.bodies} == {
+            b.name: b for b in read(write(expected), "m.mbs").bodies
+        }
+        check_says_nothing(done)
+
+
+# --- what one side alone changed ---
+
+
+def light_of_nothing(mbs: Mbs) -> None:
+    """A joint goes; the light behind it stays, and names nothing."""
+    assert mbs.view is not None
+    mbs.view.lights.append(Light("other", (0.0, 0.0, 1.0), "still"))
+
+
+ALONE: dict[str, tuple[Edit, Edit]] = {
+    "an end is chosen": (put("cuts.0.endpoint1", ("", "origin")),
+                         put("cuts.0.endpoint1", ("arm", "tip"))),
+    "an end is chosen no more": (nothing, put("cuts.0.endpoint1", ("", "origin"))),
+    "an end of a body and no point": (nothing, put("cuts.0.endpoint1", ("arm", ""))),
+    "a joint goes, its light stays": (light_of_nothing, drop("bodies.0.joints", 3)),
+    "a joint goes, and comes on another body": (
+        nothing, move("bodies.0.joints", "bodies.1.joints", 3),
+    ),
+    "a light behind nothing": (nothing, put("view.lights.0.joint", "nobody")),
+    "no drawing": (nothing, put("bodies.0.drawing", None)),
+    "a drawing": (put("bodies.0.drawing", None), put("bodies.0.drawing", Drawing((3.0, 4.0)))),
+    "no place": (nothing, put("bodies.0.joints.0.position", None)),
+    "a place": (
+        put("bodies.0.joints.0.position", None), put("bodies.0.joints.0.position", (4.0, 5.0)),
+    ),
+    "the base has no place": (nothing, all_of(put("base.position", None),
+                                             put("base.drawing", None))),
+    "the base has a place": (all_of(put("base.position", None), put("base.drawing", None)),
+                             all_of(put("base.position", (4.0, 5.0)),
+                                    put("base.drawing", Drawing((3.0, 4.0))))),
+    "a point on the base": (nothing, add("base.points", Point("new"))),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", ALONE)
+def test_what_one_side_changed_is_no_conflict(case: str) -> None:
+    before, then = ALONE[case]
+    model = everything()
+    before(model)
+    base = write(model)
+    then(model)
+    changed = write(model)
+    for ours, theirs in ((base, changed), (changed, base), (changed, changed)):
+        done = three(base, ours, theirs)
+        check_says_nothing(done)
+        assert not differences(read(done.data, "m"), read(changed, "m")).changes
+        if ours == changed:
+            assert done.data == ours
+
+
+UNKNOWN = [
+    ("<x3D_points/>", ""),
+    ("<x3D_com/>", ""),
+    ("<x3D_com/>", "<x3D_com/>\n          <hide_inertial_frame/>"),
+    ("<x3D_com/>", "<x3D_com size='2'/>"),
+    ("<mass>", "<mass unit='g'>"),
+    ("</joint>", "<brake><force>1.50</force></brake>\n      </joint>"),
+    ("<user_models>", "<user_models>\n    <mine/>\n    <mine><b>2</b></mine>"),
+    ("<base>", "<base note='1'>"),
+]
+
+
+@pytest.mark.parametrize(("old", "new"), UNKNOWN)
+def test_what_nobody_knows_goes_along_if_ours_did_not_change_it(old: str, new: str) -> None:
+    base = write(everything()).decode()
+    assert old in base
+    other = base.replace(old, new, 1)
+    for one, two in ((base, other), (other, base)):
+        for ours, theirs in ((one, two), (two, one)):
+            done = three(one.encode(), ours.encode(), theirs.encode())
+            check_says_nothing(done)
+            assert not differences(read(done.data, "m"), read(two.encode(), "m")).changes
+            assert not new or done.data.decode().count("\n") == two.count("\n")
+    # ours changes something beside it
+    mine = other.replace("<type>T3</type>", "<type>T1</type>", 1)
+    done = three(other.encode(), mine.encode(), base.encode())
+    check_says_nothing(done)
+    assert b"<type>T1</type>" in done.data
+    assert not done.data.count(new.strip("<>").encode()) or not new
+
+
+@pytest.mark.skipif(not PAIRS, reason="the real files are not there")
+@pytest.mark.parametrize("pair", PAIRS, ids=lambda pair: "-".join(file.stem for file in pair))
+def test_one_side_alone_wins_in_real_histories(pair: tuple[Path, Path]) -> None:
+    before, after = (file.read_bytes() for file in pair)
+    for ours, theirs in ((after, before), (before, after), (after, after)):
+        done = three(before, ours, theirs)
+        check_says_nothing(done)
+        assert not differences(read(done.data, "m"), read(after, "m")).changes
+        if ours == after:
+            assert done.data == after
+
+
+# --- convert again ---
+
+ROBOT = """<robot name="one">
+  <link name="body"><inertial><mass value="1"/>
+    <inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
+  <link name="arm"><inertial><mass value="2"/>
+    <inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
+  <joint name="elbow" type="revolute"><parent link="body"/><child link="arm"/>
+    <origin xyz="1 0 0"/><axis xyz="0 1 0"/>
+    <limit lower="-1" upper="1" effort="1" velocity="1"/></joint>
+  <gazebo reference="arm"><sensor name="feel" type="imu"/></gazebo>
+</robot>"""
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "one.urdf").write_text(ROBOT)
+    assert main(["convert", "one.urdf", "-o", "one.mbs", "-q"]) == 0
+    return tmp_path
+
+
+def test_json_after_an_edit_of_a_robot_with_a_sensor(here: Path, capsys: Any) -> None:
+    text = (here / "one.mbs").read_text()
+    assert "feel" in text
+    (here / "one.mbs").write_text(text.replace("<mass>2.0", "<mass>3.0"))
+    capsys.readouterr()
+    assert main(["convert", "one.urdf", "-o", "one.mbs", "--json"]) == 0
+    assert "feel" in json.dumps(json.loads(capsys.readouterr().out)["passes"]["sensors"])
+
+
+def test_a_mass_below_zero_in_an_edited_file_is_said(here: Path, capsys: Any) -> None:
+    text = (here / "one.mbs").read_text()
+    (here / "one.mbs").write_text(text.replace("<mass>2.0", "<mass>-4"))
+    capsys.readouterr()
+    assert main(["convert", "one.urdf", "-o", "one.mbs"]) == 0
+    said = capsys.readouterr().err
+    assert "warning[mass-negative]" in said
+    assert "body 'arm' has the mass -4 kg in one.mbs" in said
