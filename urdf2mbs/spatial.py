@@ -139,11 +139,7 @@ def rotate(rot: Rot, v: Vec) -> Vec:
     """``R v``: the vector v, given in the turned frame, seen from the outer one."""
     a11, a12, a13, a21, a22, a23, a31, a32, a33 = rot
     x, y, z = v
-    return (
-        a11 * x + a12 * y + a13 * z,
-        a21 * x + a22 * y + a23 * z,
-        a31 * x + a32 * y + a33 * z,
-    )
+    return (a11 * x + a12 * y + a13 * z, a21 * x + a22 * y + a23 * z, a31 * x + a32 * y + a33 * z)
 
 
 def add(a: Vec, b: Vec) -> Vec:

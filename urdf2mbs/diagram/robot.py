@@ -11,18 +11,7 @@ from math import ceil
 
 import msgspec
 
-from urdf2mbs.diagram.boxes import (
-    BACK,
-    EDGE,
-    FORK,
-    GAP,
-    NAME,
-    Lead,
-    Node,
-    Plan,
-    half_name,
-    room,
-)
+from urdf2mbs.diagram.boxes import BACK, EDGE, FORK, GAP, NAME, Lead, Node, Plan, half_name, room
 from urdf2mbs.diagram.plan import Wish, plan, put
 from urdf2mbs.diagram.shape import Shape
 from urdf2mbs.diagram.tree import plan_tree, ways_of

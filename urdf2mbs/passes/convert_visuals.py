@@ -96,8 +96,7 @@ def _warn_of_left_out(conversion: Conversion) -> None:
             textured.append(link.name)
     if textured:
         conversion.warn(
-            "texture",
-            f"an .mbs shape has a colour but no texture; left out on {_some(textured)}",
+            "texture", f"an .mbs shape has a colour but no texture; left out on {_some(textured)}"
         )
     collisions = [link.name for link in links if link.collisions]
     if collisions:

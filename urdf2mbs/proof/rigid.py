@@ -133,11 +133,7 @@ def turned(frame: Frame, v: Vec) -> Vec:
     """A direction given in a frame, from where the frame is given."""
     a11, a12, a13, a21, a22, a23, a31, a32, a33, _, _, _ = frame
     x, y, z = v
-    return (
-        a11 * x + a12 * y + a13 * z,
-        a21 * x + a22 * y + a23 * z,
-        a31 * x + a32 * y + a33 * z,
-    )
+    return (a11 * x + a12 * y + a13 * z, a21 * x + a22 * y + a23 * z, a31 * x + a32 * y + a33 * z)
 
 
 def moved(frame: Frame, v: Vec) -> Vec:

@@ -113,11 +113,7 @@ def stem(source: Path) -> str:
 
 
 def parse(
-    data: bytes,
-    file: str,
-    *,
-    expanded: Sequence[str] = (),
-    extend: ReadExtension | None = None,
+    data: bytes, file: str, *, expanded: Sequence[str] = (), extend: ReadExtension | None = None
 ) -> tuple[Robot, list[Diagnostic]]:
     """Read a plain URDF text; ``expanded`` are the files from which xacro has written it.
 
