@@ -92,6 +92,8 @@ class PassEntry(msgspec.Struct, frozen=True):
     work: Callable[[Conversion, bool], bool] = asked
     """True if the pass has something to do with the conversion as it stands.  The second argument
     is True if the config gives the pass options, or names the pass."""
+    presets: tuple[str, ...] = ()
+    """The presets that the pass joins, and those that extend them; none: all."""
 
 
 class Command(msgspec.Struct, frozen=True):

@@ -12,8 +12,9 @@ if TYPE_CHECKING:
     from urdf2mbs.urdf.values import Reading
 
 #: The plugins that this plugin needs: contacts read meshes; a project carries a test whether its
-#: equations fit the model, and ``loops`` names the rows that the equations leave out.
-NEEDS = ("meshes", "equations")
+#: equations fit the model, and ``loops`` names the rows that the equations leave out; ``init``
+#: proposes the preset ``compact``.
+NEEDS = ("meshes", "equations", "compact")
 
 
 def _states(field: str) -> Callable[[Conversion, bool], bool]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 import sys
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from functools import cache, cached_property
 from importlib import import_module
 from pathlib import Path
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 #: The plugins of this project: the packages ``urdf2mbs_NAME``.  One that is not there is missed by
 #: nobody.
 OURS = (
-    "xacro", "meshes", "inertia", "equations", "project", "report", "simulate", "edits",
+    "xacro", "compact", "meshes", "inertia", "equations", "project", "report", "simulate", "edits",
     "certificate", "many", "ci", "setup",
 )  # fmt: skip
 
@@ -54,6 +54,11 @@ class Registered:
     @property
     def after(self) -> tuple[str, ...]:
         return self.brought.after
+
+    def joins(self, presets: Collection[str]) -> bool:
+        """True if the pass says its place in one of these presets, or in all."""
+        own = self.brought.presets if isinstance(self.brought, PassEntry) else ()
+        return not own or any(preset in presets for preset in own)
 
     @property
     def is_core(self) -> bool:
@@ -194,14 +199,17 @@ class Plugins:
         """The core's passes, and those of our plugins, in their order."""
         ours = [name for name, offered in self.passes.items() if offered[0].is_ours]
         core = [name for name in ours if not self.passes[name][0].after]
-        return [name for name in self.join(core) if name in ours]
+        return [name for name in self.join(core, self.presets) if name in ours]
 
-    def join(self, names: Iterable[str]) -> list[str]:
-        """Passes, and with them those of plugins that say their place among them."""
+    def join(self, names: Iterable[str], presets: Collection[str] = ()) -> list[str]:
+        """Passes, and with them those of plugins that say their place among them.
+
+        ``presets``: whose passes these are, and those that extend it.
+        """
         joined = list(names)
         waiting = {
             name: offered[0].after for name, offered in self.passes.items()
-            if offered[0].after and name not in joined
+            if offered[0].after and name not in joined and offered[0].joins(presets)
         }  # fmt: skip
         while waiting:
             # a pass stands behind others that wait, if they are among those that it names

@@ -100,7 +100,7 @@ def preset(
     if name in below:
         raise lines.error("preset-circle", f"preset '{name}' extends itself", ("pipeline",))
     found = plugins.presets[name]
-    names = plugins.join(found.pipeline)
+    names = plugins.join(found.pipeline, (*below, name))
     options: dict[str, dict[str, Any]] = {}
     if found.extends is not None:
         others, options = preset(found.extends, plugins, lines, (*below, name))

@@ -1,4 +1,4 @@
-"""The passes of the method, in its order, and the presets that they make."""
+"""The passes of the method, in its order, and the preset that they make."""
 
 from __future__ import annotations
 
@@ -11,9 +11,6 @@ _NAMES = (
     "expand",
     "insert-base",
     "prune-massless",
-    "lump-fixed",
-    "merge-massless",
-    "align-frames",
     "reframe-inertia",
     "decompose-joints",
     "collect-anchors",
@@ -26,8 +23,6 @@ _NAMES = (
     "emit",
     "check",
 )
-#: The passes of ``compact`` that ``faithful`` does without.
-_COMPACT = ("lump-fixed", "merge-massless", "align-frames")
 
 
 @hookimpl
@@ -37,11 +32,5 @@ def urdf2mbs_passes() -> list[PassEntry]:
 
 @hookimpl
 def urdf2mbs_presets() -> dict[str, dict[str, Any]]:
-    return {
-        # The method's conversion, frame for frame: every URDF link frame is a body frame or a
-        # point.
-        "faithful": {"pipeline": [name for name in _NAMES if name not in _COMPACT]},
-        # The same robot with the fewest joints: a body for what moves as one, its frame along its
-        # joint.
-        "compact": {"pipeline": list(_NAMES)},
-    }
+    # The method's conversion, frame for frame: every URDF link frame is a body frame or a point.
+    return {"faithful": {"pipeline": list(_NAMES)}}
