@@ -1,4 +1,4 @@
-"""The same robot with the fewest joints: a body for what moves as one, its frame along its joint."""
+"""The same robot with the fewest joints: a body for what moves as one, framed along its joint."""
 
 from typing import Any
 

@@ -12,6 +12,7 @@ from urdf2mbs import convert, verify
 from urdf2mbs.cli import main
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY, convert_text
+from without import PRESETS
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -82,6 +83,7 @@ def test_frames_that_a_model_may_choose_are_counted_and_not_listed(pair: Path, c
     assert ", frame " not in out
 
 
+@pytest.mark.skipif("compact" not in PRESETS, reason="the plugin compact is away")
 def test_rounding_does_not_add_up_along_an_arm(tmp_path: Path) -> None:
     """Its half turns have 12 digits, and `compact` takes the axes as exact: each joint is 2e-13
     rad off, and the wrist, which two joints share, has no length that the rounding could be

@@ -17,6 +17,7 @@ from urdf2mbs.config.model import Config, Lines, config_of, load, parse, typed
 from urdf2mbs.config.yaml_text import word
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY
+from without import PRESETS
 
 ROOT = Path(__file__).resolve().parents[2]
 FILE = Path("robot.yaml")
@@ -158,6 +159,7 @@ def test_words_of_the_command_line_and_numbers_with_an_exponent() -> None:
 # --- the schema ------------------------------------------------------------------------------
 
 
+@pytest.mark.skipif("compact" not in PRESETS, reason="the plugin compact is away")
 def test_python_takes_the_fields_of_a_config_or_a_config(tmp_path: Path) -> None:
     robot = tmp_path / "tiny.urdf"
     robot.write_text(TINY)

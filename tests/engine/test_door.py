@@ -15,6 +15,7 @@ from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
 from urdf2mbs.testing import convert_text
+from without import PRESETS
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -141,6 +142,7 @@ def test_a_plugin_keeps_what_it_knows_on_the_conversion(tmp_path: Path) -> None:
     assert vars(result.conversion) == {"scaled": "arm"}
 
 
+@pytest.mark.skipif("compact" not in PRESETS, reason="the plugin compact is away")
 @pytest.mark.parametrize("name", ["ours", "compact"])
 def test_a_preset_of_a_plugin_extends_compact(name: str, tmp_path: Path) -> None:
     preset = {name: {"extends": "compact", "after": {"expand": "scale"}}}

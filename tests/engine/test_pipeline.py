@@ -58,7 +58,7 @@ def marks(tmp_path: Path, *names: str) -> Path:
         ("after: {emit: expand}", "pass-doubled", ""),
         ("after: {emit: a, a: a}", "pass-doubled", ""),
         ("after: {emit: a, a: b, b: a}", "pass-doubled", ""),
-        ("passes: {lump-fixed: {}}", "unknown-pass", "puts it in"),
+        ("passes: {c: {}}", "unknown-pass", "puts it in"),
         ("passes: {check: {tolerence: 1}}", "unknown-key", "'tolerance'"),
     ],
 )

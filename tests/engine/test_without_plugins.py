@@ -32,7 +32,7 @@ def files_of(folder: Path, away: str) -> tuple[dict[str, bytes], str]:
     """The models that the commands write, and the help."""
     folder.mkdir()
     (folder / "plain.urdf").write_text(TINY)
-    (folder / "plain.yaml").write_text("source: plain.urdf\noutput: run.mbs\npipeline: compact\n")
+    (folder / "plain.yaml").write_text("source: plain.urdf\noutput: run.mbs\n")
     done = subprocess.run(
         [sys.executable, "-c", PROGRAM], cwd=folder, env=environment(away),
         check=False, capture_output=True, text=True,

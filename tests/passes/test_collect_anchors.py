@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import pytest
+
 from proving import SOLID, joint, link, prove, robot
 from urdf2mbs import Result
 from urdf2mbs.testing import convert_text
+from without import PRESETS
 
 
 def anchored(*elements: str, root: str = "world", pipeline: str = "") -> Result:
@@ -65,6 +68,7 @@ def test_a_turned_frame_is_named_in_a_note_and_a_straight_one_is_not() -> None:
     assert told.message.endswith(": p")
 
 
+@pytest.mark.skipif("compact" not in PRESETS, reason="the plugin compact is away")
 def test_the_bodys_own_link_has_a_point_only_where_its_frame_was_moved() -> None:
     """compact moves a body's frame along its axis; then the link's frame is a point of it."""
     chain = (A, link("m"), B, joint("world", "a", xyz="1 1 0"), joint("a", "m"))

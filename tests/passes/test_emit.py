@@ -11,6 +11,7 @@ from proving import SOLID, codes, joint, link, robot
 from urdf2mbs import Result
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.testing import convert_text
+from without import PRESETS
 
 A, B, C, D = (link(name, SOLID) for name in "abcd")
 
@@ -30,7 +31,7 @@ def test_bodies_on_the_bases_origin_stand_before_those_on_points() -> None:
     assert result.mbs.numbers() == {"world_to_b": 1, "world_to_a": 2}
 
 
-@pytest.mark.parametrize("pipeline", ["faithful", "compact"])
+@pytest.mark.parametrize("pipeline", PRESETS)
 @pytest.mark.parametrize(
     "joints",
     [

@@ -10,6 +10,7 @@ import pytest
 from proving import SOLID, codes, joint, link, robot
 from urdf2mbs import convert
 from urdf2mbs.testing import convert_text
+from without import PRESETS
 
 LEADS = robot(
     *(link(name, SOLID) for name in "abc"),
@@ -36,7 +37,7 @@ VALUES = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("pipeline", ["faithful", "compact"])
+@pytest.mark.parametrize("pipeline", PRESETS)
 def test_every_name_and_number_is_in_the_report(pipeline: str) -> None:
     report = convert_text(LEADS, pipeline=pipeline, without=["joint-parameters"]).report
     assert report.left_out == VALUES

@@ -18,6 +18,7 @@ from urdf2mbs.proof.verdict import Proof
 from urdf2mbs.spatial import Pose
 from urdf2mbs.testing import TINY, convert_text
 from urdf2mbs.urdf.model import ClosingJoint, Extension
+from without import PRESETS
 
 
 def pieces(text: str = TINY, **settings: Any) -> tuple[Result, Mbs]:
@@ -253,7 +254,7 @@ def test_two_links_of_one_spelling_have_no_point_of_their_own() -> None:
 @pytest.mark.parametrize("axis", ["1 0 0", "0 1 0", "0 0 1", "1 1 0", "0 1 1", "1 0 1", "1 2 3"])
 def test_a_planar_joint_shifts_in_its_plane(axis: str) -> None:
     text = robot(link("world"), link("a", SOLID), joint("world", "a", "planar", axis=axis))
-    for pipeline in ("faithful", "compact"):
+    for pipeline in PRESETS:
         assert compared(*pieces(text, pipeline=pipeline)).same
 
 
@@ -281,7 +282,7 @@ def test_a_joint_that_moves_nothing_may_be_held_by_hand(nature: str, matched: bo
     assert kinds(compare(result.robot, mbs, found.joints, frozen=found.frozen)) == set()
 
 
-@pytest.mark.parametrize("pipeline", ["faithful", "compact"])
+@pytest.mark.parametrize("pipeline", PRESETS)
 def test_a_link_whose_mass_is_lost_is_named(pipeline: str) -> None:
     text = robot(
         link("world"), link("a", SOLID), link("b", SOLID.replace('"2"', '"3"')),

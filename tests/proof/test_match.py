@@ -17,6 +17,7 @@ from urdf2mbs.proof.mbs_side import mbs_side
 from urdf2mbs.proof.rigid import AXES, compose, shift, spin
 from urdf2mbs.testing import TINY, convert_text
 from urdf2mbs.urdf.reader import parse
+from without import PRESETS
 
 
 def test_a_frame_ends_where_the_next_fixed_joint_begins() -> None:
@@ -59,7 +60,7 @@ def test_a_floating_base_may_turn_in_another_order(
 PLANES = ["1 0 0", "0 1 0", "0 0 1", "0 0 -1", "1 2 2"]
 
 
-@pytest.mark.parametrize("pipeline", ["faithful", "compact"])
+@pytest.mark.parametrize("pipeline", PRESETS)
 def test_joints_are_found_by_the_names_of_a_conversion(pipeline: str) -> None:
     kinds = [("planar", axis) for axis in PLANES]
     kinds += [("prismatic", "0 1 0"), ("continuous", "1 0 0"), ("floating", "1 0 0")]

@@ -21,6 +21,7 @@ from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
 from urdf2mbs.proof.compare import compare
 from urdf2mbs.proof.rigid import HERE, distance, inertias_apart
 from urdf2mbs.testing import TINY, assert_same_robot, convert_text, run_pass
+from without import PRESETS
 
 # --- not a number -------------------------------------------------------------------------------
 
@@ -81,7 +82,7 @@ def test_numbers_that_overflow_are_no_traceback() -> None:
     text = TINY.replace('xyz="0.1 0 0.15"', 'xyz="1e308 0 0.15"').replace(
         'xyz="0 0 0.3"', 'xyz="1e308 1e308 1e308"'
     )
-    for pipeline in ("faithful", "compact"):
+    for pipeline in PRESETS:
         with pytest.raises(ConversionError, match=r"has the number (inf|nan), which no") as refused:
             convert_text(text, pipeline=pipeline)
         assert refused.value.code == "mbs-unwritable"
@@ -255,7 +256,7 @@ def summary(text: str, tmp_path: Path, capsys: Any, *more: str) -> str:
     return str(capsys.readouterr().out)
 
 
-@pytest.mark.parametrize("preset", ["faithful", "compact"])
+@pytest.mark.parametrize("preset", PRESETS)
 @pytest.mark.parametrize("base", ["fixed", "floating", "auto"])
 def test_six_free_coordinates_are_never_called_a_fixed_base(
     base: str, preset: str, tmp_path: Path, capsys: Any

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from urdf2mbs.spatial import Sym
 from urdf2mbs.testing import assert_same_robot, convert_text
 from urdf2mbs.urdf.inertia import fault, moments, principal
+from without import PRESETS
 
 numbers = st.floats(-10, 10, allow_subnormal=False)
 tensors = st.tuples(*[numbers] * 6)
@@ -56,6 +57,7 @@ def robot(mass: str, moments: str) -> str:
     )
 
 
+@pytest.mark.skipif("compact" not in PRESETS, reason="the plugin compact is away")
 @pytest.mark.parametrize("mass", ["-0.5", "-2"])
 def test_a_negative_mass_is_lumped_as_any_other(mass: str) -> None:
     text = robot(mass, 'ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"')

@@ -10,6 +10,7 @@ from proving import SOLID, joint, link, robot
 from urdf2mbs import convert
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.urdf.reader import parse
+from without import PRESETS
 
 #: A ball joint with damping on a turned origin, and one behind it; three joints of two names.
 BALLS = robot(
@@ -38,7 +39,7 @@ def test_new_names_are_free() -> None:
     assert caught.value.code == "name-doubled"
 
 
-@pytest.mark.parametrize("preset", ["faithful", "compact"])
+@pytest.mark.parametrize("preset", PRESETS)
 @pytest.mark.parametrize("base", ["fixed", "floating"])
 def test_a_ball_joint_is_three_joints(preset: str, base: str, tmp_path: Path) -> None:
     source = tmp_path / "r.urdf"
