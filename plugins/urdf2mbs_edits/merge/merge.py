@@ -96,8 +96,8 @@ def merge(base: Mbs, edited: Mbs, new: Mbs, prefer: Prefer | None = "urdf") -> M
         prefer,
     )
     edits = _edits(seen, changed_things(seen, base, edited), to_new, now)
-    theirs_changed = _unknown_changes(fresh, base, new) if prefer is None else []
-    their_elements = unknown_elements(new) if prefer is None else {}
+    theirs_changed = _unknown_changes(fresh, base, new) if theirs is not None else []
+    their_elements = unknown_elements(new) if theirs is not None else {}
     their_numbers = {id(t.part): t.part.origin.number for t in fresh.after if _origin(t.part)}
     names = [(t, t.kind, t.name) for t in model if t.kind in ("body", "joint")]
     applying.apply(edits)
