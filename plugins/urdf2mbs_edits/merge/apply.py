@@ -7,7 +7,7 @@ owner decides: the URDF, or people.  An edit of something that is gone is an orp
 
 from __future__ import annotations
 
-from collections.abc import Container, Sequence
+from collections.abc import Container
 from copy import deepcopy
 from typing import Any, Literal
 
@@ -21,6 +21,8 @@ from urdf2mbs_edits.diff.words import line, value_in_words
 Side = Literal["urdf", "edited"]
 #: Who wins where both changed the same thing: for all fields, or field by field.
 Prefer = Side | dict[str, Side]
+#: What the things of one of its versions are in a model; what is not named is gone.
+Becomes = dict[Thing, Thing]
 
 #: What people set: there an edit wins.  All else is what the URDF defines.
 _KINDS_OF_PEOPLE = frozenset(["sensor", "force", "view", "viewpoint", "light", "user variable"])
@@ -46,18 +48,6 @@ _NAMED_IN_OWNER = frozenset(["point", "parameter"])
 _NAMED_FREELY = frozenset(["shape", "viewpoint", "light"])
 #: What is known by its name wherever it goes.
 _MOVES = frozenset(["joint", "sensor", "force"])
-
-
-class Known:
-    """Things of a model by what others call them: the names of one of its versions."""
-
-    def __init__(self, things: Sequence[tuple[Thing, Thing]]) -> None:
-        """``things`` are pairs: a thing of the version, and the thing that it is now."""
-        self.pairs: dict[Any, Thing] = dict(things)
-        self.things = {
-            (old.kind, self.pairs.get(old.owner), old.name): now for old, now in self.pairs.items()
-        }
-        self.owners = {in_words(old): now for old, now in things}
 
 
 class Edit(msgspec.Struct):
@@ -93,28 +83,31 @@ class Applying:
         self,
         model: list[Thing],
         edited: list[Thing],
-        olds: Known,
-        names: Known,
+        olds: Becomes,
+        news: Becomes,
+        touched: Container[Thing],
         prefer: Prefer | None,
     ) -> None:
-        """``model`` are the things of the new conversion, ``edited`` those of the edited file,
-        ``olds`` and ``names`` as they were called before and after the edits.  ``prefer`` None:
-        people made both sides, and the edits win."""
-        self.model, self.edited, self.olds, self.names = model, edited, olds, names
-        self.prefer = prefer
+        """``model`` are the things of the new conversion, ``edited`` those of the edited file;
+        ``olds`` and ``news`` are what the things before and after the edits are in the model.
+        ``touched`` are the things of the model in which the URDF changed something.  ``prefer``
+        None: people made both sides, and the edits win."""
+        self.model, self.edited, self.olds, self.news = model, edited, olds, news
+        self.touched, self.prefer = touched, prefer
         self.conflicts: list[Conflict] = []
         self.orphans: list[tuple[Edit, str]] = []
         """What can no longer stand, and why."""
         self._hung_anew = False
+        self._doomed: dict[Thing, Edit] = {}
+        """What people removed."""
         self._put: dict[Thing, Edit] = {}
         """The sensors and forces that edits added or moved."""
 
     def apply(self, edits: list[Edit]) -> None:
         """Make all edits; names come first, because the other edits use them."""
-        removed = [edit for edit in edits if edit.change.change == "removed" and edit.target]
-        untouched = [_plain(content(edit.target.part)) for edit in removed if edit.target]
         # a body may hang on a point that is new, too
         edits = sorted(edits, key=lambda edit: edit.change.kind != "point")
+        self._removes(edits)
         for does in ("renamed", "reordered", "added", "moved", "changed"):
             for edit in edits:
                 if edit.change.change == does:
@@ -122,7 +115,7 @@ class Applying:
                         self._orphan(edit)
                     else:
                         getattr(self, f"_{does}")(edit, edit.target)
-        self._removed(removed, untouched)
+        self._remove()
         self._one_each()
         self._write_references()
         mbs: Mbs = self.model[0].part
@@ -166,10 +159,10 @@ class Applying:
         things = []
         sources = [thing for thing in self.edited if _root(thing, [edit.source])]
         for source, thing in zip(sources, new_things(kind, part, owner), strict=True):
-            if source in self.names.pairs:  # what was only moved to it comes by itself
+            if source in self.news:  # what was only moved to it comes by itself
                 self._take_out(thing)
             else:
-                self.names.pairs[source] = thing
+                self.news[source] = thing
                 things.append(thing)
         if kind == "view" and owner.part.view:
             self._orphan(edit, "the URDF has a view of its own there now")
@@ -179,7 +172,7 @@ class Applying:
                 self._orphan(edit, f"the URDF has a {thing.kind} '{thing.name}' of its own now")
                 return
         for field in edit.source.refers if kind != "parameter" else ():
-            targets, gone = self._resolve(self.names, edit.source, field)
+            targets, gone = self._resolve(self.news, edit.source, field)
             if gone:
                 self._orphan(edit, gone)
                 return
@@ -188,23 +181,22 @@ class Applying:
             self._put[things[0]] = edit
         self._hung_anew |= kind == "body"
         self.model += things
-        for thing in things:
-            self.names.things[thing.kind, thing.owner, thing.name] = thing
-            self.names.owners[in_words(thing)] = thing
-        self._insert(things[0], edit.change.follows)
+        self._insert(things[0], edit.source)
 
     def _moved(self, edit: Edit, thing: Thing) -> None:
-        before, after = edit.change.before, edit.change.after
-        owner = self.names.owners.get(after)
-        if owner is None:
-            self._orphan(edit, f"{after} is gone")
+        assert edit.before is not None
+        was, owner = (
+            known.get(side.owner) if side.owner else None
+            for known, side in ((self.olds, edit.before), (self.news, edit.source))
+        )
+        if owner is None or owner not in self.model:
+            self._orphan(edit, f"{edit.change.after} is gone")
         elif thing.owner is not owner and (
-            thing.owner is self.olds.owners.get(before)
-            or self._edit_wins(edit, "owner", in_words(thing.owner or owner))
+            thing.owner is was or self._edit_wins(edit, "owner", in_words(thing.owner or owner))
         ):
             self._take_out(thing)
             thing.owner = owner
-            self._insert(thing, edit.change.follows)
+            self._insert(thing, edit.source)
             if thing.kind in FIELDS:
                 self._put[thing] = edit
 
@@ -213,7 +205,7 @@ class Applying:
         if field in thing.refers:
             assert edit.before is not None
             was, _ = self._resolve(self.olds, edit.before, field)
-            targets, gone = self._resolve(self.names, edit.source, field)
+            targets, gone = self._resolve(self.news, edit.source, field)
             now = thing.refers[field]
             # the point of a body that hangs on another body now stays behind
             point = now[0] if field == "point" else None
@@ -239,13 +231,18 @@ class Applying:
                 setattr(thing.part, whole, change.after)
 
     def _reordered(self, edit: Edit, owner: Thing) -> None:
-        change = edit.change
-        parts = getattr(owner.part, LISTS[change.kind])
+        kind = edit.change.kind
+        parts = getattr(owner.part, LISTS[kind])
         there = {id(part): place for place, part in enumerate(parts)}
-        orders = []
-        for known, called in ((self.olds, change.before), (self.names, change.after)):
-            found = [known.things.get((change.kind, owner, name)) for name in called]
-            orders.append([t.part for t in found if t is not None and id(t.part) in there])
+        orders = [
+            [known[t].part for t in order if t in known and t.kind == kind and t.owner is whole]
+            for known, order, whole in (
+                (self.olds, self.olds, edit.before),
+                (self.news, self.edited, edit.source),
+            )
+        ]
+        both = set.intersection(set(there), *({id(part) for part in order} for order in orders))
+        orders = [[part for part in order if id(part) in both] for order in orders]
         before, after = ([there[id(part)] for part in order] for order in orders)
         if before != sorted(before) and (
             after == sorted(after)
@@ -254,16 +251,20 @@ class Applying:
             return
         for place, part in zip(sorted(after), orders[1], strict=True):
             parts[place] = part
-        self._hung_anew |= change.kind == "point"
+        self._hung_anew |= kind == "point"
 
-    def _removed(self, edits: list[Edit], untouched: list[Any]) -> None:
-        """Take away what people removed, unless the URDF changed it or something needs it;
-        ``untouched`` is what each was before any edit."""
-        doomed: dict[Thing, Edit] = {}
-        for edit, now in zip(edits, untouched, strict=True):
-            assert edit.target is not None
-            if now == _plain(edit.change.before) or self._edit_wins(edit, "removed", now):
-                doomed[edit.target] = edit
+    def _removes(self, edits: list[Edit]) -> None:
+        """Find what people removed, and the URDF did not change."""
+        for edit in edits:
+            thing = edit.target
+            if edit.change.change == "removed" and thing is not None:
+                changed = any(_root(one, [thing]) for one in self.model if one in self.touched)
+                if not changed or self._edit_wins(edit, "removed", content(thing.part)):
+                    self._doomed[thing] = edit
+
+    def _remove(self) -> None:
+        """Take away what people removed, unless something needs it."""
+        doomed = self._doomed
         while True:
             gone = [thing for thing in self.model if _root(thing, doomed) is not None]
             needed = {
@@ -291,7 +292,7 @@ class Applying:
                 continue
             stays = there.setdefault((thing.owner, thing.kind), thing)
             if stays is not thing:
-                self._insert(stays, "")
+                self._insert(stays)
                 self.model.remove(thing)
                 why = f"the URDF has a {thing.kind} of its own there now"
                 self._orphan(self._put[thing], why)
@@ -307,30 +308,32 @@ class Applying:
         )  # fmt: skip
 
     def _resolve(
-        self, known: Known, thing: Thing, field: str
+        self, known: Becomes, thing: Thing, field: str
     ) -> tuple[tuple[Thing | str | None, ...], str]:
         """What a field of a thing of another version refers to now, and the words for what is
         gone; a text names nothing in its version either."""
         found: list[Thing | str | None] = []
         gone = ""
         for target in thing.refers[field]:
-            now = known.pairs.get(target) if isinstance(target, Thing) else target
+            now = known.get(target) if isinstance(target, Thing) else target
             if isinstance(target, Thing) and now not in self.model:
                 gone = gone or f"{target.kind} '{target.name}' is gone"
             found.append(now)
         return tuple(found), gone
 
-    def _insert(self, thing: Thing, follows: str) -> None:
-        """Put an object into its owner, after the one that it follows."""
+    def _insert(self, thing: Thing, source: Thing | None = None) -> None:
+        """Put an object into its owner, after the nearest that it follows in the edited file."""
         owner = thing.owner
         assert owner is not None
         if thing.kind in FIELDS:
             setattr(owner.part, FIELDS[thing.kind], thing.part)
             return
         parts = getattr(owner.part, LISTS[thing.kind])
-        before = self.names.things.get((thing.kind, owner, follows))
-        places = [n for n, part in enumerate(parts, 1) if before and part is before.part]
-        parts.insert(places[0] if places else len(parts) if follows else 0, thing.part)
+        assert source is not None
+        like = [t for t in self.edited if t.kind == source.kind and t.owner is source.owner]
+        before = [id(self.news[t].part) for t in like[: like.index(source)] if t in self.news]
+        places = [n for n, part in enumerate(parts, 1) if id(part) in before[-1:]]
+        parts.insert(places[0] if places else len(parts) if before else 0, thing.part)
 
     def _take_out(self, thing: Thing) -> None:
         """Take an object out of its owner."""
@@ -366,20 +369,6 @@ def is_place(change: Change) -> bool:
     """True if a change is of the 2D diagram."""
     drawn = change.field == "position" and change.kind not in DRAWN
     return drawn or change.field.startswith("drawing.")
-
-
-def _plain(content: Any) -> Any:
-    """What an object says, without its places in the diagram."""
-    if isinstance(content, list | tuple):
-        return tuple(map(_plain, content))
-    if not isinstance(content, dict):
-        return content
-    shape = "rotation" in content or "target" in content
-    return {
-        field: _plain(value)
-        for field, value in content.items()
-        if field != "drawing" and (field != "position" or shape)
-    }
 
 
 def _name(target: Thing | str | None) -> str | None:

@@ -20,7 +20,7 @@ from urdf2mbs_edits.diff.changes import (
 )
 from urdf2mbs_edits.diff.matching import Matching, Thing, things
 from urdf2mbs_edits.diff.words import in_words, line
-from urdf2mbs_edits.merge.apply import Applying, Conflict, Edit, Known, Prefer, is_place
+from urdf2mbs_edits.merge.apply import Applying, Conflict, Edit, Prefer, is_place
 from urdf2mbs_edits.merge.keep import keep
 from urdf2mbs_edits.rewrite import write
 from urdf2mbs_edits.unknown import unknown, unknown_elements
@@ -91,8 +91,9 @@ def merge(base: Mbs, edited: Mbs, new: Mbs, prefer: Prefer | None = "urdf") -> M
     applying = Applying(
         fresh.after,
         seen.after,
-        Known([(old, thing) for old, thing in to_new.items() if thing]),
-        Known([(thing, then) for thing, then in now.items() if then]),
+        {old: thing for old, thing in to_new.items() if thing},
+        {thing: then for thing, then in now.items() if then},
+        _touched(fresh, changed_things(fresh, base, new), known=theirs is None),
         prefer,
     )
     edits = _edits(seen, changed_things(seen, base, edited), to_new, now)
@@ -133,6 +134,26 @@ def merge(base: Mbs, edited: Mbs, new: Mbs, prefer: Prefer | None = "urdf") -> M
     )  # fmt: skip
 
 
+def _touched(fresh: Matching, changes: list[tuple[Change, Thing]], *, known: bool) -> set[Thing]:
+    """The things of the new conversion in which something changed; ``known`` leaves out what the
+    model does not know."""
+    touched = set()
+    for change, thing in changes:
+        if change.change == "removed":
+            touched |= {fresh.partner[owner] for owner in [thing.owner] if owner}
+        elif change.change == "added":
+            touched.add(thing)
+        elif not is_place(change) and not (known and _is_unknown(change, thing)):
+            touched.add(fresh.partner[thing])
+    return touched
+
+
+def _is_unknown(change: Change, thing: Thing) -> bool:
+    """Whether a change is of an element or attribute that the model does not know."""
+    plain = change.field in thing.refers or hasattr(thing.part, change.field.split(".")[0])
+    return change.change == "changed" and not plain
+
+
 def _edits(
     seen: Matching,
     changes: list[tuple[Change, Thing]],
@@ -163,8 +184,7 @@ def _unknown_changes(fresh: Matching, base: Mbs, new: Mbs) -> list[tuple[Change,
     return [
         (change, fresh.partner[old].part)
         for change, old in changed_things(fresh, base, new)
-        if change.change == "changed" and change.field not in old.refers
-        and not hasattr(old.part, change.field.split(".")[0])
+        if _is_unknown(change, old)
     ]  # fmt: skip
 
 
