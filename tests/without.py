@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Sequence
-from contextlib import suppress
 from importlib.machinery import ModuleSpec
 from pathlib import Path
 from types import ModuleType
@@ -31,10 +30,3 @@ if os.environ.get("URDF2MBS_WITHOUT"):
     # the processes that tests start import sitecustomize.py
     paths = [str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")]
     os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, paths))
-
-#: The presets that are there.
-PRESETS = ["faithful"]
-with suppress(ModuleNotFoundError):
-    import urdf2mbs_compact
-
-    PRESETS += urdf2mbs_compact.urdf2mbs_presets()

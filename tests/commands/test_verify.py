@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from presets import PRESETS
 from proving import joint, link, robot
 from urdf2mbs import convert, verify
 from urdf2mbs.cli import main
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY, convert_text
-from without import PRESETS
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -9,6 +9,7 @@ import msgspec
 import pytest
 import yaml
 
+from presets import PRESETS
 from urdf2mbs import convert
 from urdf2mbs.commands import parse as read_words
 from urdf2mbs.commands import parser
@@ -17,7 +18,6 @@ from urdf2mbs.config.model import Config, Lines, config_of, load, parse, typed
 from urdf2mbs.config.yaml_text import word
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY
-from without import PRESETS
 
 ROOT = Path(__file__).resolve().parents[2]
 FILE = Path("robot.yaml")

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 import urdf2mbs
+from presets import PRESETS
 from urdf2mbs import convert, plugin
 from urdf2mbs.cli import main
 from urdf2mbs.config.model import config_of
@@ -15,7 +16,6 @@ from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
 from urdf2mbs.testing import convert_text
-from without import PRESETS
 
 ROOT = Path(__file__).resolve().parents[2]
 

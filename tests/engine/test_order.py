@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from making import make, passes_of
+from presets import PRESETS
 from urdf2mbs.config.model import Config, Key, Lines
 from urdf2mbs.engine.order import check_order
 from urdf2mbs.engine.pipeline import Pipeline
@@ -16,7 +17,6 @@ from urdf2mbs.engine.sections import SECTIONS
 from urdf2mbs.hookspecs import Pass
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
 from urdf2mbs.testing import run_pass
-from without import PRESETS
 
 CONFIGS = Path(__file__).resolve().parents[2] / "configs"
 BUILT_IN = {name: found[0].kind for name, found in Plugins(installed=False).passes.items()}

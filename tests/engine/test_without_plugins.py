@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from urdf2mbs.engine.plugins import OURS
+from urdf2mbs.engine.registered import OURS
 from urdf2mbs.testing import TINY
 
 TESTS = Path(__file__).resolve().parents[1]

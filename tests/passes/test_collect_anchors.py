@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
+from presets import PRESETS
 from proving import SOLID, joint, link, prove, robot
 from urdf2mbs import Result
 from urdf2mbs.testing import convert_text
-from without import PRESETS
 
 
 def anchored(*elements: str, root: str = "world", pipeline: str = "") -> Result:

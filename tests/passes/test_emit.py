@@ -7,11 +7,11 @@ from typing import Any
 import pytest
 
 from making import passes_of
+from presets import PRESETS
 from proving import SOLID, codes, joint, link, robot
 from urdf2mbs import Result
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.testing import convert_text
-from without import PRESETS
 
 A, B, C, D = (link(name, SOLID) for name in "abcd")
 

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from presets import PRESETS
 from proving import SOLID, codes, joint, link, robot
 from urdf2mbs import convert
 from urdf2mbs.testing import convert_text
-from without import PRESETS
 
 LEADS = robot(
     *(link(name, SOLID) for name in "abc"),

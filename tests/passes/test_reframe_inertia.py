@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
+from presets import PRESETS
 from proving import SOLID, joint, link, robot
 from urdf2mbs import Result
 from urdf2mbs.testing import convert_text
-from without import PRESETS
 
 ZEROS = (
     '<inertial><mass value="0"/><inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/>'

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from presets import PRESETS
 from proving import SOLID, joint, link, robot
 from urdf2mbs import Result
 from urdf2mbs.mbs.model import Connection, Joint, LinkFrame, Mbs, Parameter, Point
@@ -18,7 +19,6 @@ from urdf2mbs.proof.verdict import Proof
 from urdf2mbs.spatial import Pose
 from urdf2mbs.testing import TINY, convert_text
 from urdf2mbs.urdf.model import ClosingJoint, Extension
-from without import PRESETS
 
 
 def pieces(text: str = TINY, **settings: Any) -> tuple[Result, Mbs]:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from presets import PRESETS
 from proving import SOLID, joint, link, robot
 from urdf2mbs.api import verify
 from urdf2mbs.mbs.model import Body, Joint, Mbs, Point
@@ -17,7 +18,6 @@ from urdf2mbs.proof.mbs_side import mbs_side
 from urdf2mbs.proof.rigid import AXES, compose, shift, spin
 from urdf2mbs.testing import TINY, convert_text
 from urdf2mbs.urdf.reader import parse
-from without import PRESETS
 
 
 def test_a_frame_ends_where_the_next_fixed_joint_begins() -> None:

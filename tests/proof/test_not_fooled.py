@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 
+from presets import PRESETS
 from proof.test_words import MIMIC
 from urdf2mbs import convert
 from urdf2mbs.api import verify
@@ -21,7 +22,6 @@ from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
 from urdf2mbs.proof.compare import compare
 from urdf2mbs.proof.rigid import HERE, distance, inertias_apart
 from urdf2mbs.testing import TINY, assert_same_robot, convert_text, run_pass
-from without import PRESETS
 
 # --- not a number -------------------------------------------------------------------------------
 

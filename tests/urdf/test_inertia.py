@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from presets import PRESETS
 from urdf2mbs.spatial import Sym
 from urdf2mbs.testing import assert_same_robot, convert_text
 from urdf2mbs.urdf.inertia import fault, moments, principal
-from without import PRESETS
 
 numbers = st.floats(-10, 10, allow_subnormal=False)
 tensors = st.tuples(*[numbers] * 6)

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
+from presets import PRESETS
 from proving import SOLID, joint, link, robot
 from urdf2mbs import convert
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.urdf.reader import parse
-from without import PRESETS
 
 #: A ball joint with damping on a turned origin, and one behind it; three joints of two names.
 BALLS = robot(

@@ -10,7 +10,8 @@ from pathlib import Path
 import pytest
 
 from urdf2mbs import hookspecs
-from urdf2mbs.engine.plugins import OURS, Plugins
+from urdf2mbs.engine.plugins import Plugins
+from urdf2mbs.engine.registered import OURS
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "urdf2mbs"

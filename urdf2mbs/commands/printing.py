@@ -11,7 +11,8 @@ from typing import Any
 import msgspec
 
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.engine.plugins import Plugins, Registered
+from urdf2mbs.engine.plugins import Plugins
+from urdf2mbs.engine.registered import Registered
 from urdf2mbs.messages.diagnostics import Diagnostic, counted, render
 from urdf2mbs.summary import Report, of_plugins
 

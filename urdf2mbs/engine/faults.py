@@ -8,7 +8,7 @@ from pathlib import Path
 import msgspec
 
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.engine.plugins import Registered
+from urdf2mbs.engine.registered import Registered
 from urdf2mbs.engine.tracebacks import frames_in, in_words
 from urdf2mbs.mbs.model import without_origin
 from urdf2mbs.messages.diagnostics import ConversionError, memory_full, some

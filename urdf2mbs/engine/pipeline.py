@@ -20,7 +20,8 @@ from urdf2mbs.engine.faults import (
 )
 from urdf2mbs.engine.levels import judge, weigh
 from urdf2mbs.engine.order import check_order, find_stale
-from urdf2mbs.engine.plugins import Registered, hooks_of, plugins_of
+from urdf2mbs.engine.plugins import hooks_of, plugins_of
+from urdf2mbs.engine.registered import Registered
 from urdf2mbs.engine.resolve import Configured, resolve
 from urdf2mbs.engine.sections import find_changed, look
 from urdf2mbs.engine.settings import check_output, expand, settings_of

@@ -17,6 +17,7 @@ from urdf2mbs import hookspecs, passes
 from urdf2mbs.config.model import Lines, Preset, typed
 from urdf2mbs.disk.files import is_file
 from urdf2mbs.engine.installed import GROUP, installed_plugins, version_of
+from urdf2mbs.engine.registered import OURS, Registered
 from urdf2mbs.engine.tracebacks import FAILURES, frames_in, in_words, line_in
 from urdf2mbs.hookspecs import Command, Pass, PassEntry
 from urdf2mbs.messages.diagnostics import ConfigError, Diagnostic
@@ -24,83 +25,6 @@ from urdf2mbs.messages.diagnostics import ConfigError, Diagnostic
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
     from types import TracebackType
-
-    from urdf2mbs.conversion import Conversion
-
-#: The plugins of this project: the packages ``urdf2mbs_NAME``.  One that is not there is missed by
-#: nobody.
-OURS = (
-    "xacro", "compact", "meshes", "inertia", "equations", "project", "report", "simulate", "edits",
-    "certificate", "many", "ci", "setup",
-)  # fmt: skip
-
-
-class Registered:
-    """A pass and the plugin that brought it."""
-
-    def __init__(
-        self, brought: type[Pass] | PassEntry, plugin: str, package: str, file: str
-    ) -> None:
-        self.brought = brought
-        self.plugin = plugin
-        self.package = package
-        """The package that brings the pass; empty for a file."""
-        self._file = file
-
-    @property
-    def name(self) -> str:
-        return self.brought.name
-
-    @property
-    def after(self) -> tuple[str, ...]:
-        return self.brought.after
-
-    def joins(self, presets: Collection[str]) -> bool:
-        """True if the pass says its place in one of these presets, or in all."""
-        own = self.brought.presets if isinstance(self.brought, PassEntry) else ()
-        return not own or any(preset in presets for preset in own)
-
-    @property
-    def is_core(self) -> bool:
-        return self.plugin == GROUP
-
-    @property
-    def is_ours(self) -> bool:
-        return self.plugin in (GROUP, *OURS)
-
-    @cached_property
-    def kind(self) -> type[Pass]:
-        """The class of the pass; imports its file.  Raises ConfigError."""
-        if not isinstance(self.brought, PassEntry):
-            return self.brought
-        name = self.brought.name
-        try:
-            module = import_module(f"{self.brought.package}.passes.{name.replace('-', '_')}")
-            kind: type[Pass] = getattr(module, name.title().replace("-", ""))
-        except FAILURES as error:
-            raise ConfigError(
-                "plugin-broken",
-                f"plugin '{self.plugin}': pass '{name}' cannot be loaded: {in_words(error)}",
-                file=self._file,
-            ) from error
-        return kind
-
-    @property
-    def file(self) -> str:
-        """The file of the pass; that of the plugin, as long as the pass is not imported."""
-        if isinstance(self.brought, PassEntry) and "kind" not in vars(self):
-            return self._file
-        return _source(self.kind, self.plugin, self._file)
-
-    @property
-    def version(self) -> str:
-        """The version of the package; empty if it is not known."""
-        return version_of(self.package) if self.package else ""
-
-    def has_work(self, conversion: Conversion, given: bool) -> bool:
-        """True if the pass must run; ``given``: the config gives it options, or names it."""
-        brought = self.brought
-        return not isinstance(brought, PassEntry) or brought.work(conversion, given)
 
 
 def plugins_of(files: Sequence[Path], *, installed: bool) -> Plugins:
@@ -444,10 +368,3 @@ def _fault(kind: type[Pass]) -> tuple[str, str]:
             "use bool, int, float, str, list, dict, tuple, Literal, or Structs of these",
         )
     return "", ""
-
-
-def _source(kind: type[Pass], plugin: str, file: str) -> str:
-    """The file that a pass is written in: a plugin's own, where it lends our ``run``, too."""
-    if plugin not in (GROUP, *OURS) and kind.__module__.partition(".")[0].startswith(GROUP):
-        return file
-    return str(getattr(sys.modules.get(kind.__module__), "__file__", None) or file)

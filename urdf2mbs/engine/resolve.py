@@ -7,7 +7,8 @@ from functools import cached_property
 from typing import Any
 
 from urdf2mbs.config.model import Config, Key, Lines, Preset, typed
-from urdf2mbs.engine.plugins import Plugins, Registered
+from urdf2mbs.engine.plugins import Plugins
+from urdf2mbs.engine.registered import Registered
 from urdf2mbs.hookspecs import Pass
 from urdf2mbs.messages.diagnostics import ConfigError, nearest
 
