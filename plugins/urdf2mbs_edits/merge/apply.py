@@ -97,7 +97,6 @@ class Applying:
         self.conflicts: list[Conflict] = []
         self.orphans: list[tuple[Edit, str]] = []
         """What can no longer stand, and why."""
-        self._hung_anew = False
         self._doomed: dict[Thing, Edit] = {}
         """What people removed."""
         self._put: dict[Thing, Edit] = {}
@@ -119,8 +118,12 @@ class Applying:
         self._one_each()
         self._write_references()
         mbs: Mbs = self.model[0].part
-        if self._hung_anew:
-            mbs.bodies = mbs.depth_first()
+        there: set[str | None] = {None}
+        for body in mbs.bodies:
+            if body.parent not in there:  # a file has parents before children
+                mbs.bodies = mbs.depth_first()
+                break
+            there.add(body.name)
 
     def _edit_wins(self, edit: Edit, field: str, now: Any) -> bool:
         """Whether an edit is made of what the URDF changed, too."""
@@ -171,16 +174,18 @@ class Applying:
             if self._is_taken(thing):
                 self._orphan(edit, f"the URDF has a {thing.kind} '{thing.name}' of its own now")
                 return
-        for field in edit.source.refers if kind != "parameter" else ():
-            targets, gone = self._resolve(self.news, edit.source, field)
-            if gone:
-                self._orphan(edit, gone)
-                return
-            things[0].refers = {**things[0].refers, field: targets}
+        self.model += things
+        for source in sources:
+            thing = self.news[source]
+            for field in source.refers if thing in things and thing.kind != "parameter" else ():
+                targets, gone = self._resolve(self.news, source, field)
+                if gone:
+                    self._orphan(edit, gone)
+                    self.model = [thing for thing in self.model if thing not in things]
+                    return
+                thing.refers = {**thing.refers, field: targets}
         if kind in ("sensor", "force"):
             self._put[things[0]] = edit
-        self._hung_anew |= kind == "body"
-        self.model += things
         self._insert(things[0], edit.source)
 
     def _moved(self, edit: Edit, thing: Thing) -> None:
@@ -216,7 +221,6 @@ class Applying:
                 was == now or left or self._edit_wins(edit, field, _called(now))
             ):
                 thing.refers = {**thing.refers, field: targets}
-                self._hung_anew |= thing.kind == "body"
             return
         value, (whole, _, inner) = plain_values(thing).get(field), field.partition(".")
         # what is of an element that the model does not know stays in the file by itself
@@ -251,7 +255,6 @@ class Applying:
             return
         for place, part in zip(sorted(after), orders[1], strict=True):
             parts[place] = part
-        self._hung_anew |= kind == "point"
 
     def _removes(self, edits: list[Edit]) -> None:
         """Find what people removed, and the URDF did not change."""

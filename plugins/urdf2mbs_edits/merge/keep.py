@@ -1,62 +1,38 @@
-"""Positions that somebody has given by hand in MBSysPad stay."""
+"""Places that somebody has given by hand in MBSysPad stay."""
 
 from __future__ import annotations
 
-from urdf2mbs.mbs.model import XY, Body, Mbs, Point
+from typing import Any
+
+from urdf2mbs.mbs.model import XY, Mbs
 
 
-def keep(mbs: Mbs, drawn: Mbs) -> int:
-    """Give a model, already laid out, the places that its parts have in ``drawn``.
-
-    Parts are found by their names.  A part that is new stands
-    beside what carries it, as far as the new diagram puts it.  Returns how many bodies stay.
-    """
-    before = {body.name: body for body in drawn.bodies}
+def keep(mbs: Mbs, drawn: dict[int, Any]) -> None:
+    """Give a model, already laid out, the places of ``drawn``: the object that each of its objects
+    is in another file, by ``id``.  What is new stands beside what carries it, as far from it as the
+    new diagram puts it."""
     moved: dict[str | None, XY] = {None: (0.0, 0.0)}
 
-    if mbs.base.position and drawn.base.position and drawn.base.drawing:
-        moved[None] = _between(mbs.base.position, drawn.base.position)
-        mbs.base.position, mbs.base.drawing = drawn.base.position, drawn.base.drawing
-    _move(mbs.base.points, drawn.base.points, moved[None])
+    def place(parts: list[Any], by: XY) -> None:
+        for part in parts:
+            old = drawn.get(id(part))
+            part.position = (old and old.position) or _shifted(part.position, by)
 
-    kept = 0
-    for body in mbs.depth_first():
-        old = before.get(body.name)
-        if old is not None and _alike(body, old):
-            assert body.joints[-1].position is not None
-            assert old.joints[-1].position is not None
-            moved[body.name] = _between(body.joints[-1].position, old.joints[-1].position)
-            for joint, there in zip(body.joints, old.joints, strict=True):
-                joint.position = there.position
-            body.drawing = old.drawing
-            _move(body.points, old.points, moved[body.name])
-            kept += 1
-        else:
-            by = moved[body.name] = moved[body.parent]
-            for joint in body.joints:
-                joint.position = _shifted(joint.position, by)
-            _move(body.points, [], by)
-    return kept
-
-
-def _alike(body: Body, old: Body) -> bool:
-    """Whether a body has the same joints as before, all of them with a place."""
-    names = [joint.name for joint in body.joints] == [joint.name for joint in old.joints]
-    return names and old.drawing is not None and all(joint.position for joint in old.joints)
-
-
-def _move(points: list[Point], drawn: list[Point], by: XY) -> None:
-    before = {point.name: point.position for point in drawn}
-    for point in points:
-        point.position = before.get(point.name) or _shifted(point.position, by)
-
-
-def _between(one: XY, other: XY) -> XY:
-    return (other[0] - one[0], other[1] - one[1])
+    owners: list[Any] = [mbs.base, *mbs.depth_first()]
+    for owner in owners:
+        name, on = (None, None) if owner is mbs.base else (owner.name, owner.parent)
+        parts = [owner] if owner is mbs.base else owner.joints
+        by, last, old = moved[on], parts[-1].position, drawn.get(id(parts[-1]))
+        if last and old and old.position:
+            by = (old.position[0] - last[0], old.position[1] - last[1])
+        moved[name] = by
+        place([*parts, *owner.points], by)
+        before = drawn.get(id(owner))
+        owner.drawing = (before and before.drawing) or owner.drawing
 
 
 def _shifted(position: XY | None, by: XY) -> XY | None:
     """A place that MBSysPad can scroll to."""
-    if position is None:
-        return None
+    if position is None or by == (0.0, 0.0):
+        return position
     return (max(position[0] + by[0], 0.0), max(position[1] + by[1], 0.0))

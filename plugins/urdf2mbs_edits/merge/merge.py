@@ -104,7 +104,7 @@ def merge(base: Mbs, edited: Mbs, new: Mbs, prefer: Prefer | None = "urdf") -> M
     applying.apply(edits)
     _adopt(now, edited, new)
     if any(is_place(edit.change) for edit in edits):
-        _keep_places(now, edited, new)
+        keep(new, {id(thing.part): old.part for old, thing in now.items() if thing})
         _adopt(now, edited, new)
     there = set(applying.model)
     orphans = _orphans(applying.orphans, now)
@@ -264,18 +264,6 @@ def _adopt(now: dict[Thing, Thing | None], edited: Mbs, new: Mbs) -> None:
                 if inner:
                     source, target = getattr(source, whole), getattr(target, whole)
                 setattr(target, inner or whole, getattr(source, inner or whole))
-
-
-def _keep_places(now: dict[Thing, Thing | None], edited: Mbs, new: Mbs) -> None:
-    """Leave the diagram as people have it; what is new stands beside what carries it."""
-    if new.base.position is None or not all(body.drawing for body in new.bodies):
-        return  # without a layout
-    names = {id(old.part): thing.name for old, thing in now.items() if thing}
-    drawn = deepcopy(edited)
-    for old, copy in zip(things(edited), things(drawn), strict=True):
-        if id(old.part) in names and old.kind != "view":
-            copy.part.name = names[id(old.part)]
-    keep(new, drawn)
 
 
 # --- orphans ---

@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import given
 
 from conftest import SHARED
-from mbs.models import everything
+from mbs.models import everything, few, models
 from plugins.edits.test_each_edit import Edit, add, all_of, drop, merged, move, nothing, put
 from urdf2mbs.cli import main
 from urdf2mbs.mbs.model import Body, Connection, Drawing, Joint, Light, Mbs, Point, Sensor
@@ -193,6 +194,18 @@ def test_what_nobody_knows_goes_along_if_ours_did_not_change_it(old: str, new: s
 @pytest.mark.parametrize("pair", PAIRS, ids=lambda pair: "-".join(file.stem for file in pair))
 def test_one_side_alone_wins_in_real_histories(pair: tuple[Path, Path]) -> None:
     before, after = (file.read_bytes() for file in pair)
+    for ours, theirs in ((after, before), (before, after), (after, after)):
+        done = three(before, ours, theirs)
+        check_says_nothing(done)
+        assert not differences(read(done.data, "m"), read(after, "m")).changes
+        if ours == after:
+            assert done.data == after
+
+
+@few
+@given(models(), models())
+def test_one_side_alone_wins_whatever_the_two_models_are(one: Mbs, two: Mbs) -> None:
+    before, after = write(one), write(two)
     for ours, theirs in ((after, before), (before, after), (after, after)):
         done = three(before, ours, theirs)
         check_says_nothing(done)
