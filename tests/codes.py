@@ -6,11 +6,16 @@ from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 
+from urdf2mbs.engine.plugins import Plugins
+
 ROOT = Path(__file__).resolve().parents[1]
 
 
+#: The codes of the plugins that are there: one may be hidden, and with it those that need it.
+_HERE = Plugins(installed=False).codes.keys()
+
+
 def is_here(package: str) -> bool:
-    """False if a plugin is hidden from the tests."""
     try:
         return find_spec(package) is not None
     except ModuleNotFoundError:
@@ -23,6 +28,11 @@ TABLES: dict[str, dict[str, str]] = {
     for folder, package in (("urdf2mbs", "urdf2mbs."), ("plugins", ""))
     for file in (ROOT / folder).glob("*/codes.py")
     if is_here(f"{package}{file.parent.name}")
+}
+TABLES = {
+    name: table
+    for name, table in TABLES.items()
+    if not name.startswith("urdf2mbs_") or table.keys() <= _HERE
 }
 
 #: The level and meaning of each code.
