@@ -6,6 +6,7 @@ from urdf2mbs.plugin import Command, hookimpl
 @hookimpl
 def urdf2mbs_commands() -> list[Command]:
     sentences = {
+        "explain": "show the passes of a config, or every known pass, without running them",
         "new-pass": "write a plugin with one pass, and its test",
         "schema": "print the JSON schema of a config, for editors",
         "doctor": "show versions, extras, plugins, ROS packages and Robotran as they are here",

@@ -15,7 +15,6 @@ from typing import Any
 import pytest
 
 from urdf2mbs.cli import main
-from urdf2mbs.commands.printing import near
 from urdf2mbs.commands.progress import Progress
 from urdf2mbs.config.model import load
 from urdf2mbs.engine.pipeline import Pipeline
@@ -81,40 +80,14 @@ def test_run_json(robot: Path, capsys: Any) -> None:
     assert {found["code"] for found in report["diagnostics"]} >= {"collision", "joint-dynamics"}
 
 
-def test_explain_runs_nothing(robot: Path, capsys: Any) -> None:
-    (robot / "tiny.urdf").unlink()
-    assert main(["explain", "tiny.yaml"]) == 0
-    out = capsys.readouterr().out
-    assert f"source  {robot}/tiny.urdf" in out
-    assert "prune-massless: Prune massless links" in out
-    assert "   reads    robot, base\n   writes   bodies\n   options  keep: []" in out
-    assert main(["explain", "--json", "tiny.yaml"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    prune = next(one for one in told if one["name"] == "prune-massless")
-    assert prune["options"] == {"keep": []}
-    assert prune["writes"] == ["bodies"]
-    assert prune["file"].endswith("prune_massless.py")
-
-
-@pytest.mark.parametrize("words", [["explain"], ["run", "--plan"]])
-def test_no_plugins_leaves_out_those_of_a_config(words: list[str], robot: Path) -> None:
+def test_no_plugins_leaves_out_those_of_a_config(robot: Path) -> None:
     """A config is code: its plugins run, unless they are left out."""
     (robot / "lab.py").write_text("open('ran', 'w').close()\n")
     (robot / "tiny.yaml").write_text("source: tiny.urdf\nplugins: [lab.py]\n")
-    main([*words, "tiny.yaml", "--no-plugins"])
+    main(["run", "--plan", "tiny.yaml", "--no-plugins"])
     assert not (robot / "ran").exists()
-    main([*words, "tiny.yaml"])
+    main(["run", "--plan", "tiny.yaml"])
     assert (robot / "ran").exists()
-
-
-def test_passes(capsys: Any) -> None:
-    plugin = str(ROOT / "tests" / "strangers" / "samples" / "rename_links.py")
-    assert main(["explain", "--no-plugins", "--plugin", plugin]) == 0
-    out = capsys.readouterr().out
-    assert "robot, base -> bodies; urdf2mbs " in out
-    assert f"- -> robot; rename_links ({near(Path(plugin))})" in out
-    assert main(["explain", "--no-plugins", "--json"]) == 0
-    assert {one["name"] for one in json.loads(capsys.readouterr().out)} >= {"expand", "emit"}
 
 
 #: Prints what a program has imported, after it.

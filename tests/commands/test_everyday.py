@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import json
 from errno import ENOSPC
 from pathlib import Path
 from typing import Any
@@ -39,14 +38,6 @@ def test_quiet_leaves_warnings(here: Path, capsys: Any) -> None:
         said = capsys.readouterr()
         assert (out in said.out, err in said.err) == (True, True)
         assert (bool(said.out), bool(said.err)) == (bool(out), bool(err))
-
-
-def test_set_changes_a_config(here: Path, capsys: Any) -> None:
-    (here / "tiny.yaml").write_text("source: tiny.urdf\npasses: {check: {tolerance: 1.0e-3}}\n")
-    assert main(["explain", "tiny.yaml", "--json", "--set", "prune-massless.keep=[tool]"]) == 0
-    options = {one["name"]: one["options"] for one in json.loads(capsys.readouterr().out)}
-    assert options["check"]["tolerance"] == 1e-3
-    assert options["prune-massless"]["keep"] == ["tool"]
 
 
 class Terminal(io.StringIO):
@@ -97,14 +88,14 @@ def test_how_a_command_ends(
     def carry_out(arguments: object) -> int:
         raise raised
 
-    monkeypatch.setattr("urdf2mbs.commands.explain.carry_out", carry_out)
-    assert main(["explain"]) == code
+    monkeypatch.setattr("urdf2mbs.commands.run.carry_out", carry_out)
+    assert main(["run", "tiny.yaml"]) == code
     err = capsys.readouterr().err
     assert err.startswith(said)
     assert bool(err) == bool(said)
     if code == 1:
         with pytest.raises(type(raised)):
-            main(["explain", "--debug"])
+            main(["run", "tiny.yaml", "--debug"])
 
 
 def test_from_standard_input_to_standard_output(

@@ -18,7 +18,7 @@ TESTS = Path(__file__).resolve().parents[1]
 PROGRAM = """
 from urdf2mbs.cli import main
 for words in ("convert plain.urdf", "run plain.yaml", "verify plain.urdf plain.mbs",
-              "verify plain.urdf plain.urdf", "explain plain.yaml"):
+              "verify plain.urdf plain.urdf"):
     assert main(words.split()) == 0, words
 main(["--help"])
 """
@@ -53,7 +53,7 @@ def test_the_commands_of_the_core_need_no_plugin(
     models, said = files_of(tmp_path / "some", away)
     assert models.keys() == {"plain.mbs", "run.mbs"}
     assert models == whole
-    for command in ("run", "convert", "verify", "explain"):
+    for command in ("run", "convert", "verify"):
         assert f"  {command} " in said
 
 

@@ -34,10 +34,6 @@ CORE = [
     Command(
         "verify", "compare a robot with an .mbs file: are they the same?", f"{_HERE}.verify"
     ),
-    Command(
-        "explain", "show the passes of a config, or every known pass, without running them",
-        f"{_HERE}.explain",
-    ),
 ]  # fmt: skip
 
 

@@ -11,16 +11,8 @@ from typing import Any
 import msgspec
 
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.engine.plugins import Plugins
-from urdf2mbs.engine.registered import Registered
 from urdf2mbs.messages.diagnostics import Diagnostic, counted, render
 from urdf2mbs.summary import Report, of_plugins
-
-#: What the summaries of the passes call "the method".
-METHOD = (
-    '"The method" is Appendix A, "URDF to MBS Converter", of the thesis on gait controllers in\n'
-    "Robotran that urdf2mbs follows; the pages in docs/passes quote it, pass by pass."
-)
 
 
 def tell(conversion: Conversion, found: Report, verbose: bool) -> None:
@@ -144,29 +136,6 @@ def near(path: Path) -> str:
 def beside(model: Path, suffix: str) -> Path:
     """The model's name with another ending; only .mbs is one (``panda_v1.0`` has none)."""
     return model.with_name(model.name.removesuffix(".mbs") + suffix)
-
-
-def warn_of(plugins: Plugins) -> None:
-    """Print which plugins are left out, and why."""
-    for broken in plugins.broken:
-        print(broken, file=sys.stderr)
-
-
-def origin(found: Registered) -> str:
-    """The plugin that a pass is from, with its package, version and file."""
-    of = f" of {found.package}" if found.package not in ("", found.plugin) else ""
-    version = f" {found.version}" if found.version else ""
-    return f"{found.plugin}{of}{version} ({near(Path(found.file))})"
-
-
-def describe(found: Registered) -> dict[str, Any]:
-    """A pass as JSON has it."""
-    kind = found.kind
-    return {
-        "name": kind.name, "summary": kind.summary(), "plugin": found.plugin,
-        "package": found.package, "version": found.version, "file": found.file,
-        "reads": kind.reads, "writes": kind.writes,
-    }  # fmt: skip
 
 
 def print_json(data: Any) -> None:

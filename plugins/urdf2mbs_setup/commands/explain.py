@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
+from typing import Any
 
 import msgspec
 
-from urdf2mbs.commands.printing import METHOD, describe, origin, print_json, warn_of
+from urdf2mbs.commands.printing import near, print_json
 from urdf2mbs.commands.settings import (
     ALONE,
     add_fields,
@@ -19,8 +21,15 @@ from urdf2mbs.commands.settings import (
 from urdf2mbs.config.model import Config, Lines
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.engine.plugins import Plugins, of_plugin
+from urdf2mbs.engine.registered import Registered
 from urdf2mbs.messages.diagnostics import counted
 from urdf2mbs.urdf.reader import read_file
+
+#: What the summaries of the passes call "the method".
+METHOD = (
+    '"The method" is Appendix A, "URDF to MBS Converter", of the thesis on gait controllers in\n'
+    "Robotran that urdf2mbs follows; the pages in docs/passes quote it, pass by pass."
+)
 
 EXAMPLES = (
     "urdf2mbs explain robot.yaml",
@@ -107,3 +116,26 @@ def _list_all(arguments: argparse.Namespace) -> int:
         print(f"{'':{width}}  {trade}; {origin(registered)}")
     print(f"\n{METHOD}")
     return 0
+
+
+def warn_of(plugins: Plugins) -> None:
+    """Print which plugins are left out, and why."""
+    for broken in plugins.broken:
+        print(broken, file=sys.stderr)
+
+
+def origin(found: Registered) -> str:
+    """The plugin that a pass is from, with its package, version and file."""
+    of = f" of {found.package}" if found.package not in ("", found.plugin) else ""
+    version = f" {found.version}" if found.version else ""
+    return f"{found.plugin}{of}{version} ({near(Path(found.file))})"
+
+
+def describe(found: Registered) -> dict[str, Any]:
+    """A pass as JSON has it."""
+    kind = found.kind
+    return {
+        "name": kind.name, "summary": kind.summary(), "plugin": found.plugin,
+        "package": found.package, "version": found.version, "file": found.file,
+        "reads": kind.reads, "writes": kind.writes,
+    }  # fmt: skip
