@@ -158,6 +158,17 @@ class File(bytes):
         return file
 
 
+class _Starters(dict[Path, bytes]):
+    """What ``conversion.starters`` was: a file that is put in becomes a starter."""
+
+    def __init__(self, files: dict[Path, bytes]) -> None:
+        super().__init__()
+        self.files = files
+
+    def __setitem__(self, path: Path, data: bytes) -> None:
+        self.files[path] = File(data, "starter")
+
+
 class Use(msgspec.Struct, frozen=True):
     """What a sensor or an external force of the .mbs is for."""
 
@@ -260,14 +271,20 @@ class Conversion(msgspec.Struct, eq=False, dict=True):  # plugins keep attribute
         return found
 
     def __getattr__(self, name: str) -> Any:
-        if name != "simulation":
+        """What plugins of version 1 of the door may still ask for, with a warning."""
+        now = {
+            "simulation": "conversion.state(simulation.Simulation)",
+            "starters": "conversion.files[path] = File(data, 'starter')",
+        }
+        if name not in now:
             raise AttributeError(f"a conversion has no '{name}'")
         import warnings
 
         warnings.warn(
-            "conversion.simulation is called conversion.state(simulation.Simulation) now",
-            DeprecationWarning, stacklevel=2,
-        )  # fmt: skip
+            f"conversion.{name} goes: write {now[name]}", DeprecationWarning, stacklevel=2
+        )
+        if name == "starters":
+            return _Starters(self.files)
         return self.state(self.find(name).Simulation)
 
     def files_of(self, *kinds: str) -> dict[Path, bytes]:

@@ -123,7 +123,7 @@ def urdf2mbs_commands() -> list[Command]:
 def urdf2mbs_api() -> dict[str, str]:
     """Functions and classes that others call by name: each name, and ``module:name`` of the thing.
 
-    ``urdf2mbs.NAME`` gives the thing, and ``urdf2mbs`` alone loads no plugin.
+    ``conversion.find(NAME)`` gives the thing; of our own plugins, ``urdf2mbs.NAME`` does, too.
     """
     raise NotImplementedError
 

@@ -110,6 +110,15 @@ def test_an_entry_that_fails_is_the_plugin_s_fault(
         convert_text(plugins=[file])
 
 
+def test_what_version_1_offered_still_works_and_warns(tmp_path: Path) -> None:
+    conversion = convert_text().conversion
+    with pytest.warns(DeprecationWarning, match=r"conversion.starters goes: write .*'starter'"):
+        conversion.starters[tmp_path / "mine.txt"] = b"mine"
+    assert conversion.files_of("starter") == {tmp_path / "mine.txt": b"mine"}
+    with pytest.raises(AttributeError, match="a conversion has no 'nosuch'"):
+        conversion.nosuch  # noqa: B018
+
+
 def test_a_plugin_keeps_a_state_and_tells_it_in_the_summary(
     here: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
