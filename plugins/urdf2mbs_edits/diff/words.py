@@ -72,7 +72,10 @@ def line(change: Change) -> str:
         return f"the order of {counted(2, change.kind)[2:]}{of}: now {now}"
     field = FIELDS.get(change.field, change.field.replace("_", " ").replace(".", ": "))
     unit = UNITS.get(change.field, "")
-    values = f"{value_in_words(change.before)} -> {value_in_words(change.after)}"
+    texts = [value_in_words(value) for value in (change.before, change.after)]
+    if texts[0] == texts[1]:  # they differ in the last digits only
+        texts = [str(value) for value in (change.before, change.after)]
+    values = " -> ".join(texts)
     return f"{who}: {field} {values} {unit}".rstrip()
 
 
@@ -118,7 +121,7 @@ def value_in_words(value: Any) -> str:
     if value is None:
         return "none"
     if isinstance(value, float):
-        return repr(value).removesuffix(".0")
+        return f"{value:.15g}"  # the last digits of a double are of its computation
     if isinstance(value, list | tuple):
         if len(value) == 1:
             return value_in_words(value[0])

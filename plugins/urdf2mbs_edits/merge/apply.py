@@ -100,7 +100,9 @@ class Applying:
         self._doomed: dict[Thing, Edit] = {}
         """What people removed."""
         self._put: dict[Thing, Edit] = {}
-        """The sensors and forces that edits added or moved."""
+        """What edits added or moved."""
+        self._left: dict[Thing | None, list[Thing]] = {}
+        """What edits moved, by its owner before."""
 
     def apply(self, edits: list[Edit]) -> None:
         """Make all edits; names come first, because the other edits use them."""
@@ -184,8 +186,7 @@ class Applying:
                     self.model = [thing for thing in self.model if thing not in things]
                     return
                 thing.refers = {**thing.refers, field: targets}
-        if kind in ("sensor", "force"):
-            self._put[things[0]] = edit
+        self._put[things[0]] = edit
         self._insert(things[0], edit.source)
 
     def _moved(self, edit: Edit, thing: Thing) -> None:
@@ -200,10 +201,10 @@ class Applying:
             thing.owner is was or self._edit_wins(edit, "owner", in_words(thing.owner or owner))
         ):
             self._take_out(thing)
-            thing.owner = owner
+            away, thing.owner = thing.owner, owner
             self._insert(thing, edit.source)
-            if thing.kind in FIELDS:
-                self._put[thing] = edit
+            self._put[thing] = edit
+            self._left.setdefault(away, []).append(thing)
 
     def _changed(self, edit: Edit, thing: Thing) -> None:
         change, field = edit.change, edit.change.field
@@ -278,13 +279,36 @@ class Applying:
                 for target in targets
                 if isinstance(target, Thing) and (root := _root(target, doomed)) is not None
             }
+            have_joints = {t.owner for t in self.model if t.kind == "joint" and t not in gone}
+            for thing in self.model:
+                if thing.kind == "body" and thing not in gone and thing not in have_joints:
+                    needed |= self._bare(thing)
             if not needed:
                 break
-            for root in needed:
+            for root in needed & doomed.keys():
                 self.conflicts.append(Conflict(doomed.pop(root).change, "it is needed", "urdf"))
         for thing in doomed:
             self._take_out(thing)
         self.model = [thing for thing in self.model if thing not in gone]
+
+    def _bare(self, body: Thing) -> set[Thing]:
+        """Give a body a joint, as no body is without: one that people removed or moved away, or,
+        if they added the body, one that the URDF has elsewhere."""
+        for joint in self._doomed:
+            if joint.kind == "joint" and joint.owner is body:
+                return {joint}
+        added = self._put.get(body)
+        own = [t for t in self.edited if added and t.kind == "joint" and t.owner is added.source]
+        for joint in self._left.get(body) or [self.news[t] for t in own if t in self.news]:
+            edit = added or self._put[joint]
+            self.conflicts.append(
+                Conflict(edit.change, "no joint for it", "edited" if added else "urdf")
+            )
+            self._take_out(joint)
+            joint.owner = body
+            body.part.joints.append(joint.part)
+            return {joint}
+        return set()
 
     def _one_each(self) -> None:
         """Leave each point one sensor and one force: what an edit put there goes, if the URDF has

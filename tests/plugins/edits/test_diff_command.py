@@ -41,6 +41,14 @@ def test_exit_codes_are_those_of_diff(pair: Path, capsys: Any) -> None:
     assert "broken.mbs:2: error[" in capsys.readouterr().err
 
 
+def test_numbers_are_said_as_people_write_them(pair: Path, capsys: Any) -> None:
+    data = (pair / "a.mbs").read_bytes()
+    for text, said in (("3.5999999999999996", "0.5 -> 3.6"), ("0.5000000000000001", "0.5 -> 0.50")):
+        (pair / "b.mbs").write_bytes(data.replace(b"<mass>0.5<", f"<mass>{text}<".encode()))
+        assert main(["diff", "a.mbs", "b.mbs"]) == 1
+        assert f"mass {said}" in capsys.readouterr().out
+
+
 def test_what_is_drawn_is_counted_listed_or_left_out(pair: Path, capsys: Any) -> None:
     assert main(["diff", "a.mbs", "drawn.mbs"]) == 1
     out = capsys.readouterr().out

@@ -12,7 +12,17 @@ from hypothesis import given
 
 from conftest import SHARED
 from mbs.models import everything, few, models
-from plugins.edits.test_each_edit import Edit, add, all_of, drop, merged, move, nothing, put
+from plugins.edits.test_each_edit import (
+    Edit,
+    add,
+    all_of,
+    drop,
+    merged,
+    move,
+    new_body_takes_a_joint,
+    nothing,
+    put,
+)
 from urdf2mbs.cli import main
 from urdf2mbs.mbs.model import Body, Connection, Drawing, Joint, Light, Mbs, Point, Sensor
 from urdf2mbs.mbs.reader import read
@@ -79,6 +89,29 @@ def test_a_sensor_that_moves_to_where_the_other_side_put_one_is_named() -> None:
     assert [orphan.why for orphan in done.plan.orphaned] == [
         "the URDF has a sensor of its own there now"
     ]
+
+
+# --- joints: no body is without ---
+
+
+@pytest.mark.parametrize("prefer", ["urdf", "edited", None])
+@pytest.mark.parametrize(
+    ("mine", "theirs"),
+    [
+        (drop("bodies.0.joints", 0), all_of(*[drop("bodies.0.joints", 1)] * 3)),
+        (move("bodies.0.joints", "bodies.1.joints"), all_of(*[drop("bodies.0.joints", 1)] * 3)),
+        (drop("bodies.0.joints", 0),
+         all_of(*[move("bodies.0.joints", "bodies.1.joints", 1)] * 3)),
+        (new_body_takes_a_joint, move("bodies.0.joints", "bodies.1.joints")),
+    ],
+)  # fmt: skip
+def test_a_body_keeps_a_joint_if_each_side_takes_some_away(
+    mine: Edit, theirs: Edit, prefer: Any
+) -> None:
+    result, done = merged(mine, theirs, prefer)
+    assert all(body.joints for body in result.bodies)
+    assert "lift" in result.joints()
+    assert done.plan.conflicts
 
 
 # --- bodies on points that are new ---
