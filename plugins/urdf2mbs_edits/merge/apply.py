@@ -103,6 +103,8 @@ class Applying:
         """What edits added or moved."""
         self._left: dict[Thing | None, list[Thing]] = {}
         """What edits moved, by its owner before."""
+        self._hung: dict[Thing, tuple[Edit, dict[str, Any]]] = {}
+        """What edits let refer to something else, and what it referred to before."""
 
     def apply(self, edits: list[Edit]) -> None:
         """Make all edits; names come first, because the other edits use them."""
@@ -116,6 +118,7 @@ class Applying:
                         self._orphan(edit)
                     else:
                         getattr(self, f"_{does}")(edit, edit.target)
+        self._untangle()
         self._remove()
         self._one_each()
         self._write_references()
@@ -221,6 +224,7 @@ class Applying:
             elif targets != now and (
                 was == now or left or self._edit_wins(edit, field, _called(now))
             ):
+                self._hung.setdefault(thing, (edit, thing.refers))
                 thing.refers = {**thing.refers, field: targets}
             return
         value, (whole, _, inner) = plain_values(thing).get(field), field.partition(".")
@@ -265,6 +269,19 @@ class Applying:
                 changed = any(_root(one, [thing]) for one in self.model if one in self.touched)
                 if not changed or self._edit_wins(edit, "removed", content(thing.part)):
                     self._doomed[thing] = edit
+
+    def _untangle(self) -> None:
+        """Hang a body back that hangs on itself, as each side hung one on another."""
+        for thing, (edit, before) in self._hung.items():
+            above: Any = thing
+            seen: set[Any] = set()
+            while isinstance(above, Thing) and above not in seen:
+                seen.add(above)
+                above = above.refers.get("parent", [None])[0]
+            if above is thing:
+                now = _called(before["parent"])
+                self.conflicts.append(Conflict(edit.change, now, "urdf"))
+                thing.refers = before
 
     def _remove(self) -> None:
         """Take away what people removed, unless something needs it."""

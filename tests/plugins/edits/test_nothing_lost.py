@@ -114,6 +114,22 @@ def test_a_body_keeps_a_joint_if_each_side_takes_some_away(
     assert done.plan.conflicts
 
 
+@pytest.mark.parametrize("prefer", ["urdf", "edited", None])
+def test_two_bodies_that_are_hung_on_each_other_are_not_lost(prefer: Any) -> None:
+    arm_on_leg = all_of(
+        put("bodies.1.parent", "leg"), put("bodies.1.point", None),
+        lambda mbs: mbs.bodies.insert(2, mbs.bodies.pop(1)),
+    )  # fmt: skip
+    leg_on_arm = all_of(put("bodies.2.parent", "arm"), put("bodies.2.point", "tip"))
+    for mine, theirs, there in (
+        (arm_on_leg, leg_on_arm, ("arm", "tip")), (leg_on_arm, arm_on_leg, ("trunk", None)),
+    ):  # fmt: skip
+        result, done = merged(mine, theirs, prefer)
+        assert {body.name for body in result.bodies} == {"trunk", "arm", "leg", "cart"}
+        assert [body.place for body in result.bodies if body.name == "leg"] == [there]
+        assert [conflict.wins for conflict in done.plan.conflicts] == ["urdf"]
+
+
 # --- bodies on points that are new ---
 
 
