@@ -137,7 +137,7 @@ def test_stop_after(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match="to stop after\n  did you mean 'layout'"):
         pipeline.run(stop_after="layuot")
     # also at a pass of a plugin that has no work with this robot
-    for name in [name for name in NINE if name not in WORK][:1]:
+    for name in [name for name in NINE[: NINE.index("emit")] if name not in WORK][:1]:
         assert not pipeline.run(stop_after=name).files
 
 
