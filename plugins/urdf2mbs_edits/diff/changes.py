@@ -84,25 +84,29 @@ def changed_things(matching: Matching, before: Mbs, after: Mbs) -> list[tuple[Ch
 
 
 def _changes(matching: Matching, before: Mbs, after: Mbs) -> Iterator[tuple[Change, Thing]]:
-    for does, things in (("removed", matching.removed()), ("added", matching.added())):
-        for thing in things:
-            if thing.owner is None or thing.owner in matching.partner:
-                change = Change(
-                    does,  # type: ignore[arg-type]
-                    thing.kind, thing.name, owner_in_words(thing), drawing=thing.kind in DRAWN,
-                )  # fmt: skip
-                if does == "added":
-                    change.after = content(thing.part)
-                    change.follows = _follows(matching, thing)
-                else:
-                    change.before = content(thing.part)
-                yield change, thing
+    for thing in matching.removed():
+        if thing.owner is None or thing.owner in matching.partner:
+            yield _of_whole("removed", thing, before=content(thing.part)), thing
+    for thing in matching.added():
+        if thing.owner is None or thing.owner in matching.partner:
+            yield added(matching, thing), thing
     unknown_before, unknown_after = unknown(before), unknown(after)
     for old, new in matching.pairs():
         texts = _unknown_of(old, unknown_before), _unknown_of(new, unknown_after)
         for change in _of_thing(matching, old, new, texts):
             yield change, old
     yield from _reordered(matching)
+
+
+def added(matching: Matching, thing: Thing) -> Change:
+    """The change that a thing was added, with all that is in it."""
+    follows = _follows(matching, thing)
+    return _of_whole("added", thing, after=content(thing.part), follows=follows)
+
+
+def _of_whole(does: Any, thing: Thing, **said: Any) -> Change:
+    drawing = thing.kind in DRAWN
+    return Change(does, thing.kind, thing.name, owner_in_words(thing), drawing=drawing, **said)
 
 
 def content(part: Any) -> Any:

@@ -14,6 +14,7 @@ from urdf2mbs.mbs.reader import read, read_again
 from urdf2mbs_edits.diff.changes import (
     Change,
     Differences,
+    added,
     changed_things,
     differences,
     plain_values,
@@ -167,6 +168,10 @@ def _edits(
             edits.append(Edit(change, to_new[thing], seen.partner.get(thing, thing), thing))
         elif now.get(thing) is None and thing.owner is not None:
             edits.append(Edit(change, now.get(thing.owner), thing))
+    for thing in seen.added():  # in what both sides added
+        owner = now.get(thing.owner) if thing.owner not in seen.partner else None  # type: ignore[arg-type]
+        if owner and now.get(thing) is None:
+            edits.append(Edit(added(seen, thing), owner, thing))
     return edits
 
 
@@ -215,6 +220,11 @@ def _pair_added(seen: Matching, fresh: Matching, now: dict[Thing, Thing | None])
             if (
                 thing.kind == other.kind and thing.name == other.name and thing.owner
                 and now.get(thing.owner) is other.owner and _said(thing) == _said(other)
+                and all(
+                    [now.get(t) if isinstance(t, Thing) else t for t in targets]
+                    == list(other.refers[field])
+                    for field, targets in thing.refers.items()
+                )
             ):  # fmt: skip
                 now[thing] = other
                 candidates.remove(other)

@@ -91,6 +91,36 @@ def test_a_sensor_that_moves_to_where_the_other_side_put_one_is_named() -> None:
     ]
 
 
+# --- what both sides added under one name ---
+
+
+def both_add(parent: str, end: str, *more: Point, mass: float = 1.0) -> Edit:
+    hook = Point("hook", (0.0, 0.0, 1.0))
+    load = Body("load", parent, None, [Joint("swinging", "R2")], mass, points=[hook, *more])
+    rope = Connection("link", "rope", ("arm", "tip"), (end, None))
+    return all_of(add("bodies", load), add("links", rope))
+
+
+@pytest.mark.parametrize("prefer", ["urdf", "edited", None])
+def test_what_both_sides_added_is_one_or_is_named(prefer: Any) -> None:
+    theirs = both_add("trunk", "leg")
+    result, done = merged(theirs, theirs, prefer)
+    assert not done.plan.updated
+    check_says_nothing(done)
+    # ours hangs elsewhere
+    result, done = merged(both_add("leg", "cart"), theirs, prefer)
+    assert [orphan.name for orphan in done.plan.orphaned] == ["load", "rope"]
+    assert b"<parent>\n      <bodyname>leg<" in (done.orphans or b"")
+    # ours has more in it
+    eye = Point("eye", (0.0, 0.0, 2.0), sensor=Sensor("looking", ("Pos",)))
+    result, done = merged(both_add("trunk", "leg", eye), theirs, prefer)
+    assert [[p.name for p in b.points] for b in result.bodies if b.name == "load"] == [
+        ["hook", "eye"]
+    ]  # fmt: skip
+    assert b'"looking"' in done.data
+    check_says_nothing(done)
+
+
 # --- joints: no body is without ---
 
 
