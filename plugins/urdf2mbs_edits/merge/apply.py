@@ -46,8 +46,6 @@ _HOLDS = {
 #: The things whose names are unique in their owner only, or nowhere.
 _NAMED_IN_OWNER = frozenset(["point", "parameter"])
 _NAMED_FREELY = frozenset(["shape", "viewpoint", "light"])
-#: What is known by its name wherever it goes.
-_MOVES = frozenset(["joint", "sensor", "force"])
 
 
 class Edit(msgspec.Struct):

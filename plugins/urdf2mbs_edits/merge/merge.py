@@ -89,16 +89,21 @@ def merge(base: Mbs, edited: Mbs, new: Mbs, prefer: Prefer | None = "urdf") -> M
     now = {thing: to_new[seen.partner[thing]] for thing in seen.after if thing in seen.partner}
     _pair_added(seen, fresh, now)
     model = list(fresh.after)
+    their_changes = changed_things(fresh, base, new)
     applying = Applying(
         fresh.after,
         seen.after,
         {old: thing for old, thing in to_new.items() if thing},
         {thing: then for thing, then in now.items() if then},
-        _touched(fresh, changed_things(fresh, base, new), known=theirs is None),
+        _touched(fresh, their_changes, known=theirs is None),
         prefer,
     )
     edits = _edits(seen, changed_things(seen, base, edited), to_new, now)
-    theirs_changed = _unknown_changes(fresh, base, new) if theirs is not None else []
+    theirs_changed = [  # of elements that the model does not know
+        (change, fresh.partner[old].part)
+        for change, old in (their_changes if theirs is not None else ())
+        if _is_unknown(change, old)
+    ]
     their_elements = unknown_elements(new) if theirs is not None else {}
     their_numbers = {id(t.part): t.part.origin.number for t in fresh.after if _origin(t.part)}
     names = [(t, t.kind, t.name) for t in model if t.kind in ("body", "joint")]
@@ -182,15 +187,6 @@ def _differences(
     merged model, ``written`` those of the file by the latter."""
     pairs = [(old, written.get(id(part))) for old, part in same]
     return differences(before, final, same=pairs).changes
-
-
-def _unknown_changes(fresh: Matching, base: Mbs, new: Mbs) -> list[tuple[Change, Any]]:
-    """What one side changed of elements that the model does not know, with its objects."""
-    return [
-        (change, fresh.partner[old].part)
-        for change, old in changed_things(fresh, base, new)
-        if _is_unknown(change, old)
-    ]  # fmt: skip
 
 
 def _unknown_to_bring(
