@@ -11,7 +11,7 @@ CODES = {
     "posture-state": "warning: a group state names a joint that has not one position",
     "time-step-softened": "warning: numbers give way, because the time step would be below 1e-5 s",
     "time-step-short": "warning: a number of robot or config makes the time step less than 1e-5 s",
-    "contacts-balance": "warning: a floating robot's centre of mass is not over its contact points",
+    "contacts-balance": "warning: a floating robot's centre of mass is not well over its feet",
     "contacts-mesh": "warning: the lowest points of a mesh cannot be found",
     "sensor-left-out": "warning: a sensor is on no moving body, or cannot be read",
     "sensor-renamed": "warning: a sensor has no name, or the name of another; it gets its own",

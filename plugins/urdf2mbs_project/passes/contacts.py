@@ -20,13 +20,14 @@ from msgspec import Meta
 
 from urdf2mbs.conversion import Conversion, Segment, choose, fits
 from urdf2mbs.hookspecs import Pass
-from urdf2mbs.mbs.kinematics import Placement, place
+from urdf2mbs.mbs.kinematics import place
 from urdf2mbs.mbs.model import Mbs, Point, Sensor, UserModel
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.ranges import PositiveLength, rounded
-from urdf2mbs.spatial import ROUNDING, ZERO, Pose, Vec, add, compose, dot, rotate, transpose, unit
+from urdf2mbs.spatial import ROUNDING, Pose, Vec, add, compose, dot, rotate, transpose, unit
 from urdf2mbs.urdf import model as urdf
 from urdf2mbs_meshes.files import files_of
+from urdf2mbs_project.balance import warn_of_falling
 from urdf2mbs_project.places import floating, point_at, way
 from urdf2mbs_project.ranges import Coordinate, Length, Place, Speed
 from urdf2mbs_project.simulation import MEASURES, Contact, Simulation
@@ -106,7 +107,7 @@ class Contacts(Pass):
         if self.stand:
             _stand(conversion, self.ground - min(dot(up, place) for place in places))
         if floating(mbs) is not None and any(g):
-            _check_balance(conversion, placement, places)
+            warn_of_falling(conversion, placement, places)
         _add_law(conversion, self)
         conversion.report["contacts"] = [
             {"link": contact.link, "point": contact.point} for contact in simulation.contacts
@@ -144,39 +145,6 @@ def _stand(conversion: Conversion, rise: float) -> None:
     if abs(rise) > ROUNDING:
         way = f"{abs(rise):.4g} m {'higher' if rise > 0.0 else 'lower'}"
         conversion.note("stand", f"the base starts {way}, so that the robot touches the ground")
-
-
-def _check_balance(conversion: Conversion, placement: Placement, places: list[Vec]) -> None:
-    """Warn if the centre of mass is not over the polygon of the contact points."""
-    import numpy as np
-
-    total, moment = 0.0, np.zeros(3)
-    for body in conversion.mbs.bodies:
-        mass, (xyz, rot) = body.mass or 0.0, placement.bodies[body.name]
-        total += mass
-        moment += mass * np.array(add(xyz, rotate(rot, body.com or ZERO)))
-    if not total:
-        return
-    up = np.array(conversion.state(Simulation).up)
-    points = np.array(places) - moment / total
-    points -= np.outer(points @ up, up)
-    # the place nearest to the centre of mass on any line between two points
-    lines = points[None] - points[:, None]
-    lengths = np.maximum((lines**2).sum(axis=2), 1e-300)
-    shares = np.clip(-(points[:, None] * lines).sum(axis=2) / lengths, 0.0, 1.0)
-    near = (points[:, None] + shares[..., None] * lines).reshape(-1, 3)
-    x, y, z = way = near[np.argmin((near**2).sum(axis=1))]
-    away = float(np.linalg.norm(way))
-    # the centre of mass is outside if all points are beyond the nearest place
-    if away > 1e-3 and (points @ way >= away**2 * (1 - 1e-9)).all():
-        conversion.warn(
-            "contacts-balance",
-            f"the centre of mass is not over the contact points, but {away:.3g} m beside them: "
-            "the robot falls",
-            hint="give a start position with its feet under it, 'passes: {posture: {joints: "
-            f"{{NAME: VALUE}}}}}}': it must come ({x + 0.0:.3g}, {y + 0.0:.3g}, {z + 0.0:.3g}) m "
-            "nearer",
-        )
 
 
 def _add_law(conversion: Conversion, options: Contacts) -> None:

@@ -258,10 +258,11 @@ def test_a_mesh_that_cannot_be_used_is_told(tmp_path: Path) -> None:
     ("places", "base", "gravity", "away"),
     [
         ("1 1, 1 -1, -1 0", "floating", DOWN, 0.0), ("1 1, 1 -1", "floating", DOWN, 1.0),
-        ("-0.5 1, -0.5 -1", "floating", DOWN, -0.5), ("0 1, 0 -1", "floating", DOWN, 0.0),
-        ("0 0", "floating", DOWN, 0.0), ("0.0008 1, 0.0008 -1", "floating", DOWN, 0.0),
+        ("-0.5 1, -0.5 -1", "floating", DOWN, -0.5),
         ("0.002 1, 0.002 -1", "floating", DOWN, 0.002),
         ("1 1, 1 -1", "fixed", DOWN, 0.0), ("1 1, 1 -1", "floating", WEIGHTLESS, 0.0),
+        # the centre of the triangle is at 1 in x: this is more than a fifth of the way there
+        ("-0.26 1, -0.26 -1, 3.52 0", "floating", DOWN, 0.0),
     ],
 )  # fmt: skip
 def test_a_robot_falls_whose_mass_is_not_over_the_polygon(
@@ -280,6 +281,23 @@ def test_a_robot_falls_whose_mass_is_not_over_the_polygon(
     if base == "floating" and any(gravity):  # without a leg, it sinks in by a thousandth of a metre
         stiffness = models(result.mbs)["contact"]["stiffness"]
         assert stiffness == pytest.approx(2 * 9.81 / len(at) / 0.001, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("places", "away"),
+    [("0 1, 0 -1", 0.0), ("0 0", 0.0), ("0.0008 1, 0.0008 -1", 0.0008),
+     ("-0.24 1, -0.24 -1, 3.48 0", 0.24)],
+)  # fmt: skip
+def test_a_robot_must_step_whose_mass_is_near_the_edge(places: str, away: float) -> None:
+    """Less than a fifth of the way to the middle of its feet, whose corners in the air do not
+    count."""
+    at = [[*map(float, place.split()), 0.0] for place in places.split(", ")]
+    points = {"points": {"a": [*at, [-9, 9, 0.5], [-9, -9, 0.5]]}}
+    text = robot(link("a", SOLID.replace("0.1 -0.2 0.3", "0 0 1")))
+    result = convert_text(text, base="floating", passes={"contacts": points})
+    [said] = [found.message for found in result.diagnostics if found.code == "contacts-balance"]
+    assert f"is only {away:.3g} m from the edge" in said
+    assert "cannot stand without a controller that steps" in said
 
 
 @pytest.mark.parametrize(("height", "count"), [(0.008, 4), (0.016, 3)])
