@@ -68,7 +68,7 @@ def conversion(source: Path, pipeline: str) -> tuple[float, float, float]:
     result.write()
     seconds = process_time() - start
     peak = peak_memory() / 1e6
-    if result.conversion.rejected:
+    if result.conversion.checked.rejected:
         raise SystemExit("not the same robot")
     return seconds, peak, len(result.data) / 1e6
 

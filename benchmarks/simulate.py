@@ -59,7 +59,7 @@ def project(name: str, folder: Path, languages: list[Any]) -> Path:
     conversion = Pipeline(config, lines, installed_plugins=False).run()
     points = POINTS.get(name)
     contacts = {"points": points} if points is not None else {"links": find(conversion).feet}
-    if conversion.floating and any(contacts.values()):
+    if conversion.base.floating and any(contacts.values()):
         passes: dict[str, Any] = {
             "contacts": contacts,
             "posture": {"hold": yaml.safe_load(HOLD), "joints": POSES.get(name, {})},

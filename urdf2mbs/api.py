@@ -46,7 +46,7 @@ class Result:
         written by urdf2mbs: ``force`` replaces these, too.
         """
         write(self.conversion, force=force)
-        return self.conversion.rejected or self.conversion.settings.output
+        return self.conversion.written
 
     @property
     def mbs(self) -> Mbs:
@@ -56,7 +56,7 @@ class Result:
     def data(self) -> bytes:
         """The .mbs file."""
         conversion = self.conversion
-        return conversion.files[conversion.rejected or conversion.settings.output]
+        return conversion.files[conversion.written]
 
     @property
     def robot(self) -> Robot:
@@ -195,12 +195,12 @@ def _verify(
         models=None if other is None else mbs.user_models,
         gravity=gravity, tolerance=tolerance,
     )  # fmt: skip
-    for change in conversion.changed:
+    for change in conversion.checked.changed:
         changed = f"what {change.by} changed: {describe(change.changes)}"
         proof.but_for[changed] = "on purpose, as the certificate says"
     if other is not None:
         _compare_followers(robot, other, found, proof)
-    inserted = conversion.inserted or ""
+    inserted = conversion.base.inserted or ""
     floating_base = found.joints.get(inserted, ())
     if base == "auto" and floating_base and fixed_to_world(robot, inserted):
         said = "the robot is fixed to the world, and the base of the .mbs floats"

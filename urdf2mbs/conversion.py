@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from fnmatch import fnmatchcase
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal, TypeVar
 
@@ -15,7 +16,7 @@ from urdf2mbs.messages.diagnostics import ConfigError, Diagnostic, nearest
 from urdf2mbs.proof.verdict import Proof
 from urdf2mbs.spatial import IDENTITY, Pose, Rot, Turn, Vec, compose, rpy_turns
 from urdf2mbs.urdf.changes import RobotChange
-from urdf2mbs.urdf.model import Extension, Joint, Robot
+from urdf2mbs.urdf.model import Joint, Robot
 from urdf2mbs.urdf.packages import Packages
 from urdf2mbs.urdf.reader import Expansion
 
@@ -158,17 +159,6 @@ class File(bytes):
         return file
 
 
-class _Starters(dict[Path, bytes]):
-    """What ``conversion.starters`` was: a file that is put in becomes a starter."""
-
-    def __init__(self, files: dict[Path, bytes]) -> None:
-        super().__init__()
-        self.files = files
-
-    def __setitem__(self, path: Path, data: bytes) -> None:
-        self.files[path] = File(data, "starter")
-
-
 class Use(msgspec.Struct, frozen=True):
     """What a sensor or an external force of the .mbs is for."""
 
@@ -191,6 +181,37 @@ class Summary(msgspec.Struct):
     """For a page: the title, the heads of the columns, and the rows."""
 
 
+class Input(msgspec.Struct):
+    """The robot as it was given."""
+
+    data: bytes = b""
+    """The file of the robot, as it was read."""
+    expansion: Expansion | None = None
+    """What xacro made of the file; None where there is no xacro in it."""
+
+
+class Base(msgspec.Struct):
+    """What insert-base decided."""
+
+    floating: bool = False
+    reason: str = ""
+    """Why the base floats or not, in a word or two."""
+    inserted: str | None = None
+    """The joint, and with it the link above it, that was added to the robot."""
+
+
+class Checked(msgspec.Struct):
+    """What was found of the robot and the .mbs; for reading, but by ``check``."""
+
+    changed: list[RobotChange] = []
+    """What passes and hooks have changed of the robot since ``expand`` read it."""
+    proof: Proof | None = None
+    proven: bytes | None = None
+    """The very bytes that were compared."""
+    rejected: Path | None = None
+    """Where the .mbs goes instead, as it is not the same robot."""
+
+
 class Conversion(msgspec.Struct, eq=False, dict=True):  # plugins keep attributes of their own
     """One robot on its way from URDF to .mbs; every pass reads and writes this.
 
@@ -198,66 +219,54 @@ class Conversion(msgspec.Struct, eq=False, dict=True):  # plugins keep attribute
     """
 
     settings: Settings
-    packages: Packages
-    """The folders of ROS packages."""
+    input: Input = msgspec.field(default_factory=Input)
     robot: Robot = msgspec.field(default_factory=lambda: Robot(name=""))
-    source: bytes = b""
-    """The file of the robot, as it was read."""
-    expansion: Expansion | None = None
-    """What xacro made of the source; None where there is no xacro in it."""
-    estimated: list[str] | None = None
-    """The links whose inertia is an estimate; None: no estimate was asked for."""
-    floating: bool = False
-    base_reason: str = ""
-    """Why the base floats or not, in a word or two."""
-    inserted: str | None = None
-    """The joint, and with it the link above it, that insert-base added to the robot."""
+    base: Base = msgspec.field(default_factory=Base)
     segments: dict[str, Segment] = {}
     aligned: bool = False
     """True if the frames of bodies are turned along their joints, not the URDF's."""
     mbs: model.Mbs = msgspec.field(default_factory=lambda: model.Mbs(name=""))
     names: Names = msgspec.field(default_factory=Names)
-    frozen: dict[str, str] = {}
-    """Moving URDF joints that are not in the .mbs, and why; held at zero."""
-    weightless: set[str] = set()
-    """The joints of ``frozen`` that are left out because nothing that they move has mass."""
     frames: dict[str, model.LinkFrame] = {}
     """Where each URDF link's frame is, by link name (filled by assign-names)."""
+    frozen: dict[str, str] = {}
+    """Moving URDF joints that are not in the .mbs, and why; held at zero."""
     meshes: dict[str, str] = {}
     """Mesh files as the URDF names them, and the stem that each one's .wrl gets."""
-    kept: dict[str, set[str]] = {}
-    """Code of a note of ``left-out``: the URDF joints whose property has found a place."""
-    used: list[Extension] = []
-    """The elements of other programs in which a pass has found something."""
-    stop_frequency: float | None = None
-    """Stiffness (Hz) of the soft stops of a project; None: it has no stops."""
-    driven: list[model.Joint] = []
-    """The followers that user code moves, on purpose."""
     files: dict[Path, bytes] = {}
     """What is written once all passes are done; each may be a ``File``."""
-    edited: dict[str, None] = {}
-    """The files whose edits make the .mbs another robot than the URDF's."""
-    added: dict[str, str] = {}
-    """What people added to the .mbs: each thing, and where."""
+    checked: Checked = msgspec.field(default_factory=Checked)
     diagnostics: list[Diagnostic] = []
-    rejected: Path | None = None
-    """Where the .mbs goes instead, when ``check`` found that it is not the same robot."""
-    changed: list[RobotChange] = []
-    """What passes and hooks have changed of the robot since ``expand`` read it."""
-    proof: Proof | None = None
-    """What ``check`` found."""
-    proven: bytes | None = None
-    """The very bytes that ``check`` read."""
     report: dict[str, Any] = {}
     """What passes add to the report, each under its own name; no pass reads it."""
-    progress: Callable[[str], None] = lambda text: None
-    """Called by passes that take long, with what they are at."""
-    hook: Any = None
-    """The hooks of all plugins."""
-    find: Callable[[str], Any] = lambda name: None
-    """What a plugin has under a name (``urdf2mbs_api``); None: there is no such plugin."""
     states: dict[type, Any] = {}
     """What plugins know, by class."""
+    pipeline: Any = None
+    """What runs the passes; None in a test of one pass."""
+
+    @cached_property
+    def packages(self) -> Packages:
+        """The folders of ROS packages."""
+        return Packages(self.settings.packages, self.settings.source)
+
+    @property
+    def hook(self) -> Any:
+        """The hooks of all plugins."""
+        return self.pipeline.plugins.hook
+
+    def find(self, name: str) -> Any:
+        """What a plugin has under a name (``urdf2mbs_api``); None: there is no such plugin."""
+        return self.pipeline and self.pipeline.plugins.find(name)
+
+    def progress(self, text: str) -> None:
+        """Say what a pass that takes long is at."""
+        if self.pipeline:
+            self.pipeline.progress(text)
+
+    @property
+    def written(self) -> Path:
+        """Where the .mbs goes."""
+        return self.checked.rejected or self.settings.output
 
     def state(self, kind: type[S]) -> S:
         """The plugin's own object of this class; made when it is asked for first.
@@ -270,23 +279,6 @@ class Conversion(msgspec.Struct, eq=False, dict=True):  # plugins keep attribute
         found: S = self.states[kind]
         return found
 
-    def __getattr__(self, name: str) -> Any:
-        """What plugins of version 1 of the door may still ask for, with a warning."""
-        now = {
-            "simulation": "conversion.state(simulation.Simulation)",
-            "starters": "conversion.files[path] = File(data, 'starter')",
-        }
-        if name not in now:
-            raise AttributeError(f"a conversion has no '{name}'")
-        import warnings
-
-        warnings.warn(
-            f"conversion.{name} goes: write {now[name]}", DeprecationWarning, stacklevel=2
-        )
-        if name == "starters":
-            return _Starters(self.files)
-        return self.state(self.find(name).Simulation)
-
     def files_of(self, *kinds: str) -> dict[Path, bytes]:
         """The files of these kinds."""
         return {
@@ -298,7 +290,7 @@ class Conversion(msgspec.Struct, eq=False, dict=True):  # plugins keep attribute
     @property
     def expanded(self) -> bytes | None:
         """The URDF that xacro made of the source; None where there is no xacro in it."""
-        return None if self.expansion is None else self.expansion.text
+        return None if self.input.expansion is None else self.input.expansion.text
 
     def regroup(self, segments: dict[str, Segment]) -> None:
         """Make these the segments, the ground first; their bodies are the bodies of ``mbs``."""

@@ -20,6 +20,7 @@ _NAMES = {
     "mbs.model": ["LinkFrame"],
     "messages.diagnostics": ["ConfigError", "ConversionError", "Diagnostic", "nearest"],
     "proof.verdict": ["Difference"],
+    "states": ["Estimates", "JointModels", "OnPurpose", "Placed"],
 }  # fmt: skip
 #: Modules by the names that they have here.
 _MODULES = {"mbs": "mbs.model", "spatial": "spatial", "urdf": "urdf.model"}

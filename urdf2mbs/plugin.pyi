@@ -22,6 +22,10 @@ from urdf2mbs.messages.diagnostics import ConversionError as ConversionError
 from urdf2mbs.messages.diagnostics import Diagnostic as Diagnostic
 from urdf2mbs.messages.diagnostics import nearest as nearest
 from urdf2mbs.proof.verdict import Difference as Difference
+from urdf2mbs.states import Estimates as Estimates
+from urdf2mbs.states import JointModels as JointModels
+from urdf2mbs.states import OnPurpose as OnPurpose
+from urdf2mbs.states import Placed as Placed
 from urdf2mbs.urdf import model as urdf
 from urdf2mbs_project import simulation as simulation
 

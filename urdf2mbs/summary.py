@@ -12,6 +12,7 @@ from urdf2mbs.mbs.model import LinkFrame
 from urdf2mbs.messages.diagnostics import Diagnostic, counted
 from urdf2mbs.proof.verdict import NOT_CHECKED, Proof
 from urdf2mbs.spatial import Vec
+from urdf2mbs.states import Placed
 from urdf2mbs.urdf.changes import RobotChange, describe
 
 #: The reasons of ``base: auto`` that may be wrong.
@@ -97,10 +98,10 @@ class Report(msgspec.Struct):
 
 def verdict(conversion: Conversion) -> str:
     """Whether the .mbs is the same robot, in words."""
-    proof = conversion.proof
+    proof = conversion.checked.proof
     if proof is None:
         return NOT_CHECKED
-    changes = [f"what {c.by} changed: {describe(c.changes)}" for c in conversion.changed]
+    changes = [f"what {c.by} changed: {describe(c.changes)}" for c in conversion.checked.changed]
     return proof.in_words(changes)
 
 
@@ -108,14 +109,14 @@ def report(conversion: Conversion) -> Report:
     """What became of the robot, counted in the .mbs as the last pass left it."""
     mbs, robot = conversion.mbs, conversion.robot
     natures = Counter(joint.nature for body in mbs.bodies for joint in body.joints)
-    inserted = 1 if conversion.inserted else 0
+    inserted = 1 if conversion.base.inserted else 0
     base, floating_joints = _floating(conversion)
     return Report(
         robot=robot.name,
         source=str(conversion.settings.source),
         output=str(conversion.settings.output),
         base=base,
-        base_reason=conversion.base_reason,
+        base_reason=conversion.base.reason,
         floating_joints=floating_joints,
         links=len(robot.links) - inserted,
         bodies=len(mbs.bodies),
@@ -130,10 +131,10 @@ def report(conversion: Conversion) -> Report:
         numbers=mbs.numbers(),
         frames=conversion.frames,
         frozen=conversion.frozen,
-        changed=conversion.changed,
+        changed=conversion.checked.changed,
         left_out=left_out(conversion),
         verdict=verdict(conversion),
-        proof=conversion.proof,
+        proof=conversion.checked.proof,
         diagnostics=conversion.diagnostics,
         passes=conversion.report,
     )  # fmt: skip
@@ -155,7 +156,7 @@ def left_out(conversion: Conversion) -> dict[str, dict[str, dict[str, Any]]]:
 
     A limit that is not there, as it is infinite or could not be read, is None.
     """
-    kept = conversion.kept
+    kept = conversion.state(Placed).joints
     left_out: dict[str, dict[str, dict[str, Any]]] = {}
     for joint in conversion.robot.joints.values():
         parts = {
@@ -193,6 +194,6 @@ def _floating(conversion: Conversion) -> tuple[str, list[str]]:
         if all(natures.get(n) == "independent" for n in names):
             if joint.parent in rigid:
                 base = "floating"
-            if joint.name != conversion.inserted and names:
+            if joint.name != conversion.base.inserted and names:
                 own.append(joint.name)
     return base, own

@@ -77,10 +77,10 @@ def convert_one(job: Job) -> Outcome:
         outcome = failed(job, error.diagnostic(), error.exit_code)
         outcome.diagnostics = error.said
         return outcome
-    output = conversion.rejected or conversion.settings.output
+    output = conversion.written
     return Outcome(
         job.number, job.source, str(output) if output in conversion.files else None,
-        job.values, 0 if conversion.rejected is None else 3, report(conversion),
+        job.values, 0 if conversion.checked.rejected is None else 3, report(conversion),
     )  # fmt: skip
 
 

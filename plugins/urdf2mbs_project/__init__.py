@@ -96,7 +96,8 @@ def urdf2mbs_extension(
 
 @hookimpl
 def urdf2mbs_summary(conversion: Conversion) -> Summary | None:
-    if not conversion.states:
+    # without a state of ours there is nothing to say, and nothing to import
+    if not any(kind.__module__.startswith("urdf2mbs_project") for kind in conversion.states):
         return None
     from urdf2mbs_project.summary import summarise
 

@@ -57,7 +57,7 @@ def make(conversion: Conversion) -> Page:
     stands for it.  Raises ConfigError where no .mbs was made.
     """
     settings = conversion.settings
-    output = conversion.rejected or settings.output
+    output = conversion.written
     if output not in conversion.files:
         raise ConfigError(
             "no-mbs", "there is no .mbs to report on: no pass has made it",

@@ -136,7 +136,7 @@ def lost(conversion: Conversion) -> str:
 
 def proof(conversion: Conversion) -> str:
     """What was compared, and what differs."""
-    found = conversion.proof
+    found = conversion.checked.proof
     if found is None:
         return (
             f'<p class="note">{NOT_CHECKED}: the pass <code>check</code> is not in the '
@@ -148,11 +148,11 @@ def proof(conversion: Conversion) -> str:
         f"{escape(verdict(conversion))}."
         if found.same
         else "<b>The .mbs is not the same robot as the URDF.</b> It was written as "
-        f"{escape(conversion.rejected.name if conversion.rejected else '')}."
+        f"{escape(conversion.checked.rejected.name if conversion.checked.rejected else '')}."
     )
     changed = [
         plain(one.by, change.kind, change.name, _short(change.before), _short(change.after))
-        for one in conversion.changed
+        for one in conversion.checked.changed
         for change in one.changes
     ]
     return (

@@ -67,14 +67,15 @@ def state(conversion: Conversion) -> dict[str, Any]:
     c = conversion
     files = c.files_of("orphans", "ours", "base")
     everything = {
-        "robot": c.robot, "floating": c.floating, "segments": c.segments, "mbs": c.mbs,
+        "robot": c.robot, "floating": c.base.floating, "segments": c.segments, "mbs": c.mbs,
         "names": c.names, "frames": c.frames, "frozen": c.frozen, "meshes": c.meshes,
         # a name of a file may be no text
         "files": {
             path.name.encode("utf-8", "backslashreplace").decode(): f"{len(data)} bytes"
             for path, data in files.items()
         },
-        "changed": c.changed, "proof": c.proof, "report": c.report, "diagnostics": c.diagnostics,
+        "changed": c.checked.changed, "proof": c.checked.proof, "report": c.report,
+        "diagnostics": c.diagnostics,
     }  # fmt: skip
     return {name: plain for name, value in everything.items() if (plain := _plain(value))}
 

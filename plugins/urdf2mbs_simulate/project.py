@@ -87,9 +87,9 @@ def with_project(config: Config, folder: Path) -> Config:
 def make(conversion: Conversion, *, force: bool = False) -> Path:
     """Write a project; gives its .mbs.  Raises ConversionError if it is not the same robot."""
     write(conversion, force=force)
-    if conversion.rejected is not None:
+    if conversion.checked.rejected is not None:
         error = ConversionError(
-            "not-the-same", f"the .mbs is not the same robot: see '{conversion.rejected}'",
+            "not-the-same", f"the .mbs is not the same robot: see '{conversion.checked.rejected}'",
             hint="urdf2mbs report, in place of simulate, shows where they differ",
         )  # fmt: skip
         error.exit_code = 3

@@ -109,11 +109,11 @@ def test_help_imports_no_heavy_package() -> None:
     ("program", "rooms"),
     [
         ("from urdf2mbs import convert",
-         "api config conversion disk engine hookspecs mbs messages passes proof ranges spatial "
+         "api config conversion disk engine hookspecs mbs messages passes proof ranges spatial states "
          "summary urdf"),
         ("import urdf2mbs; urdf2mbs.convert('plain.urdf').write()",
          "api config conversion diagram disk engine hookspecs mbs messages passes plugin proof "
-         "ranges spatial summary urdf edits.merge edits.passes.merge edits.passes "
+         "ranges spatial states summary urdf edits.merge edits.passes.merge edits.passes "
          "edits.merge.base project.passes project.passes.find_singular project.singular "
          "project.simulation"),
     ],

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -9,10 +10,11 @@ import pytest
 
 import urdf2mbs
 from presets import PRESETS
-from urdf2mbs import convert, plugin
+from urdf2mbs import convert, plugin, states
 from urdf2mbs.cli import main
 from urdf2mbs.config.model import config_of
 from urdf2mbs.engine.pipeline import Pipeline
+from urdf2mbs.engine.version_1 import MOVED
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
 from urdf2mbs.testing import convert_text
@@ -118,8 +120,19 @@ def test_what_version_1_offered_still_works_and_warns(tmp_path: Path) -> None:
     with pytest.warns(DeprecationWarning, match=r"conversion.starters goes: write .*'starter'"):
         conversion.starters[tmp_path / "mine.txt"] = b"mine"
     assert conversion.files_of("starter") == {tmp_path / "mine.txt": b"mine"}
-    with pytest.raises(AttributeError, match="a conversion has no 'nosuch'"):
-        conversion.nosuch  # noqa: B018
+
+
+@pytest.mark.parametrize(("name", "now"), MOVED.items())
+def test_a_field_that_moved_is_read_and_written_by_its_old_name(name: str, now: str) -> None:
+    """And the warning names the line that asks, not ours."""
+    conversion, sought = convert_text().conversion, object()
+    says = re.escape(f"conversion.{name} goes: write conversion.{now}")
+    with pytest.warns(DeprecationWarning, match=says) as written:
+        setattr(conversion, name, sought)
+    assert eval(f"conversion.{now}", {**vars(states), "conversion": conversion}) is sought
+    with pytest.warns(DeprecationWarning, match=says) as read:
+        assert getattr(conversion, name) is sought
+    assert {warning.filename for warning in [*written, *read]} == {__file__}
 
 
 def test_a_plugin_keeps_a_state_and_tells_it_in_the_summary(
@@ -151,7 +164,7 @@ def test_a_plugin_keeps_what_it_knows_on_the_conversion(tmp_path: Path) -> None:
         "        conversion.scaled = self.link\n        conversion.robot",
     )
     result = convert_text(plugins=[write(tmp_path, text)], after={"expand": "scale"})
-    assert vars(result.conversion) == {"scaled": "arm"}
+    assert result.conversion.scaled == "arm"
 
 
 @pytest.mark.skipif("compact" not in PRESETS, reason="the plugin compact is away")

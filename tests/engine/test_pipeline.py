@@ -181,7 +181,7 @@ def test_the_tiny_robot_has_what_it_promises() -> None:
     result = convert_text()
     assert_same_robot(result)
     assert len(next(b for b in result.mbs.bodies if b.name == "hand").joints) == 4
-    assert convert_text(base="fixed").conversion.floating is False
+    assert convert_text(base="fixed").conversion.base.floating is False
 
 
 def test_another_robot_is_not_the_same() -> None:

@@ -175,5 +175,5 @@ def test_a_name_of_millions_of_letters(tmp_path: Path) -> None:
     (tmp_path / "r.urdf").write_text(GOOD.replace('"j"', f'"{name}"'))
     result = convert(tmp_path / "r.urdf")
     assert list(result.robot.joints)[-1] == name
-    assert result.conversion.proof is not None
-    assert result.conversion.proof.same
+    assert result.conversion.checked.proof is not None
+    assert result.conversion.checked.proof.same

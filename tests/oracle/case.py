@@ -64,14 +64,14 @@ class Case:
         self.gravity, self.robot = conversion.settings.config.gravity, conversion.robot
         self.found: dict[str, tuple[float, str]] = {}
         names, joints = conversion.names.coordinates, data.joint_id
-        urdf = Urdf.parse(conversion.expanded or conversion.source)
+        urdf = Urdf.parse(conversion.expanded or conversion.input.data)
         self.urdf = Reference(
-            urdf, floating=conversion.inserted in names, frozen=[*conversion.frozen],
+            urdf, floating=conversion.base.inserted in names, frozen=[*conversion.frozen],
             gravity=self.gravity,
         )  # fmt: skip
         numbers = np.zeros(len(self.urdf.system.nodes), int)
         for joint, own in self.urdf.coordinates.items():
-            theirs = names[conversion.inserted if joint == FLOATING_BASE else joint]
+            theirs = names[conversion.base.inserted if joint == FLOATING_BASE else joint]
             numbers[[self.urdf.system.index[name] for name in own]] = [joints[n] for n in theirs]
         #: Robotran's numbers of the joints that move.
         self.moving = [number for number in numbers.tolist() if number]

@@ -32,7 +32,7 @@ def prove(case: Case) -> None:
         wanted = min(max(wanted, low), high) if options.inside else wanted
         case.compare(f"joint '{name}': its start", wanted, q[number], "rad or m", 1.0)
     contacts = case.simulation.contacts
-    if case.conversion.inserted is not None and ground and ground.stand and contacts:
+    if case.conversion.base.inserted is not None and ground and ground.stand and contacts:
         case.go(0)
         up = case.simulation.up
         places = [case.in_mbs(c.point.extforce.name) for c in contacts if c.point.extforce]

@@ -50,7 +50,7 @@ def test_the_same_robot() -> None:
         assert found.same is True
         assert found.differences == []
         assert max(found.largest.values()) < 1e-14
-        assert result.conversion.rejected is None
+        assert result.conversion.checked.rejected is None
         assert [*result.conversion.files_of("ours")] == [result.conversion.settings.output]
 
 
@@ -71,8 +71,8 @@ def test_another_robot_is_rejected(old: str, new: str, kind: str) -> None:
     assert found.same is False
     assert found.largest[kind] > 1e-9
     output = result.conversion.settings.output
-    assert result.conversion.rejected == output.with_suffix(".rejected.mbs")
-    assert [*result.conversion.files_of("ours")] == [result.conversion.rejected]
+    assert result.conversion.checked.rejected == output.with_suffix(".rejected.mbs")
+    assert [*result.conversion.files_of("ours")] == [result.conversion.checked.rejected]
 
 
 @pytest.mark.parametrize("values", [(0.0698, 3.0718), (-0.0698, -3.0718), (-3.0718, 0.0698)])
@@ -87,7 +87,7 @@ def test_limits_that_a_pass_exchanges_are_another_robot(values: tuple[float, flo
             own.values = (str(value),)
     """
     result = spoil(code, "joint-parameters", text)
-    assert result.conversion.rejected is not None
+    assert result.conversion.checked.rejected is not None
     wanted = zip((-3.0718, -0.0698), values, strict=True)
     assert [(d.kind, d.joint, d.urdf, d.mbs) for d in result.report.proof.differences] == [
         ("parameter", "shoulder", urdf, str(mbs)) for urdf, mbs in wanted if urdf != mbs
@@ -135,5 +135,5 @@ def test_a_change_that_no_pass_declares_is_a_difference(writes: str, kinds: list
 def test_a_file_that_is_no_mbs_is_neither_read_nor_merged(tmp_path: Path) -> None:
     output = tmp_path / "tiny.txt"
     result = convert_text(TINY, output=output)
-    assert result.conversion.proof.same
+    assert result.conversion.checked.proof.same
     assert list(result.conversion.files) == [output]

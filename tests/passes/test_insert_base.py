@@ -15,7 +15,7 @@ def based(*elements: str, base: str = "auto") -> Result:
 
 def added(result: Result) -> tuple[str, str, str] | None:
     """Parent, type and child of the joint that was put in."""
-    name = result.conversion.inserted
+    name = result.conversion.base.inserted
     if name is None:
         return None
     found = result.robot.joints[name]
@@ -55,7 +55,7 @@ def test_which_base(
     elements: tuple[str, ...], base: str, floats: bool, joint_added: object, why: str
 ) -> None:
     result = based(*elements, base=base)
-    assert result.conversion.floating is floats
+    assert result.conversion.base.floating is floats
     assert added(result) == joint_added
     (told,) = [found for found in result.diagnostics if found.code == "base"]
     assert told.level == "note"
@@ -108,8 +108,8 @@ def test_a_base_that_may_well_be_guessed_wrong_is_a_warning(
 ) -> None:
     """An arm is bolted down; its root has mass, and nothing ties the root to the world."""
     result = based(*elements)
-    assert result.conversion.base_reason == reason
-    assert result.conversion.floating is (reason == "free root")
+    assert result.conversion.base.reason == reason
+    assert result.conversion.base.floating is (reason == "free root")
     (told,) = [found for found in result.diagnostics if found.code.startswith("base")]
     assert (told.code, told.level) == (("base-guessed", "warning") if loud else ("base", "note"))
     other = "fixed" if reason == "free root" else "floating"
@@ -140,5 +140,5 @@ def test_names_that_are_taken_get_a_number() -> None:
     elements = (A, link("ground"), link("ground_2", SOLID))
     joints = (joint("a", "ground", name="floating_base"), joint("a", "ground_2"))
     result = based(*elements, *joints)
-    assert result.conversion.inserted == "floating_base_2"
+    assert result.conversion.base.inserted == "floating_base_2"
     assert result.robot.root() == "ground_3"

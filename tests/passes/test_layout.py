@@ -11,7 +11,6 @@ from urdf2mbs.config.model import Config
 from urdf2mbs.conversion import Conversion, Settings
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.passes.layout import Layout
-from urdf2mbs.urdf.packages import Packages
 
 
 @pytest.mark.parametrize(
@@ -20,7 +19,7 @@ from urdf2mbs.urdf.packages import Packages
 )
 def test_the_report_names_the_style_that_was_used(mbs: Mbs, style: str, used: str) -> None:
     settings = Settings(Path("robot.urdf"), Path("robot.mbs"), Config(source=""))
-    conversion = Conversion(settings, Packages({}, settings.source), mbs=mbs)
+    conversion = Conversion(settings, mbs=mbs)
     Layout(style=style).run(conversion)  # type: ignore[arg-type]
     assert conversion.report["layout"] == {"style": used}
     assert set(centres(mbs)) == {"", *(body.name for body in mbs.bodies)}

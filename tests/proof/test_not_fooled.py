@@ -209,7 +209,7 @@ def test_counts_and_warnings_are_of_the_finished_mbs(tmp_path: Path, capsys: Any
 
 def test_an_earlier_warning_can_be_settled() -> None:
     made = convert_text().conversion
-    conversion = Conversion(made.settings, made.packages)
+    conversion = Conversion(made.settings)
     conversion.warn("a", "one", joint="j")
     conversion.warn("a", "two", joint="k")
     conversion.note("b", "three", link="l")

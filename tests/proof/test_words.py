@@ -192,13 +192,13 @@ def test_the_words_are_alike_on_the_terminal_and_in_json(tmp_path: Path, capsys:
 
 
 OVERREACH = {
-    "the verdict": "conversion.proof = None",
-    "what the verdict says": "conversion.proof.largest.clear()",
+    "the verdict": "conversion.checked.proof = None",
+    "what the verdict says": "conversion.checked.proof.largest.clear()",
     "the settings": "conversion.settings = msgspec.structs.replace("
     "conversion.settings, output=conversion.settings.source)",
-    "the list of changes": "conversion.changed.append(None)",
-    "where a rejected file goes": "conversion.rejected = conversion.settings.output",
-    "the bytes that were checked": "conversion.proven = b''",
+    "the list of changes": "conversion.checked.changed.append(None)",
+    "where a rejected file goes": "conversion.checked.rejected = conversion.settings.output",
+    "the bytes that were checked": "conversion.checked.proven = b''",
 }
 
 

@@ -794,8 +794,8 @@ def test_a_thousand_links_in_a_row_or_on_one(chain: bool) -> None:
     ]
     result = convert_text("".join([*parts, "</robot>"]))
     assert len(result.mbs.bodies) >= 1999
-    assert result.conversion.proof is not None
-    assert result.conversion.proof.same
+    assert result.conversion.checked.proof is not None
+    assert result.conversion.checked.proof.same
 
 
 def test_a_loop_and_roots_among_a_thousand_links() -> None:

@@ -76,4 +76,4 @@ def _pass_on(arguments: argparse.Namespace) -> int:
         tell(conversion, found, arguments.verbose)
         if data is not None:
             save(Path(STREAM), data)
-    return 0 if conversion.rejected is None else 3
+    return 0 if conversion.checked.rejected is None else 3

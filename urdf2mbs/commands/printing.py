@@ -103,7 +103,7 @@ TRIED = "tried: MBSysPad 1.8, MBsysC of 2017"
 
 def next_steps(conversion: Conversion, found: Report) -> str:
     """The two lines that say what to do with the files."""
-    if conversion.rejected is not None:
+    if conversion.checked.rejected is not None:
         return (
             "Next: see where they differ: urdf2mbs report, in place of run or convert\n"
             "      a plugin's pass that changes the robot on purpose says writes = ('robot',)"

@@ -69,7 +69,7 @@ def carry_out_one(config: Config, lines: Lines, arguments: argparse.Namespace) -
         _summarise(conversion, found, arguments)
         if conversion.files:
             print(next_steps(conversion, found))
-    return 0 if conversion.rejected is None else 3
+    return 0 if conversion.checked.rejected is None else 3
 
 
 def _show_plan(conversion: Conversion, arguments: argparse.Namespace) -> int:
@@ -93,11 +93,11 @@ def _show_plan(conversion: Conversion, arguments: argparse.Namespace) -> int:
             if paths:
                 print(f"  {does} files: {some(paths, 6)}")
         tell_diagnostics(conversion.diagnostics, arguments.verbose)
-    return 0 if conversion.rejected is None else 3
+    return 0 if conversion.checked.rejected is None else 3
 
 
 def _summarise(conversion: Conversion, found: Report, arguments: argparse.Namespace) -> None:
-    output = conversion.rejected or conversion.settings.output
+    output = conversion.written
     if output in conversion.files:
         print(f"{found.robot}: written to {near(output)}")
         tell(conversion, found, arguments.verbose)

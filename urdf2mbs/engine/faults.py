@@ -46,22 +46,22 @@ def hook_failed(
 
 def protected_state(conversion: Conversion) -> str:
     """The fields that a plugin must not change, as text that can be compared."""
-    c = conversion
-    return repr((c.settings, c.proof, c.rejected, c.changed, c.proven and hash(c.proven)))
+    c, found = conversion, conversion.checked
+    return repr((c.settings, found.proof, found.rejected, found.changed, hash(found.proven)))
 
 
 def check_protected(conversion: Conversion, before: str, who: str, plugin: str, file: str) -> None:
     """Raise ConversionError if a plugin's pass or hook has changed a protected field, or the file
     that was checked."""
     who = f"{who} of plugin '{plugin}'"
-    written = conversion.rejected or conversion.settings.output
     if protected_state(conversion) != before:
         raise ConversionError(
             "plugin-verdict",
             f"{who} changes what was asked for, or what 'check' has found", file=file,
-            hint="conversion.settings, .proof, .proven, .rejected and .changed are for reading",
+            hint="conversion.settings and conversion.checked are for reading",
         )  # fmt: skip
-    if conversion.proof is not None and conversion.files.get(written) != conversion.proven:
+    found, written = conversion.checked, conversion.written
+    if found.proof is not None and conversion.files.get(written) != found.proven:
         raise ConversionError(
             "plugin-output-broken",
             f"{who} changes the file: it is not the '{written.name}' that was checked", file=file,

@@ -26,15 +26,17 @@ from urdf2mbs.engine.resolve import Configured, resolve
 from urdf2mbs.engine.sections import find_changed, look
 from urdf2mbs.engine.settings import check_output, expand, settings_of
 from urdf2mbs.engine.tracebacks import FAILURES
+from urdf2mbs.engine.version_1 import keep_attributes
 from urdf2mbs.hookspecs import Pass
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, nearest
 from urdf2mbs.proof.verdict import NOT_CHECKED
 from urdf2mbs.urdf.changes import RobotChange, between, encode
-from urdf2mbs.urdf.packages import Packages
 from urdf2mbs.urdf.reader import is_name
 
 #: Ends an .mbs file that nobody compared with its URDF.
 _UNPROVEN = f"<!-- {NOT_CHECKED}: the pass 'check' was not in the pipeline -->\n".encode()
+
+keep_attributes()
 
 
 class Pipeline:
@@ -114,11 +116,9 @@ class Pipeline:
                 hint=nearest(stop_after, names) or f"there are: {', '.join(names)}",
             )  # fmt: skip
         settings = self.settings
-        conversion = Conversion(settings, Packages(settings.packages, settings.source))
+        conversion = Conversion(settings, pipeline=self)
         if before is not None:
-            conversion.source, conversion.expansion = before.source, before.expansion
-        conversion.progress = self._progress
-        conversion.hook, conversion.find = self.plugins.hook, self.plugins.find
+            conversion.input = before.input
         conversion.diagnostics += self.plugins.broken
         for plugin, brought in self._idle():
             conversion.warn(
@@ -137,13 +137,14 @@ class Pipeline:
         judge(conversion.diagnostics)
         output = settings.output
         data = conversion.files.get(output)
-        if conversion.proof is None and data is not None and output.suffix == ".mbs":
+        if conversion.checked.proof is None and data is not None and output.suffix == ".mbs":
             # behind the root: what stands before it is no place for a comment in every reader
             said = data.removesuffix(_UNPROVEN) + _UNPROVEN
             conversion.files[output] = File(said, replaces=getattr(data, "replaces", None))
         return conversion
 
-    def _progress(self, text: str) -> None:
+    def progress(self, text: str) -> None:
+        """Tell those who watch what a pass is at."""
         for hooks in self._hooks:
             hooks.urdf2mbs_progress(text=text)
 
@@ -287,7 +288,7 @@ def _note_change(
     conversion: Conversion, before: bytes, by: str, plugin: str, declared: bool
 ) -> None:
     """Keep what has changed of the robot since a snapshot; the base is no part of the URDF."""
-    robot, inserted = conversion.robot, conversion.inserted
+    robot, inserted = conversion.robot, conversion.base.inserted
     base = {inserted, robot.joints[inserted].parent} if inserted in robot.joints else set()
     try:
         after = encode(robot)
@@ -303,4 +304,4 @@ def _note_change(
         if not (change.kind in ("link-added", "joint-added") and change.name in base)
     ]
     if changes:
-        conversion.changed.append(RobotChange(by, plugin, declared, changes))
+        conversion.checked.changed.append(RobotChange(by, plugin, declared, changes))

@@ -66,8 +66,8 @@ def _layout(c: Conversion) -> Any:
 
 #: Each section, and what of a conversion stands in it.
 SECTIONS: dict[str, Callable[[Conversion], Any]] = {
-    "robot": lambda c: (c.robot, c.estimated),
-    "base": lambda c: (c.floating, c.inserted, c.mbs.base.gravity),
+    "robot": lambda c: c.robot,
+    "base": lambda c: (c.base.floating, c.base.inserted, c.mbs.base.gravity),
     "bodies": _bodies,
     "inertias": lambda c: [
         (body.mass, body.com, body.inertia) for body in c.mbs.bodies if body.mass is not None
@@ -83,7 +83,7 @@ SECTIONS: dict[str, Callable[[Conversion], Any]] = {
     "names": _names,
     "layout": _layout,
     "view": lambda c: c.mbs.view,
-    "mbs-file": lambda c: c.files.get(c.rejected or c.settings.output),
+    "mbs-file": lambda c: c.files.get(c.written),
 }
 
 #: The sections that may be empty: a pass that reads them needs no pass that writes them.

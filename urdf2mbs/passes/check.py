@@ -20,6 +20,7 @@ from urdf2mbs.proof.compare import compare
 from urdf2mbs.proof.pair import TOLERANCE
 from urdf2mbs.proof.verdict import Difference, Proof
 from urdf2mbs.ranges import Tolerance
+from urdf2mbs.states import OnPurpose
 from urdf2mbs.urdf.model import Robot
 
 
@@ -42,13 +43,14 @@ class Check(Pass):
             for link in conversion.robot.links
             if link not in conversion.frames
         )
-        proof.not_compared |= conversion.added
-        if conversion.edited:
-            proof.forgive(f"as edited in {' and '.join(conversion.edited)}")
-        conversion.proven, conversion.proof = data, proof
+        meant, checked = conversion.state(OnPurpose), conversion.checked
+        proof.not_compared |= meant.added
+        if meant.edited:
+            proof.forgive(f"as edited in {' and '.join(meant.edited)}")
+        checked.proven, checked.proof = data, proof
         if not proof.same:
-            conversion.rejected = output.with_suffix(f".rejected{output.suffix}")
-            conversion.files[conversion.rejected] = bytes(conversion.files.pop(output))
+            checked.rejected = output.with_suffix(f".rejected{output.suffix}")
+            conversion.files[checked.rejected] = bytes(conversion.files.pop(output))
 
 
 def prove(
@@ -60,17 +62,18 @@ def prove(
 ) -> Proof:
     """Compare the .mbs of a conversion with its robot, or with another; frames count, and so do
     changes of the robot that no pass declares."""
+    meant = conversion.state(OnPurpose)
     proof = compare(
         robot or conversion.robot, mbs, conversion.names.coordinates,
         frames=conversion.frames, frozen=conversion.frozen,
-        weightless=sorted(conversion.weightless & conversion.frozen.keys()),
-        driven=[joint.name for joint in conversion.driven], models=models,
+        weightless=sorted(meant.weightless & conversion.frozen.keys()),
+        driven=[joint.name for joint in meant.driven], models=models,
         gravity=conversion.settings.config.gravity, tolerance=tolerance,
     )  # fmt: skip
     proof.count_frames()
     proof.differ(
         Difference("changed", f"{change}, and does not say so by writes = ('robot',)")
-        for change in conversion.changed
+        for change in conversion.checked.changed
         if not change.declared
     )
     return proof

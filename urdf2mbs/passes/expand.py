@@ -15,17 +15,16 @@ class Expand(Pass):
     writes = ("robot",)
 
     def run(self, conversion: Conversion) -> None:
-        settings = conversion.settings
+        settings, given = conversion.settings, conversion.input
         args = settings.config.xacro_args
-        if not conversion.source:
+        if not given.data:
             trust = settings.config.trust_xacro
-            conversion.source = read_file(settings.source)
-            conversion.expansion = conversion.hook.urdf2mbs_read(
-                source=settings.source, data=conversion.source, packages=conversion.packages,
+            given.data = read_file(settings.source)
+            given.expansion = conversion.hook.urdf2mbs_read(
+                source=settings.source, data=given.data, packages=conversion.packages,
                 args=args, trust=trust,
             )  # fmt: skip
         conversion.robot, diagnostics = read_text(
-            settings.source, conversion.source, conversion.expansion, args,
-            conversion.hook.urdf2mbs_extension,
+            settings.source, given.data, given.expansion, args, conversion.hook.urdf2mbs_extension,
         )  # fmt: skip
         conversion.diagnostics += diagnostics

@@ -16,6 +16,7 @@ import msgspec
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.names import free_name
+from urdf2mbs.states import Estimates
 from urdf2mbs.urdf.model import Joint, Link, Robot
 
 #: A limb has at least so many moving joints; less may be a sensor or a cart.
@@ -34,7 +35,7 @@ class InsertBase(Pass):
         root = robot.root()
         welded, floating = _find_welded(robot, root)
         asked = conversion.settings.config.base
-        estimated = set(conversion.estimated or ())
+        estimated = set(conversion.state(Estimates).links or ())
 
         floats = guessed = False
         if floating is not None:
@@ -57,7 +58,7 @@ class InsertBase(Pass):
                 floats, reason = True, "free root"
                 why = f"nothing ties root link '{root}' to the world, and it has mass"
                 guessed = not wheels and (one or (moving > 0 and _stands_on(robot, welded)))
-        conversion.floating, conversion.base_reason = floats, reason
+        conversion.base.floating, conversion.base.reason = floats, reason
         kind = "floating" if floats else "fixed"
         text = why if floating else f"{kind} base: {why}"
         if guessed:
@@ -72,7 +73,7 @@ class InsertBase(Pass):
             taken = robot.links.keys() | robot.joints.keys()
             ground = free_name("ground", taken)
             joint = Joint(free_name(f"{kind}_base", taken), kind, ground, root)
-            conversion.inserted = joint.name
+            conversion.base.inserted = joint.name
             conversion.robot = msgspec.structs.replace(
                 robot,
                 links={ground: Link(ground), **robot.links},

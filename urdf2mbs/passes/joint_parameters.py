@@ -19,6 +19,7 @@ from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs import model as mbs
 from urdf2mbs.mbs.model import UserModel
 from urdf2mbs.messages.diagnostics import counted
+from urdf2mbs.states import JointModels, Placed
 from urdf2mbs.urdf.model import Joint
 
 #: The kinds that only a project applies.
@@ -38,13 +39,15 @@ class JointParameters(Pass):
     def run(self, conversion: Conversion) -> None:
         held = [(step.joint, joint) for step, joint in conversion.single_coordinates()]
         models = {kind: values for kind, values in _kinds(conversion, held).items() if values}
-        conversion.stop_frequency = self.stop_frequency if self.stops else None
+        written = conversion.state(JointModels)
+        written.values = models
+        written.stop_frequency = self.stop_frequency if self.stops else None
         conversion.mbs.user_models += [UserModel.of(*model) for model in models.items()]
         if models:
             conversion.report["joint-parameters"] = models
         names = {name for kind in DYNAMICS for name in models.get(kind, ())}
         sprung = {joint.name for joint, _ in held}
-        conversion.used += [
+        conversion.state(Placed).elements += [
             extension
             for extension in conversion.robot.extensions
             if "springStiffness" in extension.numbers and extension.reference in sprung
@@ -72,6 +75,7 @@ def _kinds(
             "calibration_rising", "calibration_falling",
         )
     }  # fmt: skip
+    placed = conversion.state(Placed).joints
     for joint, own in joints:
         limit, dynamics, calibration = joint.limit, joint.dynamics, joint.calibration
         safety = joint.safety_controller
@@ -80,7 +84,7 @@ def _kinds(
             ("calibration", calibration),
         ):  # fmt: skip
             if part is not None:
-                conversion.kept.setdefault(code, set()).add(joint.name)
+                placed.setdefault(code, set()).add(joint.name)
         values: dict[str, float | None] = {}
         if limit is not None:
             low, high = limit.lower, limit.upper

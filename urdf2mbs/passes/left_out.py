@@ -9,6 +9,7 @@ from __future__ import annotations
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.hookspecs import Pass
 from urdf2mbs.messages.diagnostics import counted, some
+from urdf2mbs.states import Placed
 
 #: Most accounts of Robotran's generator of equations allow so many.
 JOINTS, CUTS, SENSORS = 80, 30, 30
@@ -20,7 +21,7 @@ class LeftOut(Pass):
     def run(self, conversion: Conversion) -> None:
         # a fixed joint has no motion that could be damped or limited
         joints = [joint for joint in conversion.robot.joints.values() if joint.moves]
-        kept = conversion.kept
+        kept = conversion.state(Placed).joints
         _warn_of_free_followers(conversion)
         _note_size(conversion)
         lossy = [
@@ -43,7 +44,7 @@ class LeftOut(Pass):
             elif names:
                 conversion.note(code, message)
         tags: dict[str, int] = {}
-        used = set(map(id, conversion.used))
+        used = set(map(id, conversion.state(Placed).elements))
         for extension in conversion.robot.extensions:
             if id(extension) not in used:
                 tags[extension.tag] = tags.get(extension.tag, 0) + 1

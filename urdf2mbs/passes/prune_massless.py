@@ -12,6 +12,7 @@ from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.model import Body
 from urdf2mbs.messages.diagnostics import counted, some
 from urdf2mbs.spatial import HERE, ZERO, Pose, compose, inverse
+from urdf2mbs.states import Estimates, OnPurpose
 from urdf2mbs.urdf.model import JOINT_TYPES, Joint
 
 
@@ -86,7 +87,7 @@ def _warn_of_no_mass(conversion: Conversion) -> None:
         "NO DYNAMICS: no link has a mass or an inertia; the frames are kept, as bodies without "
         "mass, but the model cannot move by forces until masses are given",
         hint="estimate-inertia: {total_mass: KG} estimates them from the geometry"
-        if shown and conversion.estimated is None
+        if shown and conversion.state(Estimates).links is None
         else "give each link an <inertial>, or each body its mass in the .mbs",
     )
 
@@ -162,7 +163,7 @@ def _attach_frames(conversion: Conversion, order: list[Joint], needed: set[str])
         parts[joint.child] = (segment, at)
         if joint.moves:
             conversion.frozen[joint.name] = "nothing that it moves has mass"
-            conversion.weightless.add(joint.name)
+            conversion.state(OnPurpose).weightless.add(joint.name)
             held.append(joint)
     if held:
         _warn_of_held_joints(conversion, held)

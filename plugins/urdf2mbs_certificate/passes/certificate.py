@@ -18,6 +18,7 @@ from urdf2mbs.conversion import Conversion, File
 from urdf2mbs.hookspecs import Pass
 from urdf2mbs.proof.urdf_side import in_plane
 from urdf2mbs.spatial import unit
+from urdf2mbs.states import OnPurpose
 from urdf2mbs.urdf.model import JOINT_TYPES, Joint, Link, Origin
 
 if TYPE_CHECKING:
@@ -37,16 +38,16 @@ class Certificate(Pass):
 
     def run(self, conversion: Conversion) -> None:
         output, project = conversion.settings.output, conversion.settings.project
-        if output.suffix.lower() != ".mbs" or conversion.rejected is not None:
+        if output.suffix.lower() != ".mbs" or conversion.checked.rejected is not None:
             return
         path = output.with_suffix(".proof.json")
         wanted = self.write == "always" or (self.write == "project" and project is not None)
-        if conversion.proof is None or not wanted:
+        if conversion.checked.proof is None or not wanted:
             conversion.files[path] = File(kind="obsolete")
             return
         conversion.report["certificate"] = {"file": path.name}
         said = _certificate(conversion)
-        if conversion.edited:
+        if conversion.state(OnPurpose).edited:
             said["edited"] = _edited(conversion, said)
         conversion.files[path] = msgspec.json.format(msgspec.json.encode(said), indent=1) + b"\n"
 
@@ -86,8 +87,10 @@ def _changes(conversion: Conversion) -> Iterator[tuple[tuple[str, str | None], s
 
     A link or joint that was added is an element of the robot.
     """
-    robot, inserted = conversion.robot, conversion.inserted
-    changed = [(change.kind, change.name) for by in conversion.changed for change in by.changes]
+    robot, inserted = conversion.robot, conversion.base.inserted
+    changed = [
+        (change.kind, change.name) for by in conversion.checked.changed for change in by.changes
+    ]
     if inserted is not None and robot.joints[inserted].moves:
         changed += [("link-added", robot.joints[inserted].parent), ("joint-added", inserted)]
     for kind, name in dict.fromkeys(("inertial" if k in _INERTIAL else k, n) for k, n in changed):
@@ -151,6 +154,6 @@ def _edited(conversion: Conversion, said: dict[str, Any]) -> list[str]:
 
     model = conversion.files[conversion.settings.output]
     with suppress(ParseError, ValueError):  # the replay refuses what our reader mends
-        urdf = conversion.expanded or conversion.source
+        urdf = conversion.expanded or conversion.input.data
         return [*replay(urdf, model, msgspec.json.encode(said))[0]]
     return []

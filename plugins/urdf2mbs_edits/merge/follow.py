@@ -7,6 +7,7 @@ from typing import Any
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.mbs.model import Part
+from urdf2mbs.states import OnPurpose
 from urdf2mbs_edits.diff.changes import Change
 from urdf2mbs_edits.diff.matching import things
 
@@ -20,13 +21,14 @@ _COMPARED = frozenset(
 
 def follow(conversion: Conversion, names: Names, edits: Iterable[Change], where: str) -> None:
     """Let names, simulation and proof follow the edits that a file makes."""
+    meant = conversion.state(OnPurpose)
     for edit in edits:
         if edit.drawing:
             continue
         if edit.change == "added":
-            conversion.added[f"{edit.kind} '{edit.name}'"] = f"added in {where}"
+            meant.added[f"{edit.kind} '{edit.name}'"] = f"added in {where}"
         if edit.kind in _COMPARED and (edit.change, edit.kind) != ("added", "point"):
-            conversion.edited[where] = None
+            meant.edited[where] = None
     _rename(conversion, names)
     _forget_removed(conversion)
 
@@ -62,11 +64,12 @@ def _forget_removed(conversion: Conversion) -> None:
         lists += [value for value in values if isinstance(value, list)]
     for used in lists:
         used[:] = [part for part in used if there.issuperset(map(id, _parts(part)))]
-    conversion.driven[:] = [joint for joint in conversion.driven if id(joint) in there]
 
 
 def _parts(used: Any) -> list[Any]:
     """The objects of the model that a part of the simulation uses."""
+    if isinstance(used, Part):
+        return [used]
     values = [getattr(used, field) for field in getattr(used, "__struct_fields__", ())]
     lists = [value if isinstance(value, list) else [value] for value in values]
     return [part for parts in lists for part in parts if isinstance(part, Part)]

@@ -19,6 +19,7 @@ from urdf2mbs.hookspecs import Pass
 from urdf2mbs.messages.diagnostics import ConfigError, counted, some
 from urdf2mbs.ranges import PositiveLength
 from urdf2mbs.spatial import ZERO, Pose, Sym, Vec, compose, lump, rotate_inertia, unit
+from urdf2mbs.states import Estimates
 from urdf2mbs.urdf import inertia
 from urdf2mbs.urdf.model import Box, Cylinder, Geometry, Inertial, Joint, Link, Mesh, Origin, Sphere
 from urdf2mbs_inertia.nearest import nearest, second_moments
@@ -101,7 +102,7 @@ def _estimate(conversion: Conversion, options: EstimateInertia) -> None:
             if solid[0] > 0.0:
                 solids[link.name] = solid, means
     if not solids:
-        conversion.estimated = []
+        conversion.state(Estimates).links = []
         conversion.report["estimate-inertia"] = {"links": {}}
         conversion.warn(
             "nothing-estimated",
@@ -122,7 +123,7 @@ def _estimate(conversion: Conversion, options: EstimateInertia) -> None:
         f"{counted(len(links), 'link')} got an inertia, estimated at {density:.6g} kg/m^3: "
         f"{listed}",
     )
-    conversion.estimated = list(links)
+    conversion.state(Estimates).links = list(links)
     conversion.report["estimate-inertia"] = {"density": density, "links": links}
 
 

@@ -119,8 +119,8 @@ def init(
 def find(conversion: Conversion) -> RobotFacts:
     """What there is to know of the robot of a conversion."""
     source, config = conversion.settings.source, conversion.settings.config
-    packages, expansion = conversion.packages, conversion.expansion
-    robot, _ = read_text(source, conversion.source, expansion, config.xacro_args)
+    packages, expansion, base = conversion.packages, conversion.input.expansion, conversion.base
+    robot, _ = read_text(source, conversion.input.data, expansion, config.xacro_args)
     shapes = [shape for link in robot.links.values() for shape in _shapes(link)]
     meshes = {shape.filename for shape in shapes if isinstance(shape, Mesh)}
     missing = sorted(name for name in meshes if files_of(conversion).resolve(name) is None)
@@ -132,7 +132,7 @@ def find(conversion: Conversion) -> RobotFacts:
         robot, known, sorted(named - known.keys()),
         _arguments(expansion.files if expansion else []),
         len(meshes), missing,
-        _feet(conversion) if conversion.floating or conversion.base_reason == "own joint" else [],
+        _feet(conversion) if base.floating or base.reason == "own joint" else [],
     )  # fmt: skip
 
 
@@ -172,7 +172,7 @@ def _feet(conversion: Conversion) -> list[str]:
             points = lowest_points(conversion, link, at, 0.0)
             if points:
                 bottoms[link] = min(dot(up, add(at.xyz, rotate(at.rot, point))) for point in points)
-            if moved_by[link].name != conversion.inserted:
+            if moved_by[link].name != conversion.base.inserted:
                 frames[link] = dot(up, at.xyz)
     ground, low = min(bottoms.values(), default=0.0), min(frames.values(), default=0.0)
     height = max(frames.values(), default=0.0) - low
@@ -182,7 +182,7 @@ def _feet(conversion: Conversion) -> list[str]:
     feet: list[str] = []
     for joint in {moved_by[link].name: moved_by[link] for link in touching}.values():
         wheel = joint.type == "continuous" and frames[joint.child] <= low + LOW * height
-        if wheel or joint.name == conversion.inserted:
+        if wheel or joint.name == conversion.base.inserted:
             return []
         fixed = [robot.links[link] for link in frames if moved_by[link] is joint]
         soles = [link for link in fixed if link.name in touching]
@@ -201,8 +201,8 @@ def _text(config: Path, found: RobotFacts, asked: Config, conversion: Conversion
     """The text of the config; ``asked`` is the config by which the robot was just converted."""
     robot, source = found.robot, asked.source
     moving = sum(joint.moves for joint in robot.joints.values())
-    base = "floating" if conversion.floating else "fixed"
-    own = conversion.inserted is None and conversion.base_reason == "own joint"
+    base = "floating" if conversion.base.floating else "fixed"
+    own = conversion.base.inserted is None and conversion.base.reason == "own joint"
     holds_source = config.absolute().with_suffix("") in conversion.settings.source.parents
     named = is_name(source)
     folder = f"{config.stem}_robotran" if holds_source else config.stem
@@ -255,7 +255,7 @@ def _why(conversion: Conversion) -> str:
         "one limb": "the root carries one limb, as an arm does; or floating",
         "massless root": "the root has no mass; or floating",
         "free root": "nothing ties the root to 'world'; or fixed",
-    }.get(conversion.base_reason, conversion.base_reason)
+    }.get(conversion.base.reason, conversion.base.reason)
 
 
 def _packages(config: Path, found: RobotFacts) -> list[str]:

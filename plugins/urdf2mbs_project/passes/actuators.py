@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from urdf2mbs.conversion import Conversion, choose
 from urdf2mbs.hookspecs import Pass
+from urdf2mbs.states import Placed
 
 
 class Actuators(Pass):
@@ -41,5 +42,5 @@ def _from_urdf(conversion: Conversion) -> set[str]:
     for extension in conversion.robot.extensions:
         if extension.motors:
             driven.update(extension.motors)
-            conversion.used.append(extension)
+            conversion.state(Placed).elements.append(extension)
     return driven

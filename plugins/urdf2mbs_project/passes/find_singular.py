@@ -51,7 +51,7 @@ class FindSingular(Pass):
             listed = [_in_urdf(one, owner) for one in singular if one.always == always]
             if listed:
                 causes = "; ".join(_causes(listed, conversion.robot))
-                floats = conversion.inserted in [one.joint for one in listed]
+                floats = conversion.base.inserted in [one.joint for one in listed]
                 where = "at every position" if always else "at its initial position"
                 conversion.warn(
                     code,

@@ -11,6 +11,7 @@ from urdf2mbs.conversion import Conversion, choose
 from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.names import free_name
 from urdf2mbs.messages.diagnostics import ConfigError, nearest
+from urdf2mbs.states import Placed
 from urdf2mbs_project.gazebo import FORCE_TORQUE
 
 
@@ -56,7 +57,7 @@ class ForceTorque(Pass):
             taken.add(own)
             steps[joint_name].measured = own
         used = [extension for sensor, extension in sensors if sensor.on in chosen]
-        conversion.used += used
+        conversion.state(Placed).elements += used
         left = [name for name in named if name in steps and name not in chosen]
         if left:
             conversion.note(

@@ -16,6 +16,7 @@ from urdf2mbs.conversion import Conversion
 from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.model import UserModel
 from urdf2mbs.ranges import rounded
+from urdf2mbs.states import JointModels
 from urdf2mbs_project.simulation import Simulation
 
 #: The moved inertia would swing on the bristle at this rate (1/s).
@@ -31,7 +32,8 @@ class JointLaws(Pass):
     def run(self, conversion: Conversion) -> None:
         if conversion.settings.project is None:
             return
-        models: dict[str, dict[str, float]] = conversion.report.get("joint-parameters", {})
+        written = conversion.state(JointModels)
+        models = written.values
         limited = dict.fromkeys((*models.get("q_min", ()), *models.get("q_max", ())))
         rubbing = models.get("friction", {})
         inertias = _inertias(conversion) if limited or rubbing else {}
@@ -46,9 +48,9 @@ class JointLaws(Pass):
             chosen["friction_stiffness"] = {
                 name: rounded((inertias[name] or 1.0) * FASTEST**2) for name in rubbing
             }
-        if limited and conversion.stop_frequency is not None:
+        if limited and written.stop_frequency is not None:
             switches |= {"stops": 1.0, "stop_speed": 1.0}
-            stiff = (2 * pi * conversion.stop_frequency) ** 2
+            stiff = (2 * pi * written.stop_frequency) ** 2
             chosen["stop_stiffness"] = {name: rounded(inertias[name] * stiff) for name in limited}
         user_models = conversion.mbs.user_models
         if switches:

@@ -26,6 +26,7 @@ from urdf2mbs.mbs.names import free_name
 from urdf2mbs.messages.diagnostics import ConfigError, counted
 from urdf2mbs.ranges import PositiveLength
 from urdf2mbs.spatial import Pose, Vec, compose, inverse, multiply, rotate, transpose, unit
+from urdf2mbs.states import Placed
 from urdf2mbs.urdf.model import ClosingJoint
 from urdf2mbs_project.places import point_at
 from urdf2mbs_project.ranges import End
@@ -74,7 +75,7 @@ class Loops(Pass):
             for joint in extension.joints:
                 if joint.name not in self.cuts:
                     _from_sdf(conversion, joint, cuts, doubtful)
-                    conversion.used.append(extension)
+                    conversion.state(Placed).elements.append(extension)
         if not cuts:
             return
         from urdf2mbs_project.mass import Mass

@@ -15,6 +15,7 @@ import msgspec
 from urdf2mbs.conversion import Conversion, choose, fits, follow
 from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.model import UserConstraint
+from urdf2mbs.states import OnPurpose, Placed
 from urdf2mbs_project.simulation import Coupling, Simulation
 
 Nature = Literal["dependent", "independent", "driven"]
@@ -73,11 +74,11 @@ class Mimic(Pass):
                 continue
             coupling = Coupling(own[0], others[0], multiplier, offset)
             coupling.follow()
-            conversion.kept.setdefault("mimic", set()).add(name)
+            conversion.state(Placed).joints.setdefault("mimic", set()).add(name)
             own[0].nature = nature
             if nature == "driven":
                 simulation.driven.append(coupling)
-                conversion.driven.append(coupling.follower)
+                conversion.state(OnPurpose).driven.append(coupling.follower)
                 conversion.warn(
                     "mimic-driven",
                     f"joint '{name}' is driven by '{leader}': it moves as it should, but "

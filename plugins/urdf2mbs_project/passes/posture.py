@@ -22,6 +22,7 @@ from urdf2mbs.disk.xml_parser import safe_parser
 from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.model import Joint
 from urdf2mbs.messages.diagnostics import ConfigError, nearest, some
+from urdf2mbs.states import Placed
 from urdf2mbs_project.ranges import Coordinate
 from urdf2mbs_project.simulation import Coupling, Held, Simulation
 
@@ -117,7 +118,7 @@ def _starts(conversion: Conversion) -> dict[str, float]:
     for extension in conversion.robot.extensions:
         if extension.starts:
             starts |= extension.starts
-            conversion.used.append(extension)
+            conversion.state(Placed).elements.append(extension)
     return starts
 
 

@@ -19,6 +19,7 @@ from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, counted, some
+from urdf2mbs.states import OnPurpose
 from urdf2mbs_project.simulation import CONTACT_STATES, JOINT_STATES, Simulation
 
 #: The generated module, where a user function loads it.
@@ -33,7 +34,7 @@ class Project(Pass):
         if folder is None:
             return
         _count_as_compared(conversion)
-        if conversion.rejected is not None:
+        if conversion.checked.rejected is not None:
             return
         from urdf2mbs_project.code import EQUATIONS_FIT, starters
         from urdf2mbs_project.code.c import generated
@@ -72,12 +73,12 @@ class Project(Pass):
 
 def _count_as_compared(conversion: Conversion) -> None:
     """Take out of what the proof has not compared what this project's code computes."""
-    proof, made = conversion.proof, (*_made(conversion),)
+    proof, made = conversion.checked.proof, (*_made(conversion),)
     if proof is not None:
         proof.not_compared = {
             thing: why
             for thing, why in proof.not_compared.items()
-            if thing in conversion.added or not thing.startswith(made)
+            if thing in conversion.state(OnPurpose).added or not thing.startswith(made)
         }
 
 

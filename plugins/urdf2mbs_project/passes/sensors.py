@@ -17,6 +17,7 @@ from urdf2mbs.mbs.model import Point
 from urdf2mbs.mbs.names import free_name
 from urdf2mbs.messages.diagnostics import counted
 from urdf2mbs.spatial import HERE, Pose, compose
+from urdf2mbs.states import Placed
 from urdf2mbs.urdf.model import Sensor
 from urdf2mbs_project.gazebo import MOTION
 from urdf2mbs_project.simulation import MEASURES, ForceTorque, PointSensor, Simulation
@@ -76,7 +77,7 @@ class Sensors(Pass):
         wanted = [sensor for sensor in sensors if sensor.name in only]
         for element in extensions:
             if any(sensor in wanted for sensor in element.sensors):
-                conversion.used.append(element)
+                conversion.state(Placed).elements.append(element)
         return wanted
 
 

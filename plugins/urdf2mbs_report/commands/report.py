@@ -80,7 +80,7 @@ def _report_robot(arguments: argparse.Namespace, save: Save) -> int:
         written = is_file(model) and read(model) == conversion.files.get(model)
         if not written and not is_stream(output):
             print("      the .mbs itself is written by: urdf2mbs run, or urdf2mbs convert")
-    return 0 if conversion.rejected is None else 3
+    return 0 if conversion.checked.rejected is None else 3
 
 
 def _report_model(arguments: argparse.Namespace, save: Save) -> int:

@@ -58,8 +58,8 @@ def replay(urdf: bytes, mbs: bytes, said: Any, folder: Path, capsys: Any) -> Sai
 def files_of(result: Result) -> tuple[bytes, bytes, Any]:
     """The URDF, the .mbs and its certificate."""
     conversion = result.conversion
-    path = conversion.settings.output.with_suffix(".proof.json")
-    return conversion.expanded or conversion.source, result.data, json.loads(conversion.files[path])
+    certificate = conversion.files[conversion.settings.output.with_suffix(".proof.json")]
+    return conversion.expanded or conversion.input.data, result.data, json.loads(certificate)
 
 
 def made(text: str, folder: Path, **settings: Any) -> tuple[bytes, bytes, Any]:

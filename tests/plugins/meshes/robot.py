@@ -11,7 +11,6 @@ from urdf2mbs.mbs.model import Body
 from urdf2mbs.passes import convert_visuals
 from urdf2mbs.spatial import HERE
 from urdf2mbs.urdf.model import Link, Material, Mesh, Robot, Visual
-from urdf2mbs.urdf.packages import Packages
 from urdf2mbs_meshes.passes import convert_meshes
 
 
@@ -39,7 +38,7 @@ def convert(
         packages=packages or {},
         project=root if project else None,
     )
-    conversion = Conversion(settings, Packages(settings.packages, settings.source))
+    conversion = Conversion(settings)
     robot = {f"link{n}": Link(f"link{n}", visuals=visuals) for n, visuals in enumerate(links)}
     conversion.robot = Robot("robot", robot)
     body = Body("ground")

@@ -134,5 +134,5 @@ def make(folder: Path, source: Path | str, name: str = "robot", **settings: Any)
     given = {"source": str(source), "output": output, **settings}
     conversion = Pipeline(typed(Config, given, Lines()), Lines(), installed_plugins=False).run()
     write(conversion)
-    assert conversion.rejected is None
+    assert conversion.checked.rejected is None
     return folder / name

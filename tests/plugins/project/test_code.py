@@ -200,5 +200,5 @@ def test_a_fault_of_a_pass_is_found(
 def test_the_verdict_of_a_project_leaves_out_what_its_passes_made(tmp_path: Path) -> None:
     """The generated user functions compute it; a file alone does not say who made it."""
     conversion = convert(tmp_path)
-    assert conversion.proof.not_compared == {}
+    assert conversion.checked.proof.not_compared == {}
     assert "force 'wind'" in prove(conversion, conversion.mbs).not_compared

@@ -39,9 +39,9 @@ def test_every_real_robot(robot: RealRobot, tmp_path: Path) -> None:
     text = config.read_text()
     assert len(text.splitlines()) < 60
     conversion = Pipeline(*load(config)).run()
-    assert conversion.proof is not None
-    assert conversion.proof.same
-    assert f"{len(conversion.robot.links) - bool(conversion.inserted)} link" in said
+    assert conversion.checked.proof is not None
+    assert conversion.checked.proof.same
+    assert f"{len(conversion.robot.links) - bool(conversion.base.inserted)} link" in said
     # uncommented, it is still a config
     bare = re.sub(r"^# (?=passes:|xacro_args:|packages:|  \S+: )", "", text, flags=re.M)
     assert set(yaml.safe_load(bare)) >= set(yaml.safe_load(text))

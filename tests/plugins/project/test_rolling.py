@@ -50,7 +50,7 @@ def test_a_cart_that_is_pushed_rolls(tmp_path: Path, language: str) -> None:
         },
     }  # fmt: skip
     conversion = Pipeline(*config_of(values), installed_plugins=False).run()
-    assert conversion.rejected is None
+    assert conversion.checked.rejected is None
     write(conversion)
     results = simulate(tmp_path / "cart", time=TIME, language=language, rate=100.0)
     # what turns adds its inertia over the square of its radius

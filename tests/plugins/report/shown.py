@@ -55,7 +55,7 @@ def shown(name: str, project: Path) -> Conversion:
 
 def data(conversion: Conversion) -> bytes:
     """The .mbs file."""
-    return conversion.files[conversion.rejected or conversion.settings.output]
+    return conversion.files[conversion.written]
 
 
 def edit(conversion: Conversion, was: str, now: str) -> None:

@@ -85,15 +85,15 @@ def test_the_proof_is_shown(tiny: Path, tmp_path: Path) -> None:
     conversion = run(tiny, tmp_path / "p")
     html = Html(make(conversion).data)
     assert "the same robot" in html.visible
-    assert conversion.proof is not None
-    for kind in conversion.proof.largest:
+    assert conversion.checked.proof is not None
+    for kind in conversion.checked.proof.largest:
         assert kind in html.visible
-    conversion.proof.same = False
-    conversion.proof.differences = [Difference("mass", "link 'arm': mass is 2 <kg>")]
+    conversion.checked.proof.same = False
+    conversion.checked.proof.differences = [Difference("mass", "link 'arm': mass is 2 <kg>")]
     html = Html(make(conversion).data)
     assert "NOT the same robot" in html.visible
     assert "mass is 2 <kg>" in html.visible
-    conversion.proof = None
+    conversion.checked.proof = None
     assert "NOT CHECKED" in Html(make(conversion).data).visible
 
 

@@ -96,8 +96,8 @@ def test_our_configs_run_by_name(
     robot = shared / "robots" / here.format(file)
     stand_in(monkeypatch, tmp_path, repository, {file: robot})
     conversion = Pipeline(*load(CONFIGS / f"{name}.yaml")).run()
-    assert conversion.proof is not None
-    assert conversion.proof.same
+    assert conversion.checked.proof is not None
+    assert conversion.checked.proof.same
 
 
 @pytest.mark.parametrize(
@@ -119,8 +119,8 @@ def test_our_configs_run_by_a_variable(
     assert f"export {variable}=" in said
     monkeypatch.setenv(variable, str(shared / "robots" / folder))
     conversion = Pipeline(*load(CONFIGS / f"{name}.yaml")).run()
-    assert conversion.proof is not None
-    assert conversion.proof.same
+    assert conversion.checked.proof is not None
+    assert conversion.checked.proof.same
 
 
 def test_home_in_a_config(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -16,6 +16,7 @@ from urdf.test_inertia import robot as two_links
 from urdf2mbs import Result, convert
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.spatial import Sym
+from urdf2mbs.states import Estimates
 from urdf2mbs.testing import assert_same_robot, convert_text
 
 if TYPE_CHECKING:
@@ -106,7 +107,7 @@ def test_what_has_an_inertia_keeps_it_and_what_has_no_shape_gets_none() -> None:
     assert result.robot.links["b"].inertial is None
     assert inertia_of(result, "c").mass == pytest.approx(1000)
     assert list(result.report.passes["estimate-inertia"]["links"]) == ["c"]
-    assert result.conversion.estimated == ["c"]
+    assert result.conversion.state(Estimates).links == ["c"]
 
 
 def test_a_total_mass_is_shared_out_by_volume() -> None:

@@ -44,7 +44,7 @@ def test_nothing_else_changes() -> None:
     further = written("1.571", "0.785", "0 0.7 0.714")
     for text, passes in ((ROUNDED, {}), (EXACT, SNAP), (further, SNAP)):
         result = convert_text(text, passes=passes)
-        assert not result.conversion.changed
+        assert not result.conversion.checked.changed
         assert "snapped" not in [said.code for said in result.diagnostics]
 
 

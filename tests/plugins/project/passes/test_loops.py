@@ -226,7 +226,7 @@ def test_cassies_rods_close(shared: Path, tmp_path: Path, monkeypatch: pytest.Mo
     conversion = Pipeline(*load(config)).run()
     codes = {found.code for found in conversion.diagnostics}
     assert not codes & {"loop-open", "posture-limit"}
-    assert conversion.rejected is None
+    assert conversion.checked.rejected is None
     dependent = [j.name for b in conversion.mbs.bodies for j in b.joints if j.nature == "dependent"]
     assert sorted(dependent) == ["LeftTarsusPitch", "RightTarsusPitch"]
 
