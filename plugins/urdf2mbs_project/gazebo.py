@@ -87,9 +87,11 @@ class Extensions:
         ]
         for name in extension.motors:
             if name not in self.robot.joints:
-                what = f"<{extension.tag}> is for joint '{name}', which does not exist"
-                like = (name, self.robot.joints)
-                self.reading.warn("actuator-unknown", what, extension.line, like=like)
+                self.reading.warn(
+                    "actuator-unknown", f"a <{extension.tag}> is for a joint that does not exist",
+                    extension.line, owner=("joint", name),
+                    detail=nearest(name, self.robot.joints) or "",
+                )  # fmt: skip
         for transmission in element.iter("transmission"):
             self.read_rotor(transmission, extension)
         for start in element.iterfind("joint/state_interface[@name='position']/param"):
@@ -180,7 +182,11 @@ class Extensions:
         parent, child = text(element.find("parent")), text(element.find("child"))
         name, kind = element.get("name") or "", element.get("type") or ""
         with self.left_out("loop", name):
+            of_sdf = {link.get("name") for link in element.iterfind("../../gazebo/link")}
             for link in (parent, child):
+                if link in of_sdf - self.robot.links.keys():
+                    what = "it is on a link inside <gazebo>; no such link is read, nor its mass"
+                    self.reading.fail("link-unknown", what, element)
                 self.check(element, "on link", link, self.robot.links)
             pose = self.read_pose(element.find("pose"), child)
             axes = [
@@ -248,11 +254,9 @@ class Extensions:
             yield
         except ConversionError as error:
             reason = error.message.removeprefix(f"{where}: ")
-            where = f"{where} in <gazebo>" if kind == "loop" else where
-            reading.warn(
-                f"{kind}-left-out", f"{where} is left out: {reason}", error.line,
-                hint=error.hint, owner=("robot", ""),
-            )  # fmt: skip
+            what = "a sensor" if kind == "sensor" else "a joint in <gazebo>"
+            text = f"{what} is left out: {reason}"
+            reading.warn(f"{kind}-left-out", text, error.line, hint=error.hint)
         finally:
             reading.owner = ("robot", "")
 

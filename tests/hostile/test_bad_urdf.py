@@ -34,7 +34,7 @@ NO_NUMBER = {
 }
 NO_VECTOR = {
     "number-missing": [""],
-    "number-count": ["0 0", "0 0 0 0", "1"],
+    "number-count": ["0 0", "0 0 0 1", "1"],
     "number-invalid": ["x y z", "0 0 nan", "0 0 1e400", "[0 0 1]"],
     "number-commas": ["0, 0, 1"],
     "xacro-unexpanded": ["0 0 ${z}"],

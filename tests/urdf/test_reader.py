@@ -456,6 +456,9 @@ IN_JOINT = [
      "'mu_viscous', 'D', 'K' of <dynamics> are"),
     ('<origin quat_xyzw="0 0 0 1"/>', "mechanics-unread", "quat_xyzw"),
     ('<limits lower="1"/>', "misspelt", "<limits>"),
+    ('<limit lower="-1" upper="1" velocty="1"/>', "misspelt", "'velocty'"),
+    ('<limit lower="-1" upper="1" velocity="1" gear_velocity="1"/>', "unknown-attribute", "gear_"),
+    ('<origin rpy="1 0 0 0"/>', "number-zeros", "Bullet"),
     ('<origin xyz="0, 0, 0.8"/>', "number-commas", "commas"),
     ('<origin xyz="0,0,0.8"/>', "number-commas", "commas"),
     ('<limit lower="x"/>', "number-left-out", "lower"),
@@ -636,6 +639,7 @@ def test_harmless_slips_of_xml(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
         (f"<!-- a -->\n<!-- <?xml?> -- -->{link}".encode(), 2),
         (b"\n" + latin, 2),
         (b"<!-- 90\xb0 -->" + link.encode(), 1),
+        (link.encode() + b"\r\n\0\0", 1),
     ):
         robot, (one,) = read(tmp_path, text)
         assert (one.code, one.line, list(robot.links)) == ("xml-mended", line, ["ä"])

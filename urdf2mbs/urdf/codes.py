@@ -45,6 +45,7 @@ CODES = {
     "joint-type-spelling": "warning: the type of a joint has capitals or blanks",
     "joint-ball": "warning: a joint `spherical` or `ball` becomes three joints about x, y and z",
     "joint-renamed": "warning: two joints of one name lead to different links; one is renamed",
+    "number-zeros": "warning: zeros follow the three numbers of a `rpy`; they are left out",
     "number-commas": "warning: commas part numbers; they are read as blanks",
     "mimic-left-out": "warning: a joint mimics itself, or no joint; it moves freely",
     "world-implied": "warning: a joint has the parent `world`, and no link has this name",

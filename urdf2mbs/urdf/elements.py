@@ -91,15 +91,16 @@ class Elements(Messages):
     def unknown_attributes(self, element: Any) -> None:
         """One message for all attributes of a kind: most joints of a file have the same ones."""
         known = ATTRIBUTES[element.tag]
+        missing = known.keys() - element.keys()  # a name whose like is stated, too, is no slip
         kinds: dict[str, list[str]] = {}
         for name, text in element.items():
             if name not in known and ":" not in name and not name.startswith("{"):
-                kinds.setdefault(_meaning(name, known, text), []).append(name)
+                kinds.setdefault(_meaning(name, missing, text), []).append(name)
         for meaning, names in kinds.items():
             several, are = ("", "is") if len(names) == 1 else ("s", "are")
             listed = some(f"'{name}'" for name in names)
             what = f"the attribute{several} {listed} of <{element.tag}> {are}"
-            self.unknown("attribute", meaning, what, names[0], known, element)
+            self.unknown("attribute", meaning, what, names[0], missing, element)
 
     def unknown_child(self, parent: str, child: Any, known: Iterable[str]) -> None:
         tag = child.tag  # that of a comment or processing instruction is a function

@@ -111,6 +111,10 @@ class Reading(Elements):
                 values = ()
             if len(values) == count and all(map(isfinite, values)):
                 return values
+            if attribute == "rpy" and len(values) > count and not any(values[count:]):
+                what = "rpy has zeros behind its three numbers, which are left out, as Bullet does"
+                self.warn("number-zeros", what, element.sourceline)
+                return values[:count]
         if text.count(",") == count - 1 > 0 and re.fullmatch(_COMMAS, text):
             self.warn("number-commas", "numbers are parted by commas", element.sourceline)
             return self.numbers(element, attribute, text.replace(",", " "), count)

@@ -70,6 +70,10 @@ def mend(data: bytes) -> tuple[bytes, list[Slip]]:
 
     start = len(_BOM) if data.startswith(_BOM) else 0
     encoding: bytes | None = None
+    bare = data.rstrip(BLANK)
+    if b"\0" in data[len(bare) :] and b"\0" not in bare:  # in UTF-16 a letter has one
+        slip("the file ends in NUL bytes", len(bare))
+        data = bare.ljust(len(data))
     first = len(data) - len(data[start:].lstrip())
     comments = [match.span() for match in re.finditer(_COMMENT, data)]
 
@@ -81,12 +85,8 @@ def mend(data: bytes) -> tuple[bytes, list[Slip]]:
             return match[0]
         version, named = re.search(_VERSION, match[1]), re.search(_ENCODING, match[1])
         if at != start:
-            slip(
-                "<?xml ...?> is not at the very beginning of the file: "
-                + ("something stands" if first < at else "there are blanks")
-                + " before it",
-                at,
-            )
+            stands = "something stands" if first < at else "there are blanks"
+            slip(f"<?xml ...?> is not at the very beginning of the file: {stands} before it", at)
         elif version is None:
             slip("<?xml ...?> says no version", at)
         elif not version[1].startswith(b"1."):

@@ -1,4 +1,8 @@
-"""`lint`: what is wrong with a robot, without converting it."""
+"""`lint`: what is wrong with a robot, without converting it.
+
+Reads the robot, and prints each error and warning with its file and line.
+Writes nothing but the file of --sarif.  Exit code 1: there is an error.
+"""
 
 from __future__ import annotations
 
@@ -19,8 +23,8 @@ from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.messages.diagnostics import ConversionError, counted
 from urdf2mbs_ci.findings import Findings, add_sarif, collecting
 
-#: The passes that read a robot.
-PASSES = ["expand", "insert-base"]
+#: The pass that reads a robot.
+PASSES = ["expand"]
 
 EXAMPLES = (
     "urdf2mbs lint robot.urdf",
@@ -45,7 +49,6 @@ def carry_out(arguments: argparse.Namespace) -> int:
     config = msgspec.structs.replace(
         config, pipeline=PASSES, after={}, before={}, without=[], swap={}, passes={},
         plugins=[], sweep=None,
-        base="floating" if config.base == "auto" else config.base,  # a guess is no fault
     )  # fmt: skip
     name = config.source
     try:

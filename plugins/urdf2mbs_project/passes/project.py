@@ -151,7 +151,8 @@ def _warn_of_rows_of_zeros(conversion: Conversion) -> None:
             "a loop leaves a row of zeros before the constraints of "
             f"{some(c.follower.name for c in couplings)}: the partition of "
             "MBsysC of 2017 may fail at it",
-            hint="move the followers without constraints: passes: {mimic: {joints: {'*': driven}}}",
+            hint="passes: {mimic: {joints: {'*': driven}}} lets the followers move without "
+            "constraints; their leaders then no longer feel their mass and forces",
         )
 
 

@@ -66,8 +66,8 @@ def test_sensors_of_the_urdf_have_places_and_links() -> None:
     assert points["bare"].coordinates == (0.0, 0.0, 0.0)
     assert points["urdf"].coordinates == (0.0, 0.0, 4.0)
     bad, lost = [one for one in result.diagnostics if one.code == "sensor-left-out"]
-    assert "sensor 'bad' is left out: the text of <pose> is '1 2 x 0 0 0'" in bad.message
-    assert "sensor 'lost' is left out: it is on link 'nowhere', which does not" in lost.message
+    assert "the text of <pose> is '1 2 x 0 0 0': 'x' is not a number: sensor 'bad'" in bad.message
+    assert "left out: it is on link 'nowhere', which does not exist: sensor 'lost'" in lost.message
 
 
 @pytest.mark.parametrize(("apart", "count"), [(0.0, 1), (1e-9, 1), (1e-3, 2)])
