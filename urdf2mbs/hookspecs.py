@@ -104,7 +104,7 @@ class Command(msgspec.Struct, frozen=True):
     """One sentence, with which the help begins."""
     module: str
     """Has ``EXAMPLES`` (command lines), ``add_options(parser)`` and ``carry_out(arguments)``, which
-    gives the exit code."""
+    gives the exit code.  The help has the second paragraph of its docstring, too."""
 
 
 @hookspec

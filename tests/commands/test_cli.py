@@ -35,7 +35,11 @@ def robot(here: Path) -> Path:
 def test_run(robot: Path, capsys: Any) -> None:
     assert main(["run", "tiny.yaml"]) == 0
     said = capsys.readouterr()
-    assert said.out.startswith("tiny: written to tiny.mbs\n  5 links -> 3 bodies, mass 2.6 kg\n")
+    assert said.out.splitlines() == [
+        "tiny: written to tiny.mbs (floating base, 3 bodies, 9 independent joints, 2.6 kg)",
+        "  the same robot; 1 warning, 4 notes (-v shows the notes)",
+        "Next: open tiny.mbs in MBSysPad, or draw it: urdf2mbs diagram tiny.mbs",
+    ]
     assert "warning[base-guessed]" in said.err
     assert "note[" not in said.err
     assert len(read((robot / "tiny.mbs").read_bytes(), "").bodies) == 3
@@ -43,13 +47,15 @@ def test_run(robot: Path, capsys: Any) -> None:
         ".urdf2mbs", "tiny.mbs", "tiny.urdf", "tiny.yaml",
     }  # fmt: skip
     assert main(["run", "-v", "tiny.yaml"]) == 0
-    err = capsys.readouterr().err
-    assert " ms  decompose-joints\n" in err
-    assert "note[collision]" in err
+    said = capsys.readouterr()
+    assert " ms  decompose-joints\n" in said.err
+    assert "note[collision]" in said.err
+    assert "  5 links -> 3 bodies, " in said.out
+    assert "  floating base, a guess, as nothing ties the root to the world; 'base: fi" in said.out
 
 
 def test_one_line_for_one_cause(robot: Path, capsys: Any) -> None:
-    """Warnings of one code are one, a path is printed once, a text that is nowhere has no lines."""
+    """Warnings of one code are one, a text that is nowhere has no lines."""
     names = ("dynamic", "limits", "axs", "mimc", "orign", "safty_controller", "calibraton")
     wrong = "".join(
         f'<link name="l_{name}"/><joint name="j_{name}" type="fixed"><parent link="tool"/>'

@@ -201,7 +201,7 @@ def test_no_mass_with_either_base(run: Callable[..., Any], tmp_path: Path) -> No
         source.write_text(MASSLESS)
         code, said, _ = run(source, "--base", base, "--pipeline", preset)
         assert code == 0
-        assert "NO DYNAMICS: no link has a mass\n" in said
+        assert "NO DYNAMICS: no link has a mass)\n" in said
         # what is already set is not recommended
         _, said, _ = run(
             source, "--base", base, "--pipeline", preset, "--set", "estimate-inertia.density=1000"

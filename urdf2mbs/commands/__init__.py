@@ -168,7 +168,6 @@ def parser(
             continue
         one = commands.add_parser(
             name, help=command.does,
-            description=f"{command.does[0].upper()}{command.does[1:]}.",
             formatter_class=argparse.RawDescriptionHelpFormatter,
         )  # fmt: skip
         if name in named:
@@ -196,6 +195,9 @@ def _listed(known: Mapping[str, Command]) -> str:
 def _add_options(own: argparse.ArgumentParser, command: Command) -> None:
     """The options of a command, those that all commands have among them."""
     module = import_module(command.module)
+    does = f"{command.does[0].upper()}{command.does[1:]}"
+    told = (module.__doc__ or "").partition("\n\n")[2].rstrip()
+    own.description = f"{does.rstrip('?')}{'?' if does[-1] == '?' else '.'}\n\n{told}"
     own.epilog = "examples:" + "".join(f"\n  {line}" for line in module.EXAMPLES)
     own.set_defaults(command=command.name, module=command.module, parser=own)
     own.add_argument("--debug", action="store_true", help="show the traceback of an error")

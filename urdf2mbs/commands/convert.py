@@ -1,4 +1,9 @@
-"""`convert`: a robot in, an .mbs or a project out, without a config."""
+"""`convert`: a robot in, an .mbs or a project out, without a config.
+
+Reads a robot's file, and converts it with the defaults of a config.  Writes an
+.mbs with the name of the robot's file; '-o DIR/' writes a Robotran project.
+Compares the .mbs with the URDF: exit code 3 if they are not the same robot.
+"""
 
 from __future__ import annotations
 
@@ -72,8 +77,7 @@ def _pass_on(arguments: argparse.Namespace) -> int:
         found = report(conversion)
         data = conversion.files.get(conversion.settings.output)
         place = "nothing is written" if data is None else "written to standard output"
-        print(f"{found.robot}: {place}")
-        tell(conversion, found, arguments.verbose)
+        tell(conversion, found, place, arguments.verbose)
         if data is not None:
             save(Path(STREAM), data)
     return 0 if conversion.checked.rejected is None else 3

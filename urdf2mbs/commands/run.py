@@ -1,4 +1,9 @@
-"""`run`: a config in, an .mbs or a project out."""
+"""`run`: a config in, an .mbs or a project out.
+
+Reads the config, expands xacro, and converts the robot.  Writes the .mbs or
+the Robotran project, where 'output' says.  Compares the .mbs with the URDF:
+exit code 3 if they are not the same robot.  Files that you edited stay.
+"""
 
 from __future__ import annotations
 
@@ -99,8 +104,7 @@ def _show_plan(conversion: Conversion, arguments: argparse.Namespace) -> int:
 def _summarise(conversion: Conversion, found: Report, arguments: argparse.Namespace) -> None:
     output = conversion.written
     if output in conversion.files:
-        print(f"{found.robot}: written to {near(output)}")
-        tell(conversion, found, arguments.verbose)
+        tell(conversion, found, f"written to {near(output)}", arguments.verbose)
     else:
         print(f"stopped after '{arguments.stop_after}': nothing is written")
         tell_diagnostics(conversion.diagnostics, arguments.verbose)

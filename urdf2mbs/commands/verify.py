@@ -1,4 +1,9 @@
-"""`verify`: is an .mbs, or another URDF, the same robot?"""
+"""`verify`: is an .mbs, or another URDF, the same robot?
+
+Splits both descriptions into rigid groups, and compares motion, mass, centre
+and inertia of each group.  The .mbs may be of any origin; a second URDF is
+compared as well.  Writes nothing.  Exit code 0: the same robot; 3: not.
+"""
 
 from __future__ import annotations
 

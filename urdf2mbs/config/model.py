@@ -65,9 +65,9 @@ class Sweep(msgspec.Struct, forbid_unknown_fields=True):
     """A robot for every combination of these values."""
 
     xacro_args: dict[Name, list[str | int | float | bool] | Range] = {}
-    """xacro argument: its values, as a list or a range"""
+    """the values of each xacro argument, as a list or a range"""
     passes: dict[Name, dict[str, list[Any] | Range]] = {}
-    """pass: its options, each with a list or a range of values"""
+    """the options of each pass, each with a list or a range of values"""
 
 
 class Preset(msgspec.Struct, forbid_unknown_fields=True):
@@ -94,29 +94,29 @@ class Config(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     output: Name | Project | None = None
     """the .mbs file (default: the source's name)"""
     base: Annotated[Literal["auto", "floating", "fixed"], _flag("--base")] = "auto"
-    """whether the base floats; auto: it does unless it is tied to 'world'"""
+    """whether the base floats (default: auto, which guesses)"""
     gravity: tuple[Acceleration, Acceleration, Acceleration] = (0.0, 0.0, -9.81)
     """acceleration in base axes, m/s^2"""
     packages: Annotated[dict[Name, Name], _flag("--package NAME=DIR")] = {}
-    """ROS package name: its directory"""
+    """the folder of each ROS package that is not found by itself"""
     xacro_args: Annotated[dict[Name, str], _flag("--arg NAME:=VALUE")] = {}
-    """xacro argument: its value"""
+    """the value of each xacro argument"""
     plugins: Annotated[list[Name], _flag("--plugin FILE.py")] = []
     """Python files that bring passes"""
     pipeline: Annotated[str | list[str], _flag("--pipeline PRESET")] = "faithful"
     """the name of a preset, or the passes in their order"""
     after: Annotated[dict[str, str | list[str]], _flag("--after PASS=NEW")] = {}
-    """pass: the passes to put right after it"""
+    """the passes to put right after a pass"""
     before: dict[str, str | list[str]] = {}
-    """pass: the passes to put right before it"""
+    """the passes to put right before a pass"""
     without: list[str] = []
     """passes to leave out"""
     swap: dict[str, str] = {}
-    """pass: the plugin whose pass of the same name replaces it"""
+    """the plugin whose pass of the same name replaces a pass"""
     passes: Annotated[dict[str, dict[str, Any]], _flag("--set PASS.OPTION=VALUE")] = {}
-    """pass: its options"""
+    """the options of each pass"""
     diagnostics: Annotated[dict[str, Level], _flag("--level CODE=LEVEL")] = {}
-    """code of a warning, say: how much it weighs (error, warning, note or ignore)"""
+    """the level of a code: error, warning, note or ignore"""
     strict: Annotated[bool, _flag("--strict")] = False
     """warnings are errors"""
     trust_xacro: Annotated[bool, _flag("--trust-xacro")] = False

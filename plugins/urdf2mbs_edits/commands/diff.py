@@ -1,4 +1,8 @@
-"""`diff`: what differs between two .mbs files."""
+"""`diff`: what differs between two .mbs files.
+
+Compares bodies, joints, points and forces by their names, in the words of
+MBSysPad.  Writes nothing.  Exit code 0: nothing differs; 1: something does.
+"""
 
 from __future__ import annotations
 

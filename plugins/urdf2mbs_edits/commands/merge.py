@@ -1,4 +1,8 @@
-"""`merge`: three versions of an .mbs become one, as a merge driver of git wants it."""
+"""`merge`: three versions of an .mbs become one, as a merge driver of git wants it.
+
+Takes what each side changed since the base.  Names a conflict where both sides
+changed the same thing, and then ends with exit code 1.
+"""
 
 from __future__ import annotations
 

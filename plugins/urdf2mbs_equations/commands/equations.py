@@ -1,4 +1,8 @@
-"""`equations`: Robotran's equations for an .mbs."""
+"""`equations`: Robotran's equations for an .mbs.
+
+Writes the files of Robotran's symbolic engine: mass matrix, forces, inverse
+dynamics, sensors and constraints of the model, as functions to call.
+"""
 
 from __future__ import annotations
 

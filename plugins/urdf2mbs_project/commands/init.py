@@ -1,4 +1,8 @@
-"""``urdf2mbs init``: a short commented config for a robot, from what can be found out about it."""
+"""``urdf2mbs init``: a short commented config for a robot, from what can be found out about it.
+
+Reads the robot, and finds its packages, xacro arguments, base, feet, meshes.
+Writes a short config with comments, which 'urdf2mbs run' converts.
+"""
 
 from __future__ import annotations
 
@@ -331,4 +335,4 @@ def in_words(config: Path, found: RobotFacts) -> str:
     text += f"\n  feet: {', '.join(found.feet)}" * bool(found.feet)
     if found.meshes_missing:
         text += f"\n  not found: {some(found.meshes_missing, 3)}"
-    return f"{text}\n\nNext: urdf2mbs run {config}\n      urdf2mbs report {config}"
+    return f"{text}\n\nNext: urdf2mbs run {config}; then: urdf2mbs simulate {config} -o moves.html"

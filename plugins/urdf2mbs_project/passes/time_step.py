@@ -155,8 +155,8 @@ def _choose(conversion: Conversion, mass: Mass, reduction: Array) -> None:
         simulation.time_step = _round_down(mode.step * PART)
         conversion.note(
             "time-step",
-            f"TIME_STEP is {simulation.time_step:g} s, because of {simulation.shortened_by} "
-            f"(its eigenvalue has {abs(mode.rate):.3g} 1/s)",
+            f"TIME_STEP is {simulation.time_step:g} s, as {simulation.shortened_by} needs so short "
+            "a step",
         )
     _warn(conversion, changes)
 

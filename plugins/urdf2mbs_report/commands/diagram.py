@@ -1,4 +1,7 @@
-"""`diagram`: the 2D diagram of an .mbs as a picture."""
+"""`diagram`: the 2D diagram of an .mbs as a picture.
+
+Draws bodies, joints and points as MBSysPad shows them.  Writes one .svg file.
+"""
 
 from __future__ import annotations
 

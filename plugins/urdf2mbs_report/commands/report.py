@@ -1,4 +1,8 @@
-"""`report`: one HTML page to look at."""
+"""`report`: one HTML page to look at.
+
+Converts the robot, or reads an .mbs.  Writes one HTML page: the robot in 3D,
+its diagram, tables, and what differs from the URDF.  Writes no .mbs.
+"""
 
 from __future__ import annotations
 
@@ -73,10 +77,10 @@ def _report_robot(arguments: argparse.Namespace, save: Save) -> int:
     found, model = report(conversion), conversion.settings.output
     output = arguments.output or beside(model, ".html")
     save(output, page.data)
-    _tell(arguments, page, f"{found.robot}: report", output, f" ({found.verdict})")
-    if not arguments.json:
-        tell(conversion, found, arguments.verbose)
-        _tell_next(output)
+    if not _as_json(arguments, page, output):
+        done = f"report written to {_place(output)}"
+        tell(conversion, found, done, arguments.verbose, "the page shows them")
+        _tell_next(page, output, arguments.verbose)
         written = is_file(model) and read(model) == conversion.files.get(model)
         if not written and not is_stream(output):
             print("      the .mbs itself is written by: urdf2mbs run, or urdf2mbs convert")
@@ -95,30 +99,30 @@ def _report_model(arguments: argparse.Namespace, save: Save) -> int:
     output = arguments.output or beside(file, ".html")
     page = make_of_model(model, file)
     save(output, page.data)
-    _tell(arguments, page, f"{model.name}: page of the model", output)
-    if not arguments.json:
-        _tell_next(output)
+    if not _as_json(arguments, page, output):
+        print(f"{model.name}: page of the model written to {_place(output)}")
+        _tell_next(page, output, arguments.verbose)
     return 0
 
 
-def _tell(
-    arguments: argparse.Namespace, page: Page, what: str, output: Path, more: str = ""
-) -> None:
-    """Say where the page is, and how large."""
+def _as_json(arguments: argparse.Namespace, page: Page, output: Path) -> bool:
+    """Print what is known of the page as JSON, if that is wanted."""
     if arguments.json:
         print_json({"page": str(output), "sizes": page.sizes, "missing": page.missing})
-        return
-    sizes = page.sizes
-    place = "standard output" if is_stream(output) else near(output)
-    print(f"{what} written to {place}{more}")
-    print(
-        f"  {sizes['all'] / 1e6:.2f} MB: three.js {sizes['viewer'] / 1e6:.2f}, "
-        f"meshes {sizes['meshes'] / 1e6:.2f}"
-    )
+    return bool(arguments.json)
+
+
+def _place(output: Path) -> str:
+    return "standard output" if is_stream(output) else near(output)
+
+
+def _tell_next(page: Page, output: Path, verbose: bool) -> None:
+    """Say how large the page is, what it lacks, and what to do with it."""
+    if verbose:
+        parts = {"all": "", "viewer": "three.js ", "meshes": "meshes "}
+        sizes = [f"{name}{page.sizes[part] / 1e6:.2f} MB" for part, name in parts.items()]
+        print(f"  {', '.join(sizes)}")
     if page.missing:
         print(f"  {counted(len(page.missing), 'mesh')} not drawn; the page names them")
-
-
-def _tell_next(output: Path) -> None:
     if not is_stream(output):
         print(f"Next: open {near(output)} in a browser; it is one file, which you can send on")

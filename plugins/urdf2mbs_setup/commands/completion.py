@@ -1,4 +1,7 @@
-"""`completion`: a script that completes commands and options in a shell."""
+"""`completion`: a script that completes commands and options in a shell.
+
+Prints the script; a line of your shell's setup reads it, as in the examples.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""``urdf2mbs doctor``: what is installed here, by names and versions; nothing is changed."""
+"""``urdf2mbs doctor``: what is installed here, by names and versions; nothing is changed.
+
+Looks for Python packages, a C compiler, plugins, ROS packages and Robotran.
+Changes nothing.  A report of a mistake should have what doctor prints.
+"""
 
 from __future__ import annotations
 

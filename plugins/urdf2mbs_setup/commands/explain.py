@@ -1,4 +1,8 @@
-"""`explain`: the passes of a config, or every known pass, without running them."""
+"""`explain`: the passes of a config, or every known pass, without running them.
+
+Lists the passes in their order: what each reads and writes, where it comes
+from, and its options.  Converts nothing.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""``urdf2mbs new-pass``: a plugin that runs as it is, and its test, to start from."""
+"""``urdf2mbs new-pass``: a plugin that runs as it is, and its test, to start from.
+
+Writes NAME.py, a pass that runs as it is, and test_NAME.py, which tests it.
+"""
 
 from __future__ import annotations
 

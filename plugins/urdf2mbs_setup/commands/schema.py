@@ -1,4 +1,8 @@
-"""The JSON schema of a config, with every known pass and its options, for editors."""
+"""The JSON schema of a config, with every known pass and its options, for editors.
+
+Prints every key, every known pass and its options: an editor completes and
+checks a config by them.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,9 @@
-"""`simulate`: let a robot move, and write Robotran's result files."""
+"""`simulate`: let a robot move, and write Robotran's result files.
+
+Makes a project of the robot if there is none, computes the motion from the
+start position, and writes the project's resultsR/*.csv, animationR/*.anim.
+'-o PAGE.html' writes a page that plays the motion.
+"""
 
 from __future__ import annotations
 
@@ -45,8 +50,8 @@ def add_options(command: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     command.add_argument(
         "-o", "--output", type=path, metavar="DIR|PAGE.html",
-        help="the project that is made of a robot or an .mbs output (default: NAME_robotran); or a "
-        "page that plays the motion",
+        help="the folder of the project that a robot becomes (default: NAME_robotran); or a page "
+        "that plays the motion",
     )  # fmt: skip
     command.add_argument("--time", type=float, default=2.0, metavar="S", help="default: 2 s")
     command.add_argument(
@@ -149,7 +154,7 @@ def _make(arguments: argparse.Namespace) -> Path:
             conversion = pipeline(config).run(before=conversion)
             if not arguments.json:
                 print(f"it stands on {', '.join(feet)}, held by a controller, as init proposes")
-    if not arguments.json:
+    if not arguments.json and (alone or arguments.verbose):  # of a config, 'run' tells them
         tell_diagnostics(conversion.diagnostics, arguments.verbose)
     return make(conversion, force=arguments.force)
 

@@ -88,7 +88,7 @@ def test_the_biped_word_for_word(here: Path, capsys: Any) -> None:
     (here / "biped.urdf.xacro").write_text((ROOT / "configs" / "biped.urdf.xacro").read_text())
     assert main(["init", "biped.urdf.xacro", "--arg", "height:=0.9"]) == 0
     assert capsys.readouterr().out.endswith(
-        "\n\nNext: urdf2mbs run biped.yaml\n      urdf2mbs report biped.yaml\n"
+        "\n\nNext: urdf2mbs run biped.yaml; then: urdf2mbs simulate biped.yaml -o moves.html\n"
     )
     assert (
         (here / "biped.yaml").read_text()

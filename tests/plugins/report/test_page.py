@@ -184,7 +184,7 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     (tmp_path / "tiny.urdf").write_text(TINY)
     file, out = tmp_path / "tiny.yaml", tmp_path / "out"
     file.write_text("source: tiny.urdf\noutput: out/robot.mbs\n")
-    assert main(["report", str(file)]) == 0
+    assert main(["report", str(file), "-v"]) == 0
     assert [path.name for path in out.glob("[!.]*")] == ["robot.html"]
     size = (out / "robot.html").stat().st_size
     said = capsys.readouterr().out
