@@ -17,7 +17,6 @@ from time import process_time
 from typing import Any
 
 import msgspec
-import yaml
 
 from robots import REAL, ROBOTS
 from urdf2mbs.config.model import Project, config_of
@@ -62,7 +61,7 @@ def project(name: str, folder: Path, languages: list[Any]) -> Path:
     if conversion.base.floating and any(contacts.values()):
         passes: dict[str, Any] = {
             "contacts": contacts,
-            "posture": {"hold": yaml.safe_load(HOLD), "joints": POSES.get(name, {})},
+            "posture": {"hold": HOLD, "joints": POSES.get(name, {})},
         }
         config = msgspec.structs.replace(config, passes=passes)
         conversion = Pipeline(config, lines, installed_plugins=False).run()

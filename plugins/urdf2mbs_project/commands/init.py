@@ -13,7 +13,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import msgspec
 import yaml
 from lxml import etree
 
@@ -26,15 +25,12 @@ from urdf2mbs.disk import files
 from urdf2mbs.disk.xml_parser import safe_parser
 from urdf2mbs.engine.output import write_files
 from urdf2mbs.engine.pipeline import Pipeline
-from urdf2mbs.mbs.kinematics import place
 from urdf2mbs.messages.diagnostics import ConfigError, counted, printable, some
-from urdf2mbs.spatial import add, compose, dot, rotate
 from urdf2mbs.summary import report
-from urdf2mbs.urdf.model import Geometry, Joint, Link, Mesh, Robot
+from urdf2mbs.urdf.model import Mesh, Robot
 from urdf2mbs.urdf.reader import is_name, read_text, stem
 from urdf2mbs_meshes.files import files_of
-from urdf2mbs_project.passes.contacts import lowest_points
-from urdf2mbs_project.simulation import Simulation
+from urdf2mbs_project.stance import find_stance, shapes
 
 EXAMPLES = (
     "urdf2mbs init robot.urdf.xacro",
@@ -67,11 +63,8 @@ def carry_out(arguments: argparse.Namespace) -> int:
     return 0
 
 
-#: How far a foot may be above the ground, and the frame of a wheel above the lowest link's, as
-#: parts of the robot's height.
-LEVEL, LOW = 0.01, 0.1
-#: The controller that holds the start position (Hz), here and in ``simulate``.
-HOLD = "{frequency: 10, damping_ratio: 0.3}"
+#: The controller that holds the start position (Hz).
+HOLD = {"frequency": 10, "damping_ratio": 0.3}
 
 
 class RobotFacts(NamedTuple):
@@ -87,6 +80,10 @@ class RobotFacts(NamedTuple):
     meshes: int
     meshes_missing: list[str]
     feet: list[str]
+    why_no_feet: str
+    """Empty where there are feet, or where the robot is bolted down."""
+    passes: dict[str, Any]
+    """What its config says of passes: a start position, and what lets a robot stand."""
 
 
 def init(
@@ -105,10 +102,6 @@ def init(
     lines = Lines()
     asked = typed(Config, {"source": source, "pipeline": "compact", **fields}, lines)
     conversion = Pipeline(asked, lines, installed_plugins=False).run()
-    middle = conversion.report.get("posture-limit", {}).get("middle")
-    if middle:  # the start pose of the config, in which feet touch the ground
-        asked = msgspec.structs.replace(asked, passes={"posture": {"joints": middle}})
-        conversion = Pipeline(asked, lines, installed_plugins=False).run(before=conversion)
     found = find(conversion)
     name = stem(conversion.settings.source)
     config = Path(f"{name}.yaml") if config is None else config
@@ -123,20 +116,24 @@ def init(
 def find(conversion: Conversion) -> RobotFacts:
     """What there is to know of the robot of a conversion."""
     source, config = conversion.settings.source, conversion.settings.config
-    packages, expansion, base = conversion.packages, conversion.input.expansion, conversion.base
+    packages, expansion = conversion.packages, conversion.input.expansion
     robot, _ = read_text(source, conversion.input.data, expansion, config.xacro_args)
-    shapes = [shape for link in robot.links.values() for shape in _shapes(link)]
-    meshes = {shape.filename for shape in shapes if isinstance(shape, Mesh)}
+    geometries = [shape for link in robot.links.values() for shape in shapes(link)]
+    meshes = {shape.filename for shape in geometries if isinstance(shape, Mesh)}
     missing = sorted(name for name in meshes if files_of(conversion).resolve(name) is None)
     known = packages.found()
     named = {
         found[1] for name in missing if (found := re.match(r"(?:package|model)://([^/]+)", name))
     }
+    stance = find_stance(conversion, conversion.report.get("posture-limit", {}).get("middle", {}))
+    passes: dict[str, Any] = {"posture": {"joints": stance.joints}} if stance.joints else {}
+    if stance.feet and any(body.mass for body in conversion.mbs.bodies):
+        passes["posture"] = {**passes.get("posture", {}), "hold": HOLD}
+        passes["contacts"] = {"links": stance.feet}
     return RobotFacts(
         robot, known, sorted(named - known.keys()),
         _arguments(expansion.files if expansion else []),
-        len(meshes), missing,
-        _feet(conversion) if base.floating or base.reason == "own joint" else [],
+        len(meshes), missing, stance.feet, stance.why_not, passes,
     )  # fmt: skip
 
 
@@ -155,52 +152,6 @@ def _arguments(names: list[str]) -> dict[str, str]:
     return found
 
 
-def _feet(conversion: Conversion) -> list[str]:
-    """The links that touch the ground in the start pose, of each foot those with collision shapes.
-
-    There are none if the robot stands on something else, too: on its root, or on a wheel, whose
-    contact points would turn with the wheel.  There are none if the base is a guess that may well
-    be wrong.
-    """
-    if any(said.code == "base-guessed" for said in conversion.diagnostics):
-        return []
-    robot, placement, up = conversion.robot, place(conversion.mbs), conversion.state(Simulation).up
-    moved_by: dict[str, Joint] = {}
-    for joint in robot.depth_first():
-        moved_by[joint.child] = joint if joint.moves else moved_by.get(joint.parent, joint)
-    frames: dict[str, float] = {}
-    bottoms: dict[str, float] = {}
-    for link, (segment, pose) in conversion.parts().items():
-        if segment is not conversion.ground:
-            at = compose(placement.bodies[segment.body.name], pose)
-            points = lowest_points(conversion, link, at, 0.0)
-            if points:
-                bottoms[link] = min(dot(up, add(at.xyz, rotate(at.rot, point))) for point in points)
-            if moved_by[link].name != conversion.base.inserted:
-                frames[link] = dot(up, at.xyz)
-    ground, low = min(bottoms.values(), default=0.0), min(frames.values(), default=0.0)
-    height = max(frames.values(), default=0.0) - low
-    touching = [link for link, bottom in bottoms.items() if bottom <= ground + LEVEL * height]
-    if low < ground - LEVEL * height:
-        return []  # the shapes of what is lower were not found
-    feet: list[str] = []
-    for joint in {moved_by[link].name: moved_by[link] for link in touching}.values():
-        wheel = joint.type == "continuous" and frames[joint.child] <= low + LOW * height
-        if wheel or joint.name == conversion.base.inserted:
-            return []
-        fixed = [robot.links[link] for link in frames if moved_by[link] is joint]
-        soles = [link for link in fixed if link.name in touching]
-        colliding = [link for link in soles if link.collisions]
-        if not colliding and any(_shapes(link) for link in fixed if link.name not in bottoms):
-            return []  # the foot may be among the shapes that were not found
-        feet += [link.name for link in colliding or soles]
-    return feet
-
-
-def _shapes(link: Link) -> list[Geometry]:
-    return [*(v.geometry for v in link.visuals), *(c.geometry for c in link.collisions)]
-
-
 def _text(config: Path, found: RobotFacts, asked: Config, conversion: Conversion) -> str:
     """The text of the config; ``asked`` is the config by which the robot was just converted."""
     robot, source = found.robot, asked.source
@@ -213,10 +164,10 @@ def _text(config: Path, found: RobotFacts, asked: Config, conversion: Conversion
     file = _flow(f"{config.stem}.mbs")
     settings = [
         ("source", _flow(source if named else _relative(Path(source), config)), ""),
-        ("output", _flow({"project": folder}),
+        ("output", _flow({"project": folder, "language": "both"}),
          f"a whole Robotran project; or only the file: {file}"),
         ("base", "auto" if own else base, _why(conversion)),
-        ("pipeline", "compact", "the fewest joints; or faithful: every link's frame is a body's"),
+        ("pipeline", "compact", "the fewest joints; or faithful: a body for every link"),
     ]  # fmt: skip
     if conversion.settings.config.trust_xacro:
         settings.append(("trust_xacro", "true", "its xacro may do whatever Python can"))
@@ -233,7 +184,7 @@ def _text(config: Path, found: RobotFacts, asked: Config, conversion: Conversion
         lines.append(f"{line:{width}}  # {comment}" if comment else line)
     lines += _packages(config, found)
     lines += _args(found, asked.xacro_args)
-    lines += _passes(found, conversion, asked.passes)
+    lines += _passes(found, conversion)
     return "\n".join(lines) + "\n"
 
 
@@ -247,7 +198,9 @@ def _relative(path: Path, config: Path) -> str:
 
 def _flow(value: object) -> str:
     """YAML in one line."""
-    text = yaml.safe_dump(value, default_flow_style=True, width=10**9, allow_unicode=True)
+    text = yaml.safe_dump(
+        value, default_flow_style=True, sort_keys=False, width=10**9, allow_unicode=True
+    )
     return text.removesuffix("\n").removesuffix("...").rstrip()
 
 
@@ -291,24 +244,24 @@ def _argument(value: str) -> str:
     return value if re.fullmatch(r"[\w.+-]*\w", value) else _flow(value)
 
 
-def _passes(
-    found: RobotFacts, conversion: Conversion, asked: Mapping[str, Mapping[str, Any]]
-) -> list[str]:
+def _passes(found: RobotFacts, conversion: Conversion) -> list[str]:
     """A start position within the limits, and what lets a robot with feet stand."""
     codes = {said.code for said in conversion.diagnostics}
-    lines: list[str] = []
-    if "posture" in asked:
-        about = "the middle of their limits, which zero is beyond"
-        lines.append(f"    joints: {_flow(asked['posture']['joints'])}   # {about}")
-    if found.feet and "no-mass" not in codes:
-        lines += [
-            f"    hold: {HOLD}   # Hz; a controller holds the start position",
-            f"  contacts: {{links: {_flow(found.feet)}}}   # the ground; the robot stands",
-        ]
+    about = {
+        "joints": "zero is beyond the limits of some"
+        + "; its feet are below its hips" * bool(found.feet),
+        "hold": "Hz; a controller holds the start position",
+    }
+    posture = found.passes.get("posture", {})
+    lines = [f"    {key}: {_flow(value)}   # {about[key]}" for key, value in posture.items()]
+    if "contacts" in found.passes:
+        lines.append(
+            f"  contacts: {_flow(found.passes['contacts'])}   # the ground; the robot stands"
+        )
     if lines:
         lines = ["", "passes:", "  posture:", *lines]
     offered: list[str] = []
-    if "no-mass" in codes and any(_shapes(link) for link in found.robot.links.values()):
+    if "no-mass" in codes and any(shapes(link) for link in found.robot.links.values()):
         offered += [
             "# No link has a mass. Uncomment to estimate masses from the geometry:",
             "#   estimate-inertia: {total_mass: 10}   # kg",
@@ -333,6 +286,7 @@ def in_words(config: Path, found: RobotFacts) -> str:
     text += f", {counted(len(found.arguments), 'xacro argument')}" * bool(found.arguments)
     text += f", {there} of {counted(found.meshes, 'mesh')} found" * bool(found.meshes)
     text += f"\n  feet: {', '.join(found.feet)}" * bool(found.feet)
+    text += f"\n  no feet: {found.why_no_feet}" * bool(found.why_no_feet)
     if found.meshes_missing:
         text += f"\n  not found: {some(found.meshes_missing, 3)}"
     return f"{text}\n\nNext: urdf2mbs run {config}; then: urdf2mbs simulate {config} -o moves.html"

@@ -199,7 +199,7 @@ def _keep_limits(conversion: Conversion, given: dict[str, float], *, move: bool)
         if step.joint.type != "continuous"
     }
     joints = {name: step.coordinates[0] for name, step in steps.items()}
-    limits = {name: _limits(step) for name, step in steps.items()}
+    limits = {name: limits_of(step) for name, step in steps.items()}
     starts = {name: joint.q or 0.0 for name, joint in joints.items()}
     beyond = {name: q for name, q in starts.items() if not _within(q, limits[name])}
     if not beyond:
@@ -239,13 +239,13 @@ def _keep_limits(conversion: Conversion, given: dict[str, float], *, move: bool)
 
 def _middle(step: Step) -> float:
     """The middle of the limits of a URDF joint (rad or m), in few digits."""
-    low, high = _limits(step)
+    low, high = limits_of(step)
     middle = (low + high) / 2
     short = float(f"{middle:.3g}")
     return short if abs(short - middle) < (high - low) / 4 else middle
 
 
-def _limits(step: Step) -> tuple[float, float]:
+def limits_of(step: Step) -> tuple[float, float]:
     """The limits of the .mbs joint (rad or m); limits that leave no room do not count."""
     limit = step.joint.limit
     low = -inf if limit is None or limit.lower is None else limit.lower

@@ -10,8 +10,6 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from contextlib import suppress
-from functools import partial
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING
@@ -24,13 +22,16 @@ from urdf2mbs.commands.settings import (
     add_fields,
     add_printing,
     add_running,
+    choose_fields,
     path,
     robot_or_config,
 )
 from urdf2mbs.engine.pipeline import Pipeline
-from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, counted
+from urdf2mbs.messages.diagnostics import ConfigError, counted
 
 if TYPE_CHECKING:
+    from urdf2mbs.config.model import Config
+    from urdf2mbs.conversion import Conversion
     from urdf2mbs_simulate.results import Results
 
 EXAMPLES = (
@@ -129,31 +130,34 @@ def _check(arguments: argparse.Namespace) -> None:
 
 
 def _make(arguments: argparse.Namespace) -> Path:
-    """The project of a robot or of a config; gives its .mbs."""
-    import yaml
+    """The project of a robot or of a config; gives its .mbs.
 
+    A robot alone is converted, and stands, as ``init`` proposes.
+    """
     from urdf2mbs.commands.progress import Progress
     from urdf2mbs.urdf.reader import stem
-    from urdf2mbs_project.commands.init import HOLD, find
+    from urdf2mbs_project.commands.init import find
     from urdf2mbs_simulate.project import make, with_project
 
     config, lines = robot_or_config(arguments)
     alone = config.output is None and not config.passes
     named = None if _is_page(arguments.output) else arguments.output
     folder = named or Path(f"{stem(Path(config.source))}_robotran")
-    pipeline = partial(Pipeline, lines=lines, installed_plugins=not arguments.no_plugins)
-    config = with_project(config, folder)
-    converter = pipeline(config)
     with Progress(arguments) as progress:
-        converter.watch(progress)
-        conversion = converter.run()
-    if alone and (feet := find(conversion).feet):
-        passes = {"contacts": {"links": feet}, "posture": {"hold": yaml.safe_load(HOLD)}}
-        with suppress(ConversionError):  # such as: the shapes of its feet cannot be found
-            config = msgspec.structs.replace(config, passes=passes)
-            conversion = pipeline(config).run(before=conversion)
-            if not arguments.json:
-                print(f"it stands on {', '.join(feet)}, held by a controller, as init proposes")
+
+        def run(config: Config) -> Conversion:
+            converter = Pipeline(config, lines, installed_plugins=not arguments.no_plugins)
+            converter.watch(progress)
+            return converter.run()
+
+        if alone:
+            if "pipeline" not in choose_fields(arguments, ALONE):
+                config = msgspec.structs.replace(config, pipeline="compact")
+            found = find(run(config))
+            config = msgspec.structs.replace(config, passes=found.passes)
+            if found.feet and not arguments.json:
+                print(f"it stands on {', '.join(found.feet)}, as init proposes")
+        conversion = run(with_project(config, folder))
     if not arguments.json and (alone or arguments.verbose):  # of a config, 'run' tells them
         tell_diagnostics(conversion.diagnostics, arguments.verbose)
     return make(conversion, force=arguments.force)
