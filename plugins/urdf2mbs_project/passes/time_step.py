@@ -2,8 +2,9 @@
 
 Beyond the method.  The model is linearised at the start position, with all stops hit and all feet
 on the ground.  ``TIME_STEP`` is the part ``PART`` of the longest step with which all eigenvalues
-are stable: the robot moves away from the start, and a step must be accurate, too.  The step must
-not be shorter than ``SHORTEST``.  Else the numbers of urdf2mbs and of the config give way one by
+are stable: the robot moves away from the start, and a step must be accurate, too.  Within the step
+in which a joint hits a stop, Runge and Kutta's method is of the second order only, so that robots
+with stops take ``HITTING`` at most.  The step must not be shorter than ``SHORTEST``.  Else the numbers of urdf2mbs and of the config give way one by
 one, first the number that makes the fastest mode.
 
 The bristles of friction get their states here, in user models behind all others.  The gains of
@@ -31,8 +32,8 @@ if TYPE_CHECKING:
 
 #: The step is this part of the longest stable one.
 PART = 0.4
-#: The longest step (s), and the one below which numbers give way.
-LONGEST, SHORTEST = 5e-4, 1e-5
+#: The longest step of joints with stops, and the one below which numbers give way (s).
+HITTING, SHORTEST = 1e-4, 1e-5
 #: The damping of ``hold`` is at most this times the inertia that a joint feels (1/s).
 FASTEST = 3000.0
 #: The user models that the forces of a project depend on.
@@ -149,7 +150,9 @@ def _choose(conversion: Conversion, mass: Mass, reduction: Array) -> None:
             break
     changes = _write(conversion, models)
     _add_states(conversion, models)
-    if mode.step * PART < LONGEST:
+    if "stop_stiffness" in models:
+        simulation.time_step, simulation.shortened_by = HITTING, "joints that hit their stops"
+    if mode.step * PART < simulation.time_step:
         worst = slopes[int(mode.shares.argmax())]
         simulation.shortened_by = NAMES[worst.kind].format(worst.name)
         simulation.time_step = _round_down(mode.step * PART)

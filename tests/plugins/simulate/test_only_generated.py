@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -307,7 +308,7 @@ def test_a_push_that_cannot_be_read_or_placed() -> None:
 # --- results ---
 
 
-def test_results_are_robotrans_files(tmp_path: Path) -> None:
+def test_results_are_robotrans_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     project = make(tmp_path, TINY, passes={"sensors": {"links": ["tool"]}})
     push = ["arm:0,0,2@0.03..0.07"]
     results = simulate(project, time=0.1, language="python", rate=50.0, push=push)
@@ -336,6 +337,10 @@ def test_results_are_robotrans_files(tmp_path: Path) -> None:
             assert np.allclose(found, should, rtol=0, atol=1e-12)
     assert np.abs(sensor.V[-1]).max() > 0.0
     assert (results.data.qd == 7.0).all()  # as before
+    with monkeypatch.context() as patch:
+        patch.setitem(sys.modules, "pandas", None)
+        with pytest.raises(ConversionError, match="the package .pandas."):
+            results.table()
     pd = pytest.importorskip("pandas", reason="the table of results is one of pandas")
     table = pd.read_csv(folder / "dirdyn.csv")
     pd.testing.assert_frame_equal(results.table(), table, rtol=1e-14, atol=0)

@@ -116,18 +116,22 @@ def test_the_step_is_that_of_the_derivatives_of_the_accelerations(tmp_path: Path
 
 
 def test_a_stop_counts_as_hit(tmp_path: Path) -> None:
-    """With w = 2 pi frequency: stiffness 2 I w^2, damping I w; a calm robot takes 0.5 ms."""
+    """With w = 2 pi frequency: stiffness 2 I w^2, damping I w; without stops it takes 0.5 ms."""
     text = (
         '<robot name="r"><link name="world"/>' + link("a", 1.0, 0.01)
         + joint("one", "world", "a", WIDE) + "</robot>"
     )  # fmt: skip
-    for frequency, rel in ((20, 1e-12), (800, 0.05)):
-        options = {"joint-parameters": {"stop_frequency": frequency}}
-        rates = 2 * pi * frequency * np.roots([1.0, 1.0, 2.0])
-        wanted = min(0.4 * longest_steps(rates).min(), 5e-4)
-        assert (wanted < 4e-4) == (frequency == 800)
+    heavy = {"posture": {"hold": {"stiffness": 1e6, "damping": 0}}}
+    for frequency, passes in ((20, {}), (800, heavy)):
+        options = {"joint-parameters": {"stop_frequency": frequency}} | passes
+        stiffness = (2 * pi * frequency) ** 2 * 2 + (1e6 / 0.01 if passes else 0.0)
+        rates = np.roots([1.0, 2 * pi * frequency, stiffness])
+        wanted = min(0.4 * longest_steps(rates).min(), 1e-4)
+        assert (wanted < 9.9e-5) == bool(passes)
         found = convert_project(text, tmp_path, **options).conversion.state(Simulation).time_step
-        assert found == pytest.approx(wanted, rel=rel)
+        assert found == pytest.approx(wanted, rel=0.05)
+    still = convert_project(text, tmp_path, **{"joint-parameters": {"stops": False}})
+    assert still.conversion.state(Simulation).time_step == 5e-4
 
 
 @pytest.mark.parametrize(
@@ -222,6 +226,7 @@ ROBOTS = [
     pytest.param(ROOT / "configs" / "arm.urdf.xacro", id="arm"),
     pytest.param(SHARED / "robots/cassie/cassie_description/urdf/cassie_v4.urdf", id="cassie"),
     pytest.param(SHARED / "robots/franka/expanded/fr3.urdf", id="fr3"),
+    pytest.param(SHARED / "robots/ur/expanded/ur10e.urdf", id="ur10e"),
 ]
 
 
@@ -238,7 +243,7 @@ def c_step_of(project: Path) -> float:
 
 @needs_gcc
 @pytest.mark.parametrize("source", ROBOTS)
-def test_a_quarter_of_the_step_gives_the_same_motion(source: Path, tmp_path: Path) -> None:
+def test_a_sixteenth_of_the_step_gives_the_same_motion(source: Path, tmp_path: Path) -> None:
     """A second of swinging by its base, into the stops, with all default options."""
     if not source.is_file():
         pytest.skip("the real robots are not beside the checkout")
@@ -247,10 +252,9 @@ def test_a_quarter_of_the_step_gives_the_same_motion(source: Path, tmp_path: Pat
         passes={"equations": {"language": "c"}},
     )  # fmt: skip
     step = c_step_of(project)
-    fine = compiled(project).positions(1.0, step / 4, 20)
-    moved = np.abs(fine - fine[0]).max()
-    assert moved > 0.1
-    assert np.abs(compiled(project).positions(1.0, step, 20) - fine).max() <= 1e-3 * moved
+    fine = compiled(project).positions(1.0, step / 16, 20)
+    assert np.abs(fine - fine[0]).max() > 0.1
+    assert np.abs(compiled(project).positions(1.0, step, 20) - fine).max() <= 1e-4
 
 
 @pytest.mark.parametrize("kind", ["ball", "rod", "solid"])
