@@ -1,8 +1,9 @@
 """Meshes."""
 
 CODES = {
-    "mesh-missing": "warning: a mesh file was not found",
-    "mesh-unreadable": "warning: a mesh file cannot be read",
+    "mesh-missing": "warning: a mesh file was not found; its shape is left out",
+    "mesh-borrowed": "warning: a mesh was found in the folder of another robot only; it is taken",
+    "mesh-unreadable": "warning: a mesh file cannot be read; its shape is left out",
     "mesh-too-large": "warning: the mesh files exceed `at_most`; the rest is left out",
     "mesh-part": "warning: a part of a mesh cannot be shown",
     "mesh-file-missing": "warning: a file that a mesh names, a texture for example, was not found",

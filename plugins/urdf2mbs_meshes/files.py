@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import posixpath
 import re
+from collections.abc import Sequence
+from filecmp import cmp
 from functools import cached_property
 from pathlib import Path
 from urllib.parse import unquote
@@ -12,6 +14,7 @@ from urdf2mbs.conversion import Conversion
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, some
 from urdf2mbs.urdf import packages
 from urdf2mbs.urdf.packages import Packages, walk
+from urdf2mbs.urdf.reader import stem
 
 _PACKAGE = r"(?is)(package|model):/*([^/]*)/?(.*)"
 _FILE = r"(?i)^file:(//localhost(?=/))?"
@@ -25,6 +28,10 @@ class MeshFiles:
         self.packages = packages
         self.moved: dict[str, list[Path]] = {}
         """The files that fit each name without a file at its place."""
+        self.borrowed: set[str] = set()
+        """Names whose files are those of another robot."""
+        self._robots: set[Path] = set()
+        """The folders of the workspace that hold robots."""
 
     def resolve(self, filename: str) -> Path | None:
         """The file of a mesh or texture by its name; None if there is no such file.
@@ -43,24 +50,44 @@ class MeshFiles:
         return fitting[0] if len(fitting) == 1 else None
 
     def _find_moved(self, filename: str) -> list[Path]:
-        """The files of the workspace whose paths end as the file's name does."""
+        """The files of the workspace that may be meant; several, if they fit equally well.
+
+        The path of a file must end as the name does, by a folder and the file at least: other
+        machines have other folders before.  A file that has the name's package, too, comes first;
+        then the robot's own before those of other robots, longer ends, files near the source, and
+        files in a folder that is called as the source.
+        """
         _, name, rest = _split(filename)
         rest = re.sub(_DRIVE, "/", rest).replace("\\", "/")
         tail = [part for part in posixpath.normpath(rest).split("/") if part not in ("", "..")]
-        # the folders before a package are those of another machine, as are those of a whole path
-        shortest = min(2, len(tail)) if rest.startswith("/") else len(tail)
-        fitting = self._files.get(tail[-1], []) if tail else []
-        tail = [name, *tail] if name else tail
-        longest = max((len(path.parts) for path in fitting), default=0)
-        for size in range(min(len(tail), longest), shortest - 1, -1):
-            found = [path for path in fitting if path.parts[-size:] == tuple(tail[-size:])]
-            if found:
-                return found
-        return []
+        whole = [name, *tail] if name else tail
+        fitting: dict[tuple[bool, bool, int, int, bool], list[Path]] = {}
+        for path in self._files.get(tail[-1], []) if tail else []:
+            end = _equal_end(path.parts, whole)
+            if end >= min(2, len(tail)):
+                up, of_other = self._place(path)
+                called = stem(self.packages.source) in path.parts
+                key = (end < len(whole), of_other, -end, up, not called)
+                fitting.setdefault(key, []).append(path)
+        best = min(fitting, default=None)
+        if best is None:
+            return []
+        if best[1] and -best[2] <= len(tail):
+            self.borrowed.add(filename)
+        first, *others = fitting[best]
+        return [first, *(other for other in others if not cmp(first, other, shallow=False))]
+
+    def _place(self, path: Path) -> tuple[int, bool]:
+        """How many folders above the source the first one is that holds the file, and whether the
+        way from there to the file leads into the folder of another robot."""
+        above = self.packages.source.parents
+        up = next(n for n, folder in enumerate(above) if path.is_relative_to(folder))
+        inner = path.relative_to(above[up]).parts
+        return up, len(inner) > 1 and above[up] / inner[0] in self._robots
 
     @cached_property
     def _files(self) -> dict[str, list[Path]]:
-        """The files of the workspace by name; none if it has too many folders."""
+        """The files of the workspace by name, and its robots; none if it has too many folders."""
         found: dict[str, list[Path]] = {}
         for number, (folder, _, names) in enumerate(
             walk(self.packages.root, self.packages.source.parents)
@@ -69,6 +96,8 @@ class MeshFiles:
                 return {}
             for name in names:
                 found.setdefault(name, []).append(folder / name)
+            if any(name.lower().endswith((".urdf", ".xacro")) for name in names):
+                self._robots.update((folder, *folder.parents))
         return found
 
     def places_of(self, filename: str) -> list[str]:
@@ -105,6 +134,12 @@ def files_of(conversion: Conversion) -> MeshFiles:
     """The one finder of a conversion: it searches the workspace once."""
     files: MeshFiles = conversion.states.setdefault(MeshFiles, MeshFiles(conversion.packages))
     return files
+
+
+def _equal_end(one: Sequence[str], two: Sequence[str]) -> int:
+    """How many parts at the ends of two paths are the same."""
+    pairs = zip(reversed(one), reversed(two), strict=False)
+    return next((n for n, (a, b) in enumerate(pairs) if a != b), min(len(one), len(two)))
 
 
 def _split(filename: str) -> tuple[str, str, str]:

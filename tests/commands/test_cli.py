@@ -115,8 +115,8 @@ def test_help_imports_no_heavy_package() -> None:
     ("program", "rooms"),
     [
         ("from urdf2mbs import convert",
-         "api config conversion disk engine hookspecs mbs messages passes proof ranges spatial states "
-         "summary urdf"),
+         "api config conversion disk engine hookspecs mbs messages passes proof ranges spatial "
+         "states summary urdf"),
         ("import urdf2mbs; urdf2mbs.convert('plain.urdf').write()",
          "api config conversion diagram disk engine hookspecs mbs messages passes plugin proof "
          "ranges spatial states summary urdf edits.merge edits.passes.merge edits.passes "

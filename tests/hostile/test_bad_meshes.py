@@ -202,7 +202,7 @@ def test_a_robot_with_all_of_them(tmp_path: Path) -> None:
     result = robot(tmp_path, *LOST, *KEPT)
     said = [one for one in result.diagnostics if one.code == "mesh-unreadable"]
     assert len(said) == 1
-    assert said[0].message.startswith(f"{len(LOST)} meshes cannot be used")
+    assert said[0].message.startswith(f"{len(LOST)} meshes left out, as the file cannot")
     assert result.report.passes["convert-meshes"]["converted"] == len(KEPT)
 
 
@@ -301,7 +301,7 @@ def test_all_meshes_together_have_a_bound(tmp_path: Path) -> None:
     result = robot(tmp_path, *names, at_most=1)
     said = [one for one in result.diagnostics if one.code == "mesh-too-large"]
     assert len(said) == 1
-    assert "2 meshes not converted" in said[0].message
+    assert "2 meshes left out" in said[0].message
     assert "more than 1 MiB" in said[0].message
     assert "at_most: 4" in (said[0].hint or "")
     assert "mesh-too-large" not in codes(robot(tmp_path / "x", *[f"../{n}" for n in names]))

@@ -52,7 +52,7 @@ class ConvertMeshes(Pass):
                     f"{counted(len(conversion.meshes), 'mesh file')} not converted: the .mbs "
                     "names .wrl files, which 'output: {project: DIR}' makes",
                 )
-            _note_moved(conversion)
+            _tell_moved(conversion)
             return
         folder = project / "animationR" / "vrml"
         meshes = _find_meshes(conversion, folder)
@@ -62,8 +62,9 @@ class ConvertMeshes(Pass):
             conversion.progress(f"{mesh.filename} ({number} of {len(meshes)})")
             left -= self._convert(mesh, left, made)
         conversion.files.update(made)
+        _leave_out(conversion, meshes, made)
         _warn_of_lost(conversion, meshes, self.at_most)
-        _note_moved(conversion)
+        _tell_moved(conversion)
         _warn_of_differences(conversion, meshes)
         drawn = [data for path, data in made.items() if path.suffix == ".wrl"]
         conversion.report["convert-meshes"] = {
@@ -82,15 +83,16 @@ class ConvertMeshes(Pass):
         from urdf2mbs_meshes.model import MeshError
         from urdf2mbs_meshes.reader import read
 
-        if shown.path is None:
-            return 0
         others = [t for t in shown.targets if files.is_file(t.path) and not is_ours(t.path)]
         due = [target for target in shown.targets if target not in others]
         for target in others:
             target.show()
-        if others:
+        if others and shown.path is not None:
             shown.lose("mesh-not-ours", *(str(target.path) for target in others))
-        if not due:
+        elif not due:
+            shown.lose("")  # the user has made the .wrl
+        shown.targets = due  # of a mesh that is lost from here on, the rest is left out
+        if not due or shown.path is None:
             return 0
         if files.size(shown.path) > left:
             shown.lose("mesh-too-large")
@@ -214,35 +216,50 @@ def _name_files(
     return names
 
 
-def _note_moved(conversion: Conversion) -> None:
+def _leave_out(conversion: Conversion, meshes: list[ShownMesh], made: dict[Path, bytes]) -> None:
+    """Leave out the shapes whose .wrl is not there: MBSysPad stops at each."""
+    targets = [target for mesh in meshes for target in mesh.targets if target.path not in made]
+    gone = {id(shape) for target in targets for shape in target.shapes}
+    for segment in conversion.segments.values() if gone else ():
+        shapes = segment.holder.shapes
+        shapes[:] = [shape for shape in shapes if id(shape) not in gone]
+
+
+def _tell_moved(conversion: Conversion) -> None:
     """Name the meshes that are elsewhere in the workspace than the URDF says."""
-    moved = [
-        f"'{name}' at {fitting[0]}"
-        for name, fitting in files_of(conversion).moved.items()
-        if len(fitting) == 1
-    ]
+    files = files_of(conversion)
+    found = {name: places[0] for name, places in files.moved.items() if len(places) == 1}
+    moved = [f"'{name}' at {at}" for name, at in found.items() if name not in files.borrowed]
     if moved:
         conversion.note(
             "mesh-moved",
             f"{counted(len(moved), 'mesh')} not where the URDF says, but found elsewhere in the "
             f"workspace: {some(moved, 3)}",
         )
+    borrowed = [f"'{name}' at {at}" for name, at in found.items() if name in files.borrowed]
+    if borrowed:
+        conversion.warn(
+            "mesh-borrowed",
+            f"{counted(len(borrowed), 'mesh')} found in the folder of another robot only, and "
+            f"taken from there: {some(borrowed, 3)}",
+            hint="if it is another mesh, 'packages: {NAME: DIR}' says where the right one is",
+        )
 
 
 #: What the warning says of a mesh that is not converted, and its hint, by its code.
 LOST = {
-    "mesh-missing": ("not found", "looked in: {why}"),
+    "mesh-missing": ("not found, and left out", "looked in: {why}"),
     "mesh-not-ours": (
         "not converted, as a file of the name is there that urdf2mbs did not write, or that was "
         "changed since",
         "move away: {why}",
     ),
     "mesh-too-large": (
-        "not converted: the files of all meshes are more than {at_most} MiB",
+        "left out: the files of all meshes are more than {at_most} MiB",
         "'convert-meshes: {{at_most: {more}}}' under 'passes' reads more, and takes up to 20 times "
         "the largest file's size in memory",
     ),
-    "mesh-unreadable": ("cannot be used", "{why}"),
+    "mesh-unreadable": ("left out, as the file cannot be used", "{why}"),
 }
 
 

@@ -23,7 +23,7 @@ from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.kinematics import Placement
 from urdf2mbs.mbs.model import Connection, Mbs
 from urdf2mbs.mbs.names import free_name
-from urdf2mbs.messages.diagnostics import ConfigError, counted
+from urdf2mbs.messages.diagnostics import ConfigError, counted, some
 from urdf2mbs.ranges import PositiveLength
 from urdf2mbs.spatial import Pose, Vec, compose, inverse, multiply, rotate, transpose, unit
 from urdf2mbs.states import Placed
@@ -71,11 +71,18 @@ class Loops(Pass):
         mbs = conversion.mbs
         cuts = dict(self.cuts)
         doubtful: set[str] = set()
+        left_out: dict[str, list[ClosingJoint]] = {}
         for extension in conversion.robot.extensions if self.from_urdf else ():
             for joint in extension.joints:
                 if joint.name not in self.cuts:
-                    _from_sdf(conversion, joint, cuts, doubtful)
+                    why = _from_sdf(conversion, joint, cuts, doubtful)
+                    if why:
+                        left_out.setdefault(why, []).append(joint)
                     conversion.state(Placed).elements.append(extension)
+        for why, (first, *others) in left_out.items():
+            joints = some((f"joint '{joint.name}'" for joint in (first, *others)), 4)
+            text = f"a joint in <gazebo> is left out: {why}: {joints}"
+            conversion.warn("loop-left-out", text, line=first.line)
         if not cuts:
             return
         from urdf2mbs_project.mass import Mass
@@ -117,22 +124,18 @@ class Loops(Pass):
 
 def _from_sdf(
     conversion: Conversion, joint: ClosingJoint, cuts: dict[str, Cut], doubtful: set[str]
-) -> None:
-    """The cuts of an SDF joint; those that may add no constraint go to ``doubtful``.
+) -> str:
+    """Add the cuts of an SDF joint; gives why there is none.
+
+    The names of those that may add no constraint go to ``doubtful``.
 
     A ball holds the joint's point.  A revolute joint has a second ball on its axis; a universal
     joint has a rod from the first axis, in the parent, to the second one, in the child, which
     holds the angle between them.
     """
 
-    def left_out(why: str) -> None:
-        conversion.warn(
-            "loop-left-out", f"joint '{joint.name}' in <gazebo> is left out: {why}", line=joint.line
-        )
-
     if joint.type not in ("ball", "universal", "revolute", "continuous", "fixed"):
-        left_out(f"it closes a loop by a {joint.type} joint, for which Robotran has no cut")
-        return
+        return f"it closes a loop by a {joint.type} joint, for which Robotran has no cut"
     poses = conversion.robot.poses()
     seen = compose(inverse(poses[joint.parent]), poses[joint.child])
 
@@ -149,8 +152,7 @@ def _from_sdf(
         parts.append(cut("ball", ends[0], ends[0]))
     elif joint.type == "universal":
         if not APART < dist(ends[0], ends[-1]) < 1.9 * APART:
-            left_out("a universal joint wants two axes, at right angles")
-            return
+            return "a universal joint wants two axes, at right angles"
         parts.append(cut("rod", ends[0], ends[-1]))
     taken = {*cuts, *conversion.robot.links}
     for number, part in enumerate(parts, start=1):
@@ -167,6 +169,7 @@ def _from_sdf(
         cuts[own] = part
         if number == 2:
             doubtful.add(own)
+    return ""
 
 
 def _add_cuts(conversion: Conversion, cuts: dict[str, Cut]) -> None:

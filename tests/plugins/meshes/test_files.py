@@ -103,6 +103,8 @@ def test_a_mesh_elsewhere_in_the_workspace_is_found(filename: str, tmp_path: Pat
     assert MeshFiles(Packages({}, robot)).resolve(filename) == mesh
     # which of several is meant is not known; a file of that name alone is another
     other = touch(tmp_path / "other" / "meshes" / "arm.stl")
+    assert MeshFiles(Packages({}, robot)).resolve(filename) in (mesh, other), "they are the same"
+    other.write_text("another")
     files = MeshFiles(Packages({}, robot))
     assert files.resolve(filename) is None
     (said,) = files.places_of(filename)
@@ -116,6 +118,26 @@ def test_the_package_of_a_mesh_decides_between_two(tmp_path: Path) -> None:
     (tmp_path / ".git").mkdir()
     mesh, _ = (touch(tmp_path / name / "meshes/m.stl") for name in ("deep/down/here/arm", "hand"))
     assert of(tmp_path / "urdf").resolve("package://arm/meshes/m.stl") == mesh
+
+
+@pytest.mark.parametrize(
+    ("worse", "better"),
+    [
+        ("arm/x/meshes/m.stl", "a/gone/ws/meshes/m.stl"),  # the package that the name has
+        ("hand/gone2/meshes/m.stl", "arm/meshes/m.stl"),  # not that of another robot
+        ("arm/x/meshes/m.stl", "arm/x/ws/meshes/m.stl"),  # the longer end
+        ("meshes/m.stl", "arm/meshes/m.stl"),  # the nearer one
+        ("arm/meshes/x/ws/meshes/m.stl", "arm/meshes/r/ws/meshes/m.stl"),  # called as the URDF
+    ],
+)
+def test_the_best_of_several_meshes_is_taken(worse: str, better: str, tmp_path: Path) -> None:
+    (tmp_path / ".git").mkdir()
+    touch(tmp_path / "hand" / "urdf" / "hand.urdf")
+    for name in (worse, better):
+        touch(tmp_path / name).write_text(name)
+    robot = touch(tmp_path / "arm" / "urdf" / "r.urdf")
+    found = MeshFiles(Packages({}, robot)).resolve("package://gone/ws/meshes/m.stl")
+    assert found == tmp_path / better
 
 
 def test_no_mesh_is_taken_from_outside_the_workspace_or_from_a_huge_one(

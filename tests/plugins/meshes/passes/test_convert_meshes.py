@@ -147,6 +147,32 @@ def test_a_mesh_elsewhere_is_taken_with_a_note(tmp_path: Path) -> None:
     assert len(conversion.files) == 1
 
 
+def test_a_mesh_of_another_robot_is_taken_with_a_warning(tmp_path: Path) -> None:
+    mesh = write_sample("stl_ascii", tmp_path / "atlas" / "meshes")
+    (tmp_path / "atlas" / "atlas.urdf").touch()
+    conversion = convert(tmp_path, [visual(f"package://gone/meshes/{mesh.name}")])
+    (one,) = conversion.diagnostics
+    assert (one.code, one.level) == ("mesh-borrowed", "warning")
+    assert str(mesh) in one.message
+    named = convert(tmp_path, [visual(f"package://atlas/meshes/{mesh.name}")])
+    assert not named.diagnostics, "the URDF names the robot that has it"
+
+
+def test_a_shape_whose_mesh_is_lost_is_left_out(tmp_path: Path) -> None:
+    """MBSysPad stops at a .wrl that is not there; one that the user has made is there."""
+    (tmp_path / "bad.stl").write_text("no mesh")
+    meshes = [visual(write_sample("stl_ascii", tmp_path)), visual("gone.stl"), visual("bad.stl")]
+    conversion = convert(tmp_path, meshes)
+    assert codes(conversion) == ["mesh-missing", "mesh-unreadable"]
+    assert names_of(conversion) == ["ascii.wrl"]
+    folder = file_of(conversion, shapes_of(conversion)[0]).parent
+    folder.mkdir(parents=True)
+    (folder / "gone.wrl").write_text("#VRML V2.0 utf8\n")
+    conversion = convert(tmp_path, meshes)
+    assert codes(conversion) == ["mesh-unreadable"]
+    assert names_of(conversion) == ["ascii.wrl", "gone.wrl"]
+
+
 def test_missing_texture_is_one_warning_for_all_meshes(tmp_path: Path) -> None:
     for name in ("a.dae", "b.dae"):
         (tmp_path / name).write_text(dae_textured_text("lost.png"))
@@ -181,12 +207,12 @@ def test_what_all_meshes_together_may_take_is_bounded(tmp_path: Path) -> None:
 
 
 def test_progress_names_each_mesh(tmp_path: Path) -> None:
-    meshes = [visual(write_sample("stl_ascii", tmp_path)), visual("gone.stl")]
-    conversion = convert(tmp_path, meshes)
+    samples = [write_sample(name, tmp_path) for name in ("stl_ascii", "obj_quads")]
+    conversion = convert(tmp_path, [visual(sample) for sample in samples])
     told: list[str] = []
     conversion.progress = told.append
     ConvertMeshes().run(conversion)
-    assert ["1 of 2" in told[0], "gone.stl" in told[1]] == [True, True]
+    assert ["1 of 2" in told[0], samples[1].name in told[1]] == [True, True]
 
 
 # --- what is there already ---------------------------------------------------------------------
