@@ -8,7 +8,7 @@
 
 /* --- model --- (an example: each file has its own) */
 enum {JOINTS = 3, ANY_DRIVEN = 0, LINKS = 0, LINKS3D = 0, EXTFORCES = 0};
-enum {DEPENDENT = 1, INDEPENDENT = 2, CUTS = 1, USER_ROWS = 0};
+enum {DEPENDENT = 1, INDEPENDENT = 2, CUTS = 1, USER_ROWS = 0, ROWS = 1};
 /* numbers of the joints, the first of each list not being used */
 static const int dependent[] = {0, 3};
 static const int independent[] = {0, 1, 2};
@@ -81,17 +81,17 @@ static void set_forces(MbsData *s, double tsim)
 #else
 #define KEPT static __thread
 #endif
-KEPT double Jac[DEPENDENT + 1][JOINTS + 1], h[DEPENDENT + 1];
+KEPT double Jac[ROWS + 1][JOINTS + 1], h[ROWS + 1];
 /* The columns of Jac of the dependent joints, as two triangles with the inverse of each pivot, and
    the rows that were swapped. */
-KEPT double LU[DEPENDENT + 1][DEPENDENT + 1];
-KEPT int swapped[DEPENDENT + 1];
+KEPT double LU[ROWS + 1][ROWS + 1];
+KEPT int swapped[ROWS + 1];
 /* The Jac that LU was made of, at first none: where all rules are constant it stays the same. */
-KEPT double factored[DEPENDENT + 1][JOINTS + 1] = {{1.0}};
+KEPT double factored[ROWS + 1][JOINTS + 1] = {{1.0}};
 /* The dependent joints follow so many leaders, which are independent or driven: their qdd is B
    times the qdd of these, plus the column 0 of B.  B is new if LU is. */
 KEPT int leaders, leader[JOINTS + 1], known;
-KEPT double B[DEPENDENT + 1][JOINTS - DEPENDENT + 1];
+KEPT double B[ROWS + 1][JOINTS + 1];
 
 void mbs_cons_hJ(double *h, double **Jac, MbsData *s, double tsim);
 void mbs_cons_jdqd(double *Jdqd, MbsData *s, double tsim);
@@ -110,7 +110,7 @@ static void subtract(double *row, double f, const double *other, int first, int 
    can be done. */
 static int factor(void)
 {
-    double size[DEPENDENT + 1];
+    double size[ROWS + 1];
     if (memcmp(factored, Jac, sizeof Jac) == 0)
         return 0;
     factored[0][0] = 1.0;
@@ -167,7 +167,7 @@ static void solve(int first, int last)
 
 static void set_constraints(MbsData *s, double tsim)
 {
-    double *rows[DEPENDENT + 1];
+    double *rows[ROWS + 1];
     for (int i = 0; i <= DEPENDENT; i++)
         rows[i] = Jac[i];
     memset(Jac, 0, sizeof Jac);
@@ -211,13 +211,13 @@ static int close_loops(MbsData *s, double tsim)
         }
         if (factor())
             return -1;
+        solve(0, 0); /* once more where all is closed: what is left then is rounding */
+        for (int i = 1; i <= DEPENDENT; i++)
+            s->q[dependent[i]] += B[i][0];
         if (closed)
             break;
         if (turn == 100)
             return -1;
-        solve(0, 0);
-        for (int i = 1; i <= DEPENDENT; i++)
-            s->q[dependent[i]] += B[i][0];
     }
     if (!known) {
         set_leaders();
@@ -254,7 +254,7 @@ void mbs_dirdyna(double **M, double *c, MbsData *s, double tsim);
 
 KEPT double M[JOINTS + 1][JOINTS + 1], Q[JOINTS + 1];
 /* The mass matrix of the independent joints (below its diagonal), and their qdd. */
-KEPT double A[INDEPENDENT + 1][INDEPENDENT + 1], x[INDEPENDENT + 1];
+KEPT double A[JOINTS + 1][JOINTS + 1], x[JOINTS + 1];
 
 /* Let the independent joints feel the dependent ones: M becomes T' M T and Q becomes T' Q, where
    T is the unit matrix with B in the rows of the dependent joints. */

@@ -108,7 +108,7 @@ class CWriter(Writer):
         if loops is not None:
             text += _enum(
                 {"DEPENDENT": len(loops.dependent), "INDEPENDENT": len(loops.independent),
-                 "CUTS": loops.cuts, "USER_ROWS": loops.user}
+                 "CUTS": loops.cuts, "USER_ROWS": loops.user, "ROWS": loops.cuts + loops.user}
             )  # fmt: skip
             text += "/* numbers of the joints, the first of each list not being used */\n"
             for name in lists:

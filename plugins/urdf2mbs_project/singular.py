@@ -84,7 +84,7 @@ def find_singular(mbs: Mbs, rules: Mapping[str, Rule] = {}) -> list[Singular]:
     ``rules``: the joints that follow others, none of which follows another itself.  Raises
     TooLargeError.
     """
-    size = _size(mbs)
+    size = size_of(mbs)
     if all(_resists_all(body, size) and _independent(body) for body in mbs.bodies):
         return []
     joints = mbs.joints()
@@ -107,7 +107,7 @@ def find_singular(mbs: Mbs, rules: Mapping[str, Rule] = {}) -> list[Singular]:
     return always + at_start
 
 
-def _size(mbs: Mbs) -> float:
+def size_of(mbs: Mbs) -> float:
     """A length (m) about as large as the robot."""
     lengths: list[float] = []
     for _, owner in mbs.owners():
@@ -139,22 +139,38 @@ def _singular_at(
     mbs: Mbs, values: dict[str, float], rules: Mapping[str, Rule], size: float
 ) -> list[Singular]:
     """The singular joints at one position (rad or m)."""
+    values = values | {
+        name: rule.multiplier * values[rule.leader] + rule.offset for name, rule in rules.items()
+    }
+    joints = mbs.joints()
+    free = [name for name, j in joints.items() if j.nature != "driven" and name not in rules]
+    moves = {name: {name: 1.0} for name in free}
+    for name, (leader, multiplier, _) in rules.items():
+        if leader in moves:
+            moves[leader][name] = multiplier
+    return singular_at(mbs, values, moves, size)
+
+
+def singular_at(
+    mbs: Mbs, values: Mapping[str, float], moves: Mapping[str, Mapping[str, float]], size: float
+) -> list[Singular]:
+    """The singular ones of the free joints at one position (rad or m).
+
+    ``moves``: how fast each joint moves while a free joint does so at speed 1, by the name of the
+    free joint, from the base outwards; ``size`` is that of the robot (m).
+    """
     import numpy as np
 
     from urdf2mbs_project.mass import Mass
 
-    values = values | {
-        name: rule.multiplier * values[rule.leader] + rule.offset for name, rule in rules.items()
-    }
     mass = Mass(mbs, values)
     joints = [placed.joint for placed in mass.placement.joints]
-    free = [j for j in joints if j.nature != "driven" and j.name not in rules]
-    column = {joint.name: k for k, joint in enumerate(free)}
+    row = {joint.name: k for k, joint in enumerate(joints)}
+    free = sorted(moves, key=row.__getitem__)
     reduction = np.zeros((len(joints), len(free)))
-    for row, joint in zip(reduction, joints, strict=True):
-        leader, multiplier, _ = rules.get(joint.name, Rule(joint.name, 1.0, 0.0))
-        if leader in column:
-            row[column[leader]] = multiplier
+    for k, name in enumerate(free):
+        for other, speed in moves[name].items():
+            reduction[row[other], k] = speed
     matrix = reduction.T @ mass.matrix @ reduction
     turns = np.array([joint.type[0] == "R" for joint in joints], float)
     moments = np.abs(mass.behind[:, [0, 1, 2], [0, 1, 2]]).sum(axis=1)
@@ -175,9 +191,9 @@ def _singular_at(
         others: tuple[str, ...] = ()
         if heavy[k]:
             along = _along(matrix, own, k, regular) if own[k] > least[k] else []
-            others = tuple(free[i].name for i in sorted(along))
+            others = tuple(free[i] for i in sorted(along))
             why = "together" if others else "no-inertia"
-        out.append(Singular(free[k].name, why, others))
+        out.append(Singular(free[k], why, others))
     return out[::-1]
 
 

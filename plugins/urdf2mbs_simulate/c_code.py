@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
+from urdf2mbs_equations.c import CWriter
 from urdf2mbs_equations.files import FUNCTIONS
 from urdf2mbs_project.code.c import STATES
 from urdf2mbs_simulate.data import MbsData
@@ -110,17 +111,22 @@ class Memory:
 
     def __init__(self, data: MbsData) -> None:
         self.kept = dict(vars(data))  # C works on these arrays, whatever user code puts there
-        self.c = c = _Data(njoint=data.njoint, nqu=data.nqu, nqv=data.nqv, Nux=data.Nux, DonePart=1)
+        self.c = c = _Data(njoint=data.njoint, Nux=data.Nux, DonePart=1)
         self.at = ctypes.byref(c)
-        for name in (*ROWS, *MORE_ROWS, "qd0", "Lambda"):
+        for name in (*ROWS, *MORE_ROWS, "qd0"):
             setattr(c, name, vector(getattr(data, name)))
         for name in (*TABLES, "SWr", "l3DWr"):
             setattr(c, name, table(getattr(data, name)))
-        for name in ("qu", "qv", "xfidpt"):
-            numbers = getattr(data, name)
-            setattr(c, name, (_int * len(numbers))(*map(int, numbers)))
+        c.xfidpt = (_int * len(data.xfidpt))(*map(int, data.xfidpt))
         c.dpt = table(data.dpt)
         c.g = (_double * 4)(*data.g)
+        self.take_partition(data)
+
+    def take_partition(self, data: MbsData) -> None:
+        self.c.nqu, self.c.nqv, self.c.Lambda = data.nqu, data.nqv, vector(data.Lambda)
+        for name in ("qu", "qv"):
+            numbers = getattr(data, name)
+            setattr(self.c, name, (_int * len(numbers))(*map(int, numbers)))
 
 
 class CCode(PythonCode):
@@ -133,22 +139,31 @@ class CCode(PythonCode):
         self.name = "C" if self.in_c else "C, user functions in Python"
         self.has_loop = self.in_c or self.has_loop
         self.raised: BaseException | None = None
-        self.library = _library(data, self.rows, sources)
+        self.library = _library(data, self.rows, sources, chosen=self.has_loops)
         self.memory = memory = Memory(data)
         self.c, self.at = memory.c, memory.at
         # arguments that are made once, since this is called some ten thousand times a second
-        self.y, self.f = np.empty((2, 2 * data.nqu + data.Nux))
         self.jac = np.zeros((sum(self.rows) + 1, data.njoint + 1))
         self.h, self.phi = np.zeros(sum(self.rows) + 1), np.zeros(data.njoint + 1)
         self.model = self._user_models()
-        self.c.guess, self.c.user_model = vector(self.guess), vector(self.model)
-        self.buffers = vector(self.y), vector(self.f)
+        self.c.user_model = vector(self.model)
+        self.repartition(self.kept)
         self.rows_at, self.phi_at = (vector(self.h), table(self.jac)), vector(self.phi)
         self.function = self.library.accelerate
         self.function.argtypes = [ctypes.c_void_p, _double, _row, _row]
         self.hooks = _Hooks.in_dll(self.library, "hooks")
         ctypes.memset(ctypes.byref(self.hooks), 0, ctypes.sizeof(self.hooks))  # of an earlier run
         self._set_hooks()
+
+    def repartition(self, kept: Any) -> None:
+        super().repartition(kept)
+        if not hasattr(self, "c"):  # not yet
+            return
+        self.memory.take_partition(self.data)
+        self.y, self.f = np.empty((2, 2 * self.data.nqu + self.data.Nux))
+        self.c.guess, self.buffers = vector(self.guess), (vector(self.y), vector(self.f))
+        if self.has_loops and len(kept) == self.data.nqv:
+            self.library.set_partition(self.at, (_int * len(kept))(*map(int, kept + 1)))
 
     def accelerate(self, t: float, y: Any) -> Any:
         self.y[:] = y
@@ -167,15 +182,16 @@ class CCode(PythonCode):
         return np.full(found.shape, np.nan) if failed else found.T.copy()
 
     def solve(self) -> bool:
-        failed = bool(self.library.mbs_accelred(self.at, _double(self.data.tsim)))
+        accelred = self.library.kept_accelred if self.has_loops else self.library.mbs_accelred
+        failed = bool(accelred(self.at, _double(self.data.tsim)))
         self._check()
         return failed
 
-    def jacobian(self) -> Any:
+    def constraints(self) -> tuple[Any, Any]:
         self.jac[:] = 0.0
         self.library.constrain(self.at, *self.rows_at)
         self._check()
-        return self.jac
+        return self.h[1:].copy(), self.jac[1:].copy()
 
     def inverse(self) -> Any:
         self.library.mbs_invdyna(self.phi_at, self.at, _double(self.data.tsim))
@@ -262,15 +278,29 @@ class CCode(PythonCode):
         setattr(self.hooks, name, _HOOKS[name](call))
 
 
-def _library(data: MbsData, rows: tuple[int, int], sources: list[Path]) -> Any:
-    """The equations and user functions of a simulation."""
-    files = equations(data, ["accelred", "invdyna"], "c")
-    texts = [file.read_text("utf-8", "replace") for file in (*files.values(), *sources)]
-    called = re.findall(r"\bmbs_(\w+)\(", re.sub(r"(?s)/\*.*?\*/|//[^\n]*", "", "".join(texts)))
-    files = equations(data, sorted({*called} & {*FUNCTIONS}), "c")
+def _library(data: MbsData, rows: tuple[int, int], sources: list[Path], *, chosen: bool) -> Any:
+    """The equations and user functions of a simulation; ``chosen``: with accelred for a partition
+    that is chosen."""
     defines = [f"-DRUN_JOINTS={data.njoint}", f"-DRUN_CUTS={rows[0]}", f"-DRUN_USER_ROWS={rows[1]}"]
     defines += ["-DUSER_IN_C"] * bool(sources)
-    return compiled(data, [HERE / "runtime.c", *files.values(), *sources], *defines)
+    files = equations(data, ["invdyna"] if chosen else ["accelred", "invdyna"], "c")
+    own = [HERE / "runtime.c", *sources]
+    if chosen:
+        writer = CWriter(data.mbs)
+        facts = {**writer.facts(), "ANY_DRIVEN": bool(data.nqc)}
+        words = ", ".join(f"{name} = {int(value)}" for name, value in facts.items())
+        defines += [f"-DRUN_FACTS={words}", "-DRUN_ACCELRED=kept_accelred"]
+        text = (HERE / "partition.c").read_text().replace(
+            '#include "accelred.c"', writer.sections("info", "calls", "forces", "loops", "accelred")
+        )  # fmt: skip
+        own.append(cache_folder() / "equations" / f"{sha256(text.encode()).hexdigest()[:32]}.c")
+        if not own[-1].is_file():
+            keep(own[-1], text.encode())
+    texts = [file.read_text("utf-8", "replace") for file in (*files.values(), *own[1:])]
+    called = re.findall(r"\bmbs_(\w+)\(", re.sub(r"(?s)/\*.*?\*/|//[^\n]*", "", "".join(texts)))
+    known = {*FUNCTIONS} - ({"accelred"} if chosen else set())
+    files = equations(data, sorted({*called} & known), "c")
+    return compiled(data, [*files.values(), *own], *defines)
 
 
 def compiled(data: MbsData, sources: list[Path], *defines: str) -> Any:

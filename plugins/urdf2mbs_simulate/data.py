@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 import os
 from collections import defaultdict
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -35,7 +36,13 @@ class MbsData:
     ) -> None:
         self.mbs_file = Path(path).absolute()
         self.model = files.read_model(path)
+        self.said: list[str] = []
+        """What a simulation takes otherwise than the .mbs has it."""
         self.mbs = mbs = read(self.model, str(path))
+        for cut in [cut for cut in mbs.cuts if cut.is_draft]:
+            mbs.cuts.remove(cut)
+            text = f"{cut.kind} '{cut.name}' is left out: an end of it is on no body or no point"
+            self.said.append(text)
         self.mbs_name = mbs.name
         self.project = files.project_of(self.mbs_file)
         self.user_path = self.project / user_path
@@ -52,6 +59,8 @@ class MbsData:
         """Adds their joint forces to Qq, at a time."""
         self.user_constraints: int | None = None
         """How many there are, once somebody has said it."""
+        self.held: list[int] = []
+        """Joints that move nothing that has mass."""
         self.process, self.flag_stop, self.DonePart, self.tsim = 0, 0, 0, 0.0
 
     def _joints(self) -> None:
@@ -63,9 +72,15 @@ class MbsData:
             self.q[number], self.qd[number] = joint.q or 0.0, joint.qd or 0.0
             self.qdd[number] = joint.qdd or 0.0
         self.q0, self.qd0, self.qdd0 = self.q.copy(), self.qd.copy(), self.qdd.copy()
-        natures = [joint.nature for joint in joints]
+        self.natures = [joint.nature for joint in joints]
+        self.divide({})
+
+    def divide(self, changes: Mapping[int, str]) -> None:
+        """Let joints be independent, dependent or driven."""
+        for number, nature in changes.items():
+            self.natures[number - 1] = nature
         self.qu, self.qv, self.qc = (
-            np.array([0, *(k for k, nature in enumerate(natures, start=1) if nature == kind)])
+            np.array([0, *(k for k, nature in enumerate(self.natures, start=1) if nature == kind)])
             for kind in ("independent", "dependent", "driven")
         )
         self.nqu, self.nqv, self.nqc = (len(kind) - 1 for kind in (self.qu, self.qv, self.qc))

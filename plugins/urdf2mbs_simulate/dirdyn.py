@@ -18,6 +18,7 @@ from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs_project.code import starters
 from urdf2mbs_simulate.data import MbsData
 from urdf2mbs_simulate.equations import SimulationError
+from urdf2mbs_simulate.partition import check_held, choose_again, hold_in_tree, part
 from urdf2mbs_simulate.push import add_pushes
 from urdf2mbs_simulate.python_code import PythonCode, loaded, shown
 from urdf2mbs_simulate.results import Recorder, Results
@@ -46,7 +47,7 @@ WITHOUT_EFFECT = frozenset([
 
 
 class MbsPart:
-    """Partition: it is that of the .mbs, and the loops must close at the start."""
+    """Partition: that of the .mbs where it fits, else Robotran's choice; the loops are closed."""
 
     def __init__(self, mbs_data: MbsData) -> None:
         self.mbs_data = mbs_data
@@ -55,10 +56,12 @@ class MbsPart:
         """The partition of the .mbs needs none of Robotran's options."""
 
     def run(self) -> None:
-        """Close the loops at the start; mbs_data.DonePart is 1 then."""
+        """Choose, and close the loops at the start; mbs_data.DonePart is 1 then."""
         data = self.mbs_data
         with loaded(data), shown(data):
-            data.DonePart = int(close(data, PythonCode(data)))
+            code = choose_code(data, None)
+            part(code)
+            data.DonePart = int(close(data, code))
 
 
 class MbsDirdyn:
@@ -110,6 +113,8 @@ def choose_code(data: MbsData, language: str | None) -> PythonCode:
 
     if language not in (None, "c", "python"):
         raise ConfigError("usage", f"there is no language '{language}'", hint="c, or python")
+    if not (data.mbs.cuts or data.nqv or data.held):
+        hold_in_tree(data)
     if language == "python" or (language is None and compiler() is None):
         written = {file.suffix for file in data.user_path.glob("user_JointForces.*")}
         if written == {".c"}:
@@ -145,7 +150,10 @@ def integrate(
     if not time < end < np.inf or not all(options[x] > 0 for x in ("framerate", "rtoler", "dt0")):
         raise ConfigError("usage", f"a run from {time:g} to {end:g} s, with {options}, is none")
     data.tsim = time
-    if not (np.isfinite(code.state()).all() and close(data, code)):
+    if not np.isfinite(data.q + data.qd).all():
+        raise _no_partition(data)
+    part(code)
+    if not close(data, code):
         raise _no_partition(data)
     code.call("user_dirdyn_init", dirdyn)
     from scipy.integrate import DOP853, RK23, RK45  # which takes 0.2 s
@@ -153,6 +161,7 @@ def integrate(
     recorder, y = Recorder(data, code), code.state()
     frames = np.linspace(time, end, max(1, round((end - time) * options["framerate"])) + 1)
     recorder.add(time, y)
+    check_held(data)
     count, steps, before = 1, 0, time
     for stop in [*_breaks(data, time, end), end]:
         # a force that begins at this time has not begun at the end of the step before
@@ -182,6 +191,10 @@ def integrate(
                 for frame in frames[count:passed]:
                     recorder.add(float(frame), y if frame == time else between(frame))
                 count = passed
+                check_held(data)
+            if choose_again(code):
+                y = code.state()
+                solver = _solver(code, time, y, last, options)
         time = stop
     code.call("user_dirdyn_finish", dirdyn)
     return recorder.results()

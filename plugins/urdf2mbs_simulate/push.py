@@ -11,6 +11,7 @@ import numpy as np
 from urdf2mbs.messages.diagnostics import ConfigError, nearest
 from urdf2mbs.spatial import ZERO, Vec
 from urdf2mbs_simulate.data import MbsData, MbsSensor
+from urdf2mbs_simulate.python_code import default
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _FORM = re.compile(
@@ -58,6 +59,8 @@ def add_pushes(data: MbsData) -> None:
                 data.Qq[1:] += frame.J[1:, 1:].T @ [*push.force, *moment]
 
     def user_joint_forces(mbs_data: MbsData, tsim: float) -> None:
+        if user is default(data, "user_JointForces"):  # which leaves the last pushes in Qq
+            data.Qq[1:] = 0.0
         user(mbs_data, tsim)
         add(tsim)
 

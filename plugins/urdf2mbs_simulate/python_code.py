@@ -15,6 +15,7 @@ import numpy as np
 
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs_equations.files import FUNCTIONS, OWN
+from urdf2mbs_equations.python import PythonWriter
 from urdf2mbs_simulate.data import MbsData
 from urdf2mbs_simulate.equations import SimulationError, equations
 
@@ -130,10 +131,21 @@ class PythonCode:
 
     def __init__(self, data: MbsData) -> None:
         self.data = data
-        self.free, self.dependent = data.qu[1:], data.qv[1:]
         self.rows = count_rows(data)
-        self.guess = data.q[self.dependent]
+        self.has_loops = bool(sum(self.rows) or data.nqv or data.held)
+        """Whether accelred is that of the partition, not that of the project."""
         self.has_loop = data.user_dirdyn_loop is not _nothing
+        self.repartition(np.arange(sum(self.rows)))
+
+    def repartition(self, kept: Any) -> None:
+        """Take the joints of the data, and of the constraints these rows."""
+        data = self.data
+        self.kept = kept
+        self.least: float | None = None
+        self.free, self.dependent = data.qu[1:], data.qv[1:]
+        self.guess = data.q[self.dependent]
+        if type(self) is PythonCode and self.has_loops:
+            self.accelred = _accelred(data, self.rows, kept)
 
     def state(self) -> Any:
         """q and qd of the independent joints, and ux."""
@@ -170,8 +182,9 @@ class PythonCode:
 
     def solve(self) -> bool:
         """Set all qdd, and q and qd of dependent joints; True where the loops cannot be closed."""
+        accelred = self.accelred if self.has_loops else self.data.mbs_accelred
         try:
-            return bool(self.data.mbs_accelred(self.data, self.data.tsim))
+            return bool(accelred(self.data, self.data.tsim))
         except np.linalg.LinAlgError:
             return True
 
@@ -183,20 +196,20 @@ class PythonCode:
             return
         rest = self.inverse() - data.Qq
         if data.nqv:
-            jac = self.jacobian()[1:]
+            jac = self.constraints()[1][self.kept]
             data.Lambda[1:] = np.linalg.solve(jac[:, self.dependent].T, rest[self.dependent])
             rest -= jac.T @ data.Lambda[1:]
         data.Qc[data.qc[1:]] = rest[data.qc[1:]]
 
-    def jacobian(self) -> Any:
-        """Of all constraints by joints, from index 1."""
+    def constraints(self) -> tuple[Any, Any]:
+        """h and Jac of all constraints, kept or not, from row 0; the columns count from 1."""
         data, (cuts, user) = self.data, self.rows
         h, jac = np.zeros(cuts + user + 1), np.zeros((cuts + user + 1, data.njoint + 1))
         if cuts:
             data.mbs_cons_hJ(h, jac, data)
         if user:
             data.user_cons_hJ(h[cuts:], jac[cuts:], data, data.tsim)
-        return jac
+        return h[1:], jac[1:]
 
     def inverse(self) -> Any:
         """The forces that the joints need for the present state and accelerations."""
@@ -209,24 +222,39 @@ class PythonCode:
         getattr(self.data, name)(self.data, dirdyn)
 
 
+def _accelred(data: MbsData, rows: tuple[int, int], kept: Any) -> Function:
+    """accelred with the partition of the data, from the template of those that are generated."""
+    writer = PythonWriter(data.mbs)
+    cuts, user = rows
+    names: dict[str, Any] = {
+        **writer.facts(), "ANY_DRIVEN": bool(data.nqc), "CUTS": cuts, "USER_ROWS": user, "np": np,
+        "DEPENDENT": data.qv[1:].tolist(), "INDEPENDENT": data.qu[1:].tolist(),
+        "DRIVEN": data.qc[1:].tolist(),
+    }  # fmt: skip
+    exec(compile(writer.sections("forces", "loops", "accelred"), "accelred.py.in", "exec"), names)
+    every_hj, every_derivative = names["_constraints"], names["_derivative"]
+    names["_constraints"] = lambda *words: tuple(every[kept] for every in every_hj(*words))
+    names["_derivative"] = lambda s: every_derivative(s)[kept]
+    return cast(Function, names["accelred"])
+
+
 def count_rows(data: MbsData) -> tuple[int, int]:
-    """How many equations the cuts make, and how many the user's functions: as many as the cuts
-    leave dependent joints for."""
+    """How many equations the cuts make, and how many the user's functions: as many as somebody has
+    said, else as the cuts leave dependent joints for."""
     cuts = 0
     if data.mbs.cuts:
         from urdf2mbs_equations.constraints import count_equations
 
         cuts = count_equations(data.mbs)
-    user = data.nqv - cuts
-    said = data.user_constraints
-    if said is None:
+    user = data.user_constraints
+    if user is None:
         here = any(list(data.user_path.glob(f"user_cons_hJ.{end}")) for end in ("py", "c"))
-        said = user if here else 0
-    if user != said:
+        user = max(data.nqv - cuts, 0) if here else 0
+    if data.mbs.user_constraints and not user:
         raise SimulationError(
             "partition",
             f"{data.nqv} joints are dependent, and there are {cuts} equations of cuts and "
-            f"{said} of user_cons_hJ: there must be as many",
+            "0 of user_cons_hJ, though the .mbs names user constraints",
             file=str(data.mbs_file),
             hint="is the .mbs without the user functions of its project?",
         )

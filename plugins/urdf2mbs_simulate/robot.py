@@ -14,6 +14,7 @@ from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs_simulate.c_code import CCode, Memory, SensorInC, compiled, compiler, table, vector
 from urdf2mbs_simulate.data import MbsData, MbsSensor
 from urdf2mbs_simulate.equations import SimulationError, equations
+from urdf2mbs_simulate.partition import part
 from urdf2mbs_simulate.project import project_of
 from urdf2mbs_simulate.python_code import USER, PythonCode, default, loaded
 
@@ -103,6 +104,10 @@ class Robot:
             raise TypeError("loops are closed for floats only: leave math out")
         if self.code is None:
             self.code = self._load_code()
+            self._set(q=q)
+            if len(self.code.kept) != self.data.nqv:
+                with loaded(self.data):
+                    part(self.code)
         self._set(q=q, qd=qd, Qq=tau, qdd=ZERO)
         with loaded(self.data):
             failed = self.code.solve()

@@ -10,7 +10,10 @@
 #include "mbs_sensor.h"
 #include "set_output.h"
 
-int mbs_accelred(MbsData *s, double tsim);
+#ifndef RUN_ACCELRED
+#define RUN_ACCELRED mbs_accelred
+#endif
+int RUN_ACCELRED(MbsData *s, double tsim);
 void mbs_cons_hJ(double *h, double **Jac, MbsData *s, double tsim);
 
 /* Functions of Python: each works on the arrays of MbsData, and on what is beside them here. */
@@ -128,7 +131,7 @@ int accelerate(MbsData *s, double t, const double *y, double *f)
     for (int i = 0; i < s->nqv; i++)
         s->q[s->qv[i + 1]] = s->guess[i];
     memcpy(s->ux + 1, y + 2 * n, s->Nux * sizeof *y);
-    if (mbs_accelred(s, t))
+    if (RUN_ACCELRED(s, t))
         return -1;
     if (s->Nux)
         user_Derivative(s);

@@ -167,7 +167,7 @@ def _described(results: Results, files: list[Path], seconds: float) -> dict[str,
     return {
         "model": results.data.mbs_name, "language": results.language, "stopped": results.stopped,
         "time": float(results.time[-1]), "frames": len(results.time), "wall_time": seconds,
-        "files": [str(file) for file in files],
+        "files": [str(file) for file in files], "partition": results.data.said,
     }  # fmt: skip
 
 
@@ -179,6 +179,8 @@ def _tell(results: Results, files: list[Path], seconds: float) -> None:
     print(f"  equations and user functions in {results.language}")
     if not data.user_path.is_dir():
         print("  no user functions: gravity alone moves it")
+    for said in data.said:
+        print(f"  {said}")
     if results.stopped:
         print(f"a user function has stopped the run at {time:g} s (flag_stop)", file=sys.stderr)
     moved = abs(results.q[:, 1:] - results.q[0, 1:]).max(axis=0)

@@ -138,7 +138,7 @@ def test_what_constraints_and_drives_do_is_what_is_left_of_the_forces(
         data.qd[data.qu[1:]] = np.linspace(-1.0, 1.0, data.nqu)
         assert not code.solve()
         code.react()
-        jac = np.array(code.jacobian()[1:])
+        jac = code.constraints()[1]
         rest = code.inverse() - data.Qq - jac.T @ data.Lambda[1:]
         scale = 1e-9 * np.abs(code.inverse()).max()
         assert np.allclose(rest[data.qc[1:]], data.Qc[data.qc[1:]], rtol=0, atol=scale)
@@ -319,13 +319,11 @@ def test_the_start_is_closed_or_not(rich: Path) -> None:
     assert data.DonePart == 1
     data = MbsData(model(rich))
     data.lrod[1] = 9.0  # longer than all bars together
-    MbsPart(data).run()
+    with pytest.raises(RuntimeError, match=r"rod 'tie' is \S+ mm from closed along the rod"):
+        MbsPart(data).run()
     assert data.DonePart == 0
     dirdyn = MbsDirdyn(data)
     dirdyn.set_options(language="python", save2file=0)
-    names = [name for name, number in data.joint_id.items() if number in data.qv[1:]]
-    with pytest.raises(ConversionError, match=", ".join(names)):
-        dirdyn.run()
     data.q[2] = math.nan
     with pytest.raises(ConversionError, match=f"position or speed of '{list(data.joint_id)[1]}'"):
         dirdyn.run()
@@ -386,7 +384,7 @@ def test_what_the_user_has_not_gives_what_is_there(rich: Path) -> None:
 @pytest.mark.skipif(compiler() is None, reason="no C compiler")
 @pytest.mark.parametrize("call", [
     lambda code, y: code.accelerate(0.0, y), lambda code, y: code.slopes(0.0, y),
-    lambda code, _: code.solve(), lambda code, _: code.jacobian(),
+    lambda code, _: code.solve(), lambda code, _: code.constraints(),
 ])  # fmt: skip
 def test_what_python_raises_comes_through_c(rich: Path, call: Any) -> None:
     data = MbsData(model(rich))

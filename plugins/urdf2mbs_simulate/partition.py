@@ -1,0 +1,320 @@
+"""Partition: the joints that the loops rule, the equations that are kept, the joints that are held.
+
+The .mbs says which joints are dependent.  Its choice stands where there are as many equations, and
+they rule these joints.  Else it is made by the rule of Robotran's MbsPart: the Jacobian of the
+declared joints, their zeros disturbed, is eliminated with complete pivoting; what it leaves over is
+no dependent joint, or no equation that is kept.  Newton's method closes the loops from the drawn
+pose, and the choice is made once more there.  Joints that are not declared follow where the
+declared ones are too few.
+
+The rank is that of a closed pose near by: a loop such as Bennett's has redundant equations only
+where it is closed, and one at a dead point has too few there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from urdf2mbs_equations.constraints import constant_gaps, constraints
+from urdf2mbs_equations.tree import Tree, is_fixed
+from urdf2mbs_project.singular import GOLDEN, TooLargeError, find_singular, singular_at, size_of
+from urdf2mbs_simulate.data import MbsData
+from urdf2mbs_simulate.equations import SimulationError
+
+if TYPE_CHECKING:
+    from urdf2mbs_simulate.python_code import PythonCode
+
+#: Zeros of dependent joints are disturbed by this (rad, m) before the choice, as by Robotran.
+DISTURBED = 1e-5
+#: How far away (rad, m) the closed pose is where the rank is found.
+AWAY = 1e-2
+#: A singular value is none if it is so small a part of the largest, as a row is.
+RANK, ROW = 1e-5, 1e-8
+#: A loop is closed where a joint would close it by so little a move (rad, m).
+CLOSED = 1e-10
+#: The longest step (rad, m) of Newton's method.
+STEP = 0.3
+#: A new choice is made where the determinant of the dependent joints falls to a 30th.
+NEARLY = -np.log(30.0)
+
+
+def hold_in_tree(data: MbsData) -> None:
+    """Hold the joints of a model without loops that move nothing that has mass."""
+    if _has_motion(data):
+        with suppress(TooLargeError):
+            _hold(data, (found.joint for found in find_singular(data.mbs) if found.always))
+
+
+def part(code: PythonCode) -> None:
+    """Choose dependent joints and equations, and close the loops from the present position.
+
+    ``data.said`` tells what was chosen.  Raises SimulationError where a loop does not close.
+    """
+    data = code.data
+    if not code.has_loops:
+        return
+    data.said += [said for _, said in constant_gaps(data.mbs) if said not in data.said]
+    if not sum(code.rows):
+        wrong = data.qv[1:]
+        data.divide(dict.fromkeys(wrong, "independent"))
+        _tell_joints(data, wrong, [])
+        code.repartition(np.arange(0))
+    elif not _fits(code):
+        _choose(code)
+    _hold_in_loops(code)
+
+
+def _fits(code: PythonCode) -> bool:
+    """Whether the present choice stands; the loops are closed then."""
+    rows, dependent = code.kept, code.dependent
+    if len(rows) != len(dependent) or not close(code, rows, dependent, dependent):
+        return False
+    return _rank(code.constraints()[1][:, dependent]) == len(rows)
+
+
+def _choose(code: PythonCode) -> None:
+    data, drawn = code.data, code.data.q.copy()
+    declared = data.qv[1:]
+    groups = [declared, data.qu[1:]]
+    every = np.arange(sum(code.rows))
+    data.q[declared] += np.where(drawn[declared] == 0.0, _spread(declared) * DISTURBED, 0.0)
+    start = data.q.copy()
+    all_closed = close(code, every, declared, declared) or close(
+        code, every, np.concatenate(groups), declared
+    )
+    if not all_closed:
+        raise _open(code)
+    near = data.q.copy()
+    ranks = _ranks_away(code, groups)
+    for first in (start, near):  # where Newton fails from the drawn pose, a near one is closed
+        data.q[:] = first
+        rows, columns = _pivots(code.constraints()[1], groups, ranks)
+        if not close(code, rows, columns, every):
+            continue
+        rows, columns = _pivots(code.constraints()[1], groups, ranks)
+        if close(code, rows, columns, every):
+            break
+    else:
+        raise _open(code)
+    freed, added = np.setdiff1d(declared, columns), np.setdiff1d(columns, declared)
+    data.divide(dict.fromkeys(freed, "independent") | dict.fromkeys(added, "dependent"))
+    if len(rows) < len(every):
+        data.said.append(f"{len(rows)} of {len(every)} constraints are kept: they imply the others")
+    moved = [k for k in data.qu[1:] if abs(data.q[k] - drawn[k]) > 2 * DISTURBED]
+    if moved:
+        data.said.append(f"moved, for the loops to close: {_names(data, moved)}")
+    _tell_joints(data, freed, added)
+    code.repartition(np.sort(rows))
+
+
+def choose_again(code: PythonCode) -> bool:
+    """Choose other dependent joints where a motion has come near a pose at which the present ones
+    are singular; true if there are better ones.  The loops are closed."""
+    if not len(code.kept):
+        return False
+    data, jac = code.data, code.constraints()[1]
+    size = _determinant(jac, code.kept, code.dependent)
+    if code.least is None:
+        code.least = size + NEARLY
+    if size > code.least:
+        return False
+    groups = [np.concatenate([data.qv[1:], data.qu[1:]])]
+    rows, columns = _pivots(jac, groups, [len(code.kept)])
+    better = _determinant(jac, rows, columns)
+    code.least = max(size, better) + NEARLY
+    if better < size - NEARLY / 2:
+        return False
+    data.divide(dict.fromkeys(data.qv[1:], "independent") | dict.fromkeys(columns, "dependent"))
+    code.repartition(np.sort(rows))
+    return True
+
+
+def close(code: PythonCode, rows: Any, columns: Any, checked: Any) -> bool:
+    """Move the joints ``columns`` until the equations ``rows`` hold, by Newton's method with short
+    steps; whether all equations hold then."""
+    data, turns = code.data, 0
+    h, jac = code.constraints()
+    for _ in range(200):
+        size = np.abs(jac[:, 1:]).max(axis=1, initial=0.0) + (~jac[:, 1:].any(axis=1))
+        if not (np.isfinite(h).all() and np.isfinite(jac).all()):
+            return False
+        if np.all(np.abs(h[rows]) < CLOSED * size[rows]):
+            turns += 1
+            if turns == 3:  # as near as rounding allows
+                break
+        step = np.linalg.lstsq(jac[np.ix_(rows, columns)], -h[rows], rcond=RANK)[0]
+        step *= min(1.0, STEP / max(np.abs(step).max(initial=0.0), STEP))
+        here, gap = data.q[columns].copy(), np.linalg.norm(h[rows])
+        for half in range(10):
+            data.q[columns] = here + step * 0.5**half
+            h, jac = code.constraints()
+            if turns or np.linalg.norm(h[rows]) < gap:
+                break
+        else:
+            return False
+    return bool(np.all(np.abs(h) < 100 * CLOSED * size))
+
+
+def _pivots(jac: Any, groups: Sequence[Any], ranks: Sequence[int]) -> tuple[Any, Any]:
+    """Rows and columns (joints) by complete pivoting, of each group in turn until there are as many
+    as its rank (that of it with those before it)."""
+    left = jac.copy()
+    rows: list[int] = []
+    columns: list[int] = []
+    for group, rank in zip(groups, ranks, strict=True):
+        while len(rows) < rank:
+            part = np.abs(left[:, group])
+            part[rows] = 0.0
+            row, k = np.unravel_index(part.argmax(), part.shape)
+            pivot = left[row, group[k]]
+            if pivot == 0.0:
+                break
+            below = np.setdiff1d(np.arange(len(left)), [*rows, row])
+            left[below] -= np.outer(left[below, group[k]] / pivot, left[row])
+            left[below, group[k]] = 0.0
+            rows.append(int(row))
+            columns.append(int(group[k]))
+    return np.array(rows, int), np.array(columns, int)
+
+
+def _determinant(jac: Any, rows: Any, columns: Any) -> float:
+    """The logarithm of its size."""
+    return float(np.linalg.slogdet(jac[np.ix_(rows, columns)])[1])
+
+
+def _rank(jac: Any) -> int:
+    if not jac.size:
+        return 0
+    size = np.abs(jac).max(axis=1)
+    found = np.linalg.svd(
+        jac / np.maximum(size, ROW * size.max() or 1.0)[:, None], compute_uv=False
+    )
+    return int((found > RANK * found[0]).sum())
+
+
+def _ranks_away(code: PythonCode, groups: Sequence[Any]) -> list[int]:
+    """The ranks of the first groups together, at a closed pose near by."""
+    data, here = code.data, code.data.q.copy()
+    joints = np.concatenate(groups)
+    data.q[joints] += AWAY * _spread(joints)
+    if not close(code, np.arange(sum(code.rows)), joints, joints):
+        data.q[:] = here
+    _, jac = code.constraints()
+    data.q[:] = here
+    return [_rank(jac[:, np.concatenate(groups[: k + 1])]) for k in range(len(groups))]
+
+
+def _spread(joints: Any) -> Any:
+    """Irregular numbers from -1 to 1, the same for a joint at all times."""
+    return 2.0 * (GOLDEN * np.asarray(joints) % 1.0) - 1.0
+
+
+# --- joints without mass ---
+
+
+def _hold_in_loops(code: PythonCode) -> None:
+    """Hold the joints that move nothing that has mass, the dependent ones moving along."""
+    data = code.data
+    if not _has_motion(data):
+        return
+    here = data.q.copy()
+    free = data.qu[1:]
+    data.q[free] += AWAY * _spread(free)
+    if not close(code, code.kept, code.dependent, code.dependent):
+        data.q[:] = here
+    names = list(data.joint_id)
+    jac = code.constraints()[1][code.kept]
+    follow = -np.linalg.solve(jac[:, code.dependent], jac[:, free])
+    moves = {
+        names[k - 1]: {names[k - 1]: 1.0}
+        | {names[d - 1]: float(x) for d, x in zip(code.dependent, column, strict=True) if x}
+        for k, column in zip(free, follow.T, strict=True)
+    }
+    values = dict(zip(names, data.q[1:], strict=True))
+    found = singular_at(data.mbs, values, moves, size_of(data.mbs))
+    data.q[:] = here
+    if found:
+        _hold(data, (one.joint for one in found))
+        code.repartition(code.kept)
+
+
+def _has_motion(data: MbsData) -> bool:
+    """Whether something has mass, or is driven."""
+    joints = data.mbs.joints().values()
+    return bool(data.m.any()) or any(j.nature == "driven" and not is_fixed(j) for j in joints)
+
+
+def _hold(data: MbsData, joints: Iterable[str]) -> None:
+    data.held = [data.joint_id[joint] for joint in joints]
+    if data.held:
+        data.divide(dict.fromkeys(data.held, "driven"))
+        data.qd[data.held] = 0.0
+        data.qdd[data.held] = 0.0
+        data.said.append(f"held, since they move nothing that has mass: {_names(data, data.held)}")
+
+
+def check_held(data: MbsData) -> None:
+    """Raise SimulationError where a force acts along a joint that is held; Qc is known."""
+    size = 1.0 + max(np.abs(x[1:]).max(initial=0.0) for x in (data.Qq, data.Qc, data.Lambda))
+    for number in data.held:
+        if not abs(data.Qc[number]) < 1e-7 * size:
+            name = list(data.joint_id)[number - 1]
+            raise SimulationError(
+                "joint-without-mass",
+                f"at {data.tsim:g} s a force of {-data.Qc[number]:.3g} N m or N acts along joint "
+                f"'{name}', which moves nothing that has mass",
+                file=str(data.mbs_file),
+                hint="give what it moves a mass and an inertia, or let the joint be driven",
+            )
+
+
+# --- words ---
+
+
+def _tell_joints(data: MbsData, freed: Any, added: Any) -> None:
+    """What was chosen, and the lines that let the .mbs say the same."""
+    if len(freed):
+        text = f"dependent in the .mbs, but no constraint rules them: {_names(data, freed)}"
+        if not any(data.user_path.glob("user_cons_hJ.*")):
+            text += "; is user_cons_hJ of the project missing?"
+        data.said.append(text)
+    if len(added):
+        data.said.append(
+            f"dependent here, since those of the .mbs do not suffice: {_names(data, added)}"
+        )
+    for joints, nature in ((freed, "independent"), (added, "dependent")):
+        if len(joints):
+            data.said.append(f"in the .mbs: <nature>{nature}</nature> in {_names(data, joints)}")
+
+
+def _names(data: MbsData, joints: Iterable[int]) -> str:
+    names = list(data.joint_id)
+    return ", ".join(names[number - 1] for number in sorted(joints))
+
+
+def _open(code: PythonCode) -> SimulationError:
+    """The equation that is missed by most."""
+    data, (cuts, _) = code.data, code.rows
+    h, jac = code.constraints()
+    size = np.abs(jac[:, 1:]).max(axis=1, initial=0.0)
+    row = int(np.abs(h).argmax())
+    text = f"equation {row - cuts + 1} of user_cons_hJ is missed by {abs(h[row]):.3g}"
+    if row < cuts:
+        found = constraints(Tree(data.mbs))[row]
+        gap = abs(h[row])
+        if found.cut.kind == "rod":  # of which h is half the difference of squares
+            rods = [cut.name for cut in data.mbs.cuts if cut.kind == "rod"]
+            length = data.lrod[1 + rods.index(found.cut.name)]
+            gap = abs(np.sqrt(max(length**2 + 2.0 * h[row], 0.0)) - length)
+        gap, unit = (gap, "rad") if found.what.startswith("about") else (1000 * gap, "mm")
+        name = f"{found.cut.kind} '{found.cut.name}'"
+        text = f"{name} is {gap:.3g} {unit} from closed {found.what}"
+    what = "no joint moves it" if size[row] == 0.0 else "no pose near the drawn one closes it"
+    return SimulationError(
+        "partition", f"a loop cannot be closed: {text}, and {what}", file=str(data.mbs_file),
+        hint="draw the model nearer to a closed pose (initialvalue), or check lengths and points",
+    )  # fmt: skip

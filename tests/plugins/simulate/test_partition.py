@@ -1,0 +1,277 @@
+"""Loops of any kind are closed by a choice of joints and equations, and move as physics says; a
+joint without mass is held and named, or refused."""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from urdf2mbs import ConversionError, Results, load_equations, simulate
+from urdf2mbs.cli import main
+from urdf2mbs.mbs.model import BASE, Body, Connection, Joint, Mbs, Point
+from urdf2mbs.mbs.writer import write
+from urdf2mbs_simulate.c_code import compiler
+from urdf2mbs_simulate.equations import SimulationError
+from urdf2mbs_simulate.runtime import MbsData, MbsDirdyn, MbsPart
+
+FREE, FOLLOWS = "independent", "dependent"
+TIGHT: dict[str, Any] = {"method": "DOP853", "rtol": 1e-10, "atol": 1e-11, "rate": 50.0}
+
+
+def arm(
+    name: str, parent: str, *joints: tuple[str, float, str], at: Any = None, mass: float = 1.0,
+    speed: float | None = None, **points: Any,
+) -> Body:  # fmt: skip
+    """A body at a point of another, with joints (type, position, nature), the last with a speed."""
+    made = [
+        Joint(name=f"{name}_{k}", type=kind, nature=nature, q=q or None,
+              symbols=("q",) if nature == "driven" else None)
+        for k, (kind, q, nature) in enumerate(joints)
+    ]  # fmt: skip
+    made[-1].qd = speed
+    corners = [Point(name=point, coordinates=place) for point, place in points.items()]
+    inertia = tuple(mass * x for x in (0.02, 0.0, 0.0, 0.03, 0.0, 0.04))
+    return Body(
+        name=name, parent=None if parent == BASE else parent, point=at, joints=made, points=corners,
+        mass=mass or None, com=(0.1, 0.02, -0.05) if mass else None, inertia=inertia,  # type: ignore[arg-type]
+    )  # fmt: skip
+
+
+def made(tmp_path: Path, *bodies: Body, cuts: Any = (), **points: Any) -> Path:
+    model = Mbs("loops", bodies=list(bodies), cuts=[
+        Connection(kind, f"cut_{k}", one, other, *length)
+        for k, (kind, one, other, *length) in enumerate(cuts, start=1)
+    ])  # fmt: skip
+    model.base.points = [Point(name=name, coordinates=place) for name, place in points.items()]
+    file = tmp_path / f"{len(list(tmp_path.iterdir()))}" / "dataR" / "loops.mbs"
+    file.parent.mkdir(parents=True)
+    file.write_bytes(write(model))
+    return file
+
+
+def gaps(results: Results) -> float:
+    """The largest constraint, kept or not, of all frames."""
+    data, worst = results.data, 0.0
+    for q in results.q:
+        data.q[1:] = q[1:]
+        h = np.zeros(99)
+        data.mbs_cons_hJ(h, np.zeros((99, data.njoint + 1)), data)
+        worst = max(worst, np.abs(h).max())
+    assert np.isfinite(worst)
+    return worst
+
+
+def moves(results: Results) -> None:
+    """Loops stay closed, energy stays, and something has moved."""
+    energy = results.energy().sum(axis=1)
+    assert np.abs(energy - energy[0]).max() < 2e-6 * (1 + np.ptp(results.energy()[:, 0]))
+    assert gaps(results) < 1e-9
+    assert np.ptp(results.q[:, 1:], axis=0).max() > 1e-2
+
+
+def bennett(tmp_path: Path, follow: int) -> Path:
+    """Bennett's loop of four skew hinges: six equations, three of which say all."""
+    a, b, alpha = 0.3, 0.5, 0.6
+    beta = math.asin(b / a * math.sin(alpha))
+    first = 0.9
+    ratio = math.sin((beta + alpha) / 2) / math.sin((beta - alpha) / 2)
+    second = 2 * math.atan(ratio / math.tan(first / 2))
+    sides = [(a, alpha), (b, beta)] * 2
+    turns = [first, second, -first, -second]
+    bodies, parent, at = [], BASE, None
+    for k, (turn, (length, twist)) in enumerate(zip(turns, sides, strict=True)):
+        nature = FOLLOWS if 4 - k <= follow else FREE
+        hinge = arm(f"hinge{k}", parent, ("R3", turn, nature), at=at, end=(length, 0.0, 0.0))
+        bodies += [hinge, arm(f"twist{k}", hinge.name, ("R1", twist, "driven"), at="end", mass=0.2)]
+        parent = f"twist{k}"
+    return made(tmp_path, *bodies, cuts=[("solid", ("twist3", None), (None, None))])
+
+
+def sarrus(tmp_path: Path, follow: int) -> Path:
+    """Two hinged legs at right angles hold a plate, which moves straight up: five of six."""
+    natures = [FOLLOWS] * follow + [FREE] * 6
+    legs, turn = [], 0.7
+    for k, (axis, out) in enumerate((("R2", (1.0, 0.0)), ("R1", (0.0, 1.0)))):
+        sign, foot = 1 if k == 0 else -1, {f"foot{k}": (out[0] * 0.2, out[1] * 0.2, 0.0)}
+        place = natures[3 * k : 3 * k + 3]
+        side = (0.0, 0.0, 0.4)
+        legs += [
+            arm(f"table{k}", BASE, ("R1", 0.3, "driven"), **foot),
+            arm(f"low{k}", f"table{k}", (axis, sign * turn, place[0]), at=f"foot{k}", top=side),
+            arm(f"high{k}", f"low{k}", (axis, -2 * sign * turn, place[1]), at="top", top=side),
+            arm(f"plate{k}", f"high{k}", (axis, sign * turn, place[2]), at="top",
+                middle=(-out[0] * 0.2, -out[1] * 0.2, 0.0)),
+        ]  # fmt: skip
+    return made(tmp_path, *legs, cuts=[("solid", ("plate0", "middle"), ("plate1", "middle"))])
+
+
+def parallel(tmp_path: Path, follow: int) -> Path:
+    """Three equal cranks carry a beam: one of the four equations follows from the others."""
+    natures = [FOLLOWS] * follow + [FREE] * 4
+    crank = {"tip": (0.0, 0.0, -0.5)}
+    first = arm("crank1", BASE, ("R2", 0.4, natures[3]), at="p1", mass=0.3, **crank)
+    beam = arm("beam", "crank1", ("R2", -0.4, natures[0]), at="tip", speed=None,
+               a=(0.6, 0.0, 0.0), b=(1.2, 0.0, 0.0))  # fmt: skip
+    others = [
+        arm(f"crank{k}", BASE, ("R2", 0.4, natures[k - 1]), at=f"p{k}", mass=0.3, **crank)
+        for k in (2, 3)
+    ]
+    cuts = [("ball", ("beam", end), (f"crank{k}", "tip")) for k, end in ((2, "a"), (3, "b"))]
+    feet = {f"p{k}": (0.6 * (k - 1), 0.0, 0.0) for k in (1, 2, 3)}
+    return made(tmp_path, first, beam, *others, cuts=cuts, **feet)
+
+
+@pytest.mark.parametrize("language", ["python", pytest.param("c", marks=pytest.mark.skipif(
+    compiler() is None, reason="no C compiler"))])  # fmt: skip
+@pytest.mark.parametrize(
+    ("mechanism", "right", "time"), [(bennett, 3, 1.0), (sarrus, 5, 0.3), (parallel, 3, 1.0)],
+    ids=["bennett", "sarrus", "parallel"],
+)  # fmt: skip
+def test_redundant_loops_move_in_one_way(
+    mechanism: Any, right: int, time: float, language: str, tmp_path: Path
+) -> None:
+    """However many joints the .mbs declares; the motion is the same for all."""
+    energies = []
+    for declared in (right, right - 1, right + 1):
+        results = simulate(mechanism(tmp_path, declared), time=time, language=language, **TIGHT)
+        data = results.data
+        assert (data.nqu, data.nqv) == (1, right)
+        assert any("they imply the others" in said for said in data.said)
+        moves(results)
+        energies.append(results.energy()[:, 0])
+    assert np.abs(np.array(energies) - energies[0]).max() < 1e-5 * energies[0].max()
+
+
+def four_bar(tmp_path: Path, natures: list[str], turn: float, *more: Any, **crank: Any) -> Path:
+    """A crank and two bars; the drawing is not closed where ``turn`` is not the right one."""
+    bodies = [
+        arm("crank", BASE, ("R2", 0.3, natures[0]), tip=(0.0, 0.0, 0.2), **crank),
+        arm("rod", "crank", ("R2", turn, natures[1]), at="tip", tip=(0.0, 0.0, 0.7)),
+        arm("rocker", BASE, ("R2", 0.1, natures[2]), at="pivot", tip=(0.0, 0.0, 0.5)),
+    ]
+    cuts = [("ball", ("rod", "tip"), ("rocker", "tip")), *more]
+    return made(tmp_path, *bodies, cuts=cuts, pivot=(0.6, 0.0, 0.0))
+
+
+def test_a_crank_turns_over_the_poses_at_which_the_choice_is_singular(tmp_path: Path) -> None:
+    """The crank as a follower of the rocker, which stops twice a turn, moves as it does as a
+    leader."""
+    runs: list[Results] = []
+    for natures in ([FREE, FOLLOWS, FOLLOWS], [FOLLOWS, FOLLOWS, FREE]):
+        data = MbsData(four_bar(tmp_path, natures, 1.0))
+        MbsPart(data).run()
+        if runs:
+            data.q[1:], data.qd[1:] = runs[0].q[0, 1:], runs[0].qd[0, 1:]
+        else:
+            data.qd[1] = 12.0
+        dirdyn = MbsDirdyn(data)
+        dirdyn.set_options(tf=1.0, integrator="DOP853", rtoler=1e-10, atoler=1e-11, save2file=0,
+                           language="python")  # fmt: skip
+        runs.append(dirdyn.run())
+    leads, follows = runs
+    assert np.ptp(leads.q[:, 1]) > 2 * math.pi
+    assert np.abs(leads.q - follows.q).max() < 1e-5
+    moves(follows)
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.data())
+def test_random_loops_move_as_physics_says(
+    tmp_path_factory: pytest.TempPathFactory, data: st.DataObject
+) -> None:
+    """Chains of two to five joints along any axes meet at a ball or a rod, whatever is declared."""
+    rounded = st.integers(-20, 20).map(lambda x: x / 20)
+    kinds = data.draw(st.lists(st.sampled_from(["R1", "R2", "R3", "T1"]), min_size=4, max_size=6))
+    bodies: list[Body] = []
+    ends: list[str] = []
+    for side, some in enumerate((kinds[::2], kinds[1::2])):
+        parent, at = BASE, f"foot{side}"
+        for k, kind in enumerate(some):
+            nature = data.draw(st.sampled_from([FREE, FOLLOWS]))
+            place = (0.3 + data.draw(rounded) / 9, data.draw(rounded) / 3, data.draw(rounded) / 3)
+            bodies.append(arm(
+                f"b{side}{k}", parent, (kind, data.draw(rounded), nature), at=at, tip=place,
+            ))  # fmt: skip
+            parent, at = f"b{side}{k}", "tip"
+        ends.append(parent)
+    one, other = ((end, "tip") for end in ends)
+    cut = data.draw(st.sampled_from([("ball", one, other), ("rod", one, other, 0.3)]))
+    folder = tmp_path_factory.mktemp("random")
+    file = made(folder, *bodies, cuts=[cut], foot0=(0.0, 0.0, 0.0), foot1=(0.5, 0.2, 0.0))
+    try:
+        results = simulate(file, time=0.2, language="python", **TIGHT)
+    except SimulationError:  # such as: too far apart, or at a dead point
+        return
+    energy = results.energy().sum(axis=1)
+    assert np.ptp(energy) < 1e-5 * (1 + np.ptp(results.energy()[:, 0]))
+    assert gaps(results) < 1e-9
+
+
+def test_a_joint_without_mass_is_held_or_refused(tmp_path: Path) -> None:
+    """A pendulum swings as it does without the massless slide at its end; a spring that pulls the
+    slide, or a push, is an error that names it."""
+    bob = arm("bob", BASE, ("R2", 1.0, FREE), end=(0.3, 0.0, 0.0))
+    alone = simulate(made(tmp_path, bob), time=0.3, language="python", **TIGHT)
+    for kind, more in (("T1", "R3"), ("R2", "R1")):
+        end = arm(
+            "end",
+            "bob",
+            (kind, 0.1, FREE),
+            (more, 0.0, FREE),
+            at="end",
+            mass=0.0,
+            tip=(0.4, 0.0, 0.0),
+        )
+        file = made(tmp_path, bob, end)
+        held = simulate(file, time=0.3, language="python", **TIGHT)
+        assert held.data.said == ["held, since they move nothing that has mass: end_0, end_1"]
+        assert np.allclose(held.q[:, 1], alone.q[:, 1], rtol=0, atol=1e-8)
+        assert np.ptp(held.q[:, 2:], axis=0).max() == 0.0
+        with pytest.raises(ConversionError, match="joint 'end_0', which moves nothing") as caught:
+            simulate(file, time=0.3, language="python", push=["tip:4,0,4@0.1..0.2"])
+        assert caught.value.code == "joint-without-mass"
+        assert 0.1 <= float(str(caught.value).partition("at ")[2].split(" s ")[0]) < 0.12
+
+
+def test_a_rod_on_two_balls_turns_about_itself(tmp_path: Path) -> None:
+    """Three joints turn a thin rod: one of them is held, and the rod moves as one of two does."""
+    runs = []
+    for joints in ((("R3", 0.4, FREE), ("R2", 0.3, FREE)),
+                   (("R3", 0.4, FREE), ("R2", 0.3, FREE), ("R1", 0.2, FREE))):  # fmt: skip
+        rod = arm("rod", BASE, *joints, end=(1.0, 0.0, 0.0))
+        rod.com, rod.inertia = (0.5, 0.0, 0.0), (0.0, 0.0, 0.0, 1 / 12, 0.0, 1 / 12)
+        runs.append(simulate(made(tmp_path, rod), time=0.5, language="python", **TIGHT))
+    assert len(runs[1].data.held) == 1
+    assert np.allclose(runs[0].energy(), runs[1].energy(), rtol=0, atol=1e-7)
+
+
+def test_what_is_chosen_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = {}
+    for natures in ([FREE] * 3, [FOLLOWS] * 3, [FREE, FOLLOWS, FOLLOWS]):
+        file = four_bar(tmp_path, natures, 1.0)
+        assert main(["simulate", str(file), "--time", "0.02"]) == 0
+        out[natures.count(FOLLOWS)] = capsys.readouterr().out
+    line = r"\n  in the \.mbs: <nature>%s</nature> in \1\n"
+    assert re.search(r"do not suffice: (\w+, \w+)" + line % FOLLOWS, out[0])
+    assert re.search(r"rules them: (\w+); is user_cons_hJ of the .*\?" + line % FREE, out[3])
+    assert "<nature>" not in out[2]
+    file = four_bar(
+        tmp_path, [FREE, FOLLOWS, FOLLOWS], 1.0, ("rod", ("crank", "tip"), (None, None), 2.5)
+    )
+    assert main(["simulate", str(file)]) == 1
+    assert (
+        "rod 'cut_2' is 2.3e+03 mm from closed along the rod, and no joint moves it"
+        in capsys.readouterr().err
+    )
+    never = "ball", ("crank", None), (None, "pivot")
+    assert main(["simulate", str(four_bar(tmp_path, [FREE] * 3, 1.0, never))]) == 0
+    assert "cut 'cut_2' can never close: its ends are 0.6 m" in capsys.readouterr().out
+    robot = load_equations(parallel(tmp_path, 2), language="python")
+    assert np.isfinite(robot.forward_dynamics(robot.data.q0[1:], [0.0] * 4, [0.0] * 4)).all()
