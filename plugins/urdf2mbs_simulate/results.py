@@ -18,6 +18,7 @@ from urdf2mbs_simulate.python_code import loaded
 
 if TYPE_CHECKING:
     from urdf2mbs_simulate.python_code import PythonCode
+    from urdf2mbs_simulate.story import Story
 
 #: What is kept of each frame, as MbsData and Robotran's files call it.
 KEPT = ("q", "qd", "qdd", "Qq", "Qc", "Lambda", "ux", "uxd", "Z", "Zd", "Fl", "SWr")
@@ -109,6 +110,12 @@ class Results:
         energies = self.energy()
         found |= {"energy.kinetic": energies[:, 0], "energy.potential": energies[:, 1]}
         return found | columns_of_pushes(self.data, self.time)
+
+    def story(self) -> Story | None:
+        """If a robot that stood has fallen, when, and which way; None of others."""
+        from urdf2mbs_simulate.story import tell
+
+        return tell(self)
 
     def table(self) -> Any:
         """A pandas DataFrame of ``columns``."""

@@ -4,8 +4,9 @@ Beyond the method.  The model is linearised at the start position, with all stop
 on the ground.  ``TIME_STEP`` is the part ``PART`` of the longest step with which all eigenvalues
 are stable: the robot moves away from the start, and a step must be accurate, too.  Within the step
 in which a joint hits a stop, Runge and Kutta's method is of the second order only, so that robots
-with stops take ``HITTING`` at most.  The step must not be shorter than ``SHORTEST``.  Else the numbers of urdf2mbs and of the config give way one by
-one, first the number that makes the fastest mode.
+with stops take ``HITTING`` at most.  The step must not be shorter than ``SHORTEST``.  Else the
+numbers of urdf2mbs and of the config give way one by one, first the number that makes the fastest
+mode.
 
 The bristles of friction get their states here, in user models behind all others.  The gains of
 ``hold`` follow from the inertia that each joint carries, which is known only here.

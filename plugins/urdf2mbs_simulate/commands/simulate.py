@@ -164,10 +164,13 @@ def _make(arguments: argparse.Namespace) -> Path:
 
 
 def _described(results: Results, files: list[Path], seconds: float) -> dict[str, object]:
+    story = results.story()
     return {
         "model": results.data.mbs_name, "language": results.language, "stopped": results.stopped,
         "time": float(results.time[-1]), "frames": len(results.time), "wall_time": seconds,
         "files": [str(file) for file in files], "partition": results.data.said,
+        "fell": story and story.fell,
+        "events": [event._asdict() for event in story.events] if story else [],
     }  # fmt: skip
 
 
@@ -184,7 +187,9 @@ def _tell(results: Results, files: list[Path], seconds: float) -> None:
     if results.stopped:
         print(f"a user function has stopped the run at {time:g} s (flag_stop)", file=sys.stderr)
     moved = abs(results.q[:, 1:] - results.q[0, 1:]).max(axis=0)
-    if moved.size:
+    if story := results.story():
+        print(f"  {story.words}")
+    elif moved.size:
         name = results.joints[int(moved.argmax())]
         joint = data.mbs.joints()[name]
         unit = "m" if joint.type.startswith("T") else "rad"

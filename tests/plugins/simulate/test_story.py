@@ -1,0 +1,91 @@
+"""What a run tells of a robot on its feet: that it stands, or when and which way it fell."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from plugins.project.standin import make
+from urdf2mbs.cli import main
+from urdf2mbs_simulate.project import simulate
+
+EDGE, HIGH = 0.1, 0.5
+
+
+def solid(name: str, mass: float, high: float) -> str:
+    turning = " ".join(f'{way}="{mass / 20}"' for way in ("ixx", "iyy", "izz"))
+    return f"""<link name="{name}"><inertial><origin xyz="0 0 {high}"/><mass value="{mass}"/>
+      <inertia {turning} ixy="0" ixz="0" iyz="0"/></inertial></link>"""
+
+
+#: A post on four points, whose centre of mass is 0.5 m above their middle; its head is at 1 m.
+POST = f"""<robot name="post">{solid("post", 2.0, HIGH)}{solid("head", 1e-3, 0.0)}
+  <joint name="neck" type="fixed"><parent link="post"/><child link="head"/><origin xyz="0 0 1"/>
+  </joint></robot>"""
+CORNERS = [[EDGE * a, EDGE * b, 0.0] for a in (-1, 1) for b in (-1, 1)]
+PASSES = {"contacts": {"points": {"post": CORNERS, "head": [[0, 0, 0]]}, "friction": 2.0}}
+
+
+@pytest.fixture
+def post(tmp_path: Path) -> Path:
+    return make(tmp_path, POST, "post", base="floating", passes=PASSES)
+
+
+def test_it_stands(post: Path) -> None:
+    story = simulate(post, time=0.5, language="python").story()
+    assert story is not None
+    assert not story.fell
+    assert story.events == []
+    assert story.words.startswith("post stands: its base is ")
+
+
+@pytest.mark.parametrize(
+    ("force", "way"),
+    [("0,9,0", "to the left"), ("0,-9,0", "to the right"), ("9,1,0", "forward"),
+     ("-9,1,0", "backward")],
+)  # fmt: skip
+def test_it_falls_over_an_edge(force: str, way: str, post: Path) -> None:
+    """The edge stays, so that the centre of mass is beside it by what the post's tilt says."""
+    results = simulate(post, time=1.2, push=[f"post:{force}@0.2..0.6"], language="python")
+    story = results.story()
+    assert story is not None
+    assert story.fell
+    left = story.events[0]
+    assert left.what == "left-feet"
+    assert left.words.endswith(f" mm {way}")
+    frame = round(left.time * 100)
+    tilt = np.abs([results.joint(f"floating_base_R{k}")[frame] for k in (1, 2)]).max()
+    beside = HIGH * np.sin(tilt) - EDGE * np.cos(tilt)
+    assert float(left.words.split()[-2 - way.count(" ") - 1]) / 1e3 == pytest.approx(
+        beside, abs=2e-3
+    )
+    assert 0.03 * HIGH < beside < 0.06 * HIGH
+
+
+def test_it_hits_the_ground_and_the_command_says_so(
+    post: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = [
+        "simulate",
+        str(post),
+        "--time",
+        "2",
+        "--push",
+        "post:0,9,0@0.2..0.6",
+        "--language",
+        "python",
+    ]
+    assert main([*words, "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["fell"] is True
+    assert [event["what"] for event in told["events"]] == ["left-feet", "hit-ground"]
+    assert told["events"][1]["words"] == "'head' hit the ground"
+    assert told["events"][0]["time"] < told["events"][1]["time"]
+
+
+def test_what_is_bolted_down_has_no_story(tmp_path: Path) -> None:
+    bolted = make(tmp_path, POST, "post", base="fixed", passes=PASSES)
+    assert simulate(bolted, time=0.1, language="python").story() is None
