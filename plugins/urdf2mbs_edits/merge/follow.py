@@ -9,7 +9,7 @@ from urdf2mbs.conversion import Conversion
 from urdf2mbs.mbs.model import Part
 from urdf2mbs.states import OnPurpose
 from urdf2mbs_edits.diff.changes import Change
-from urdf2mbs_edits.diff.matching import things
+from urdf2mbs_edits.diff.flat import things
 
 #: A kind and a name of the conversion, and the name now; None: it was removed.
 Names = dict[tuple[str, str], str | None]

@@ -171,6 +171,14 @@ def last(path: str) -> Edit:
     return lambda mbs: get(mbs, path).append(get(mbs, path).pop(0))
 
 
+def swap(one: int, two: int) -> Edit:
+    def edit(mbs: Mbs) -> None:
+        joints = mbs.bodies[0].joints
+        joints[one], joints[two] = joints[two], joints[one]
+
+    return edit
+
+
 def flip(mbs: Mbs) -> None:
     mbs.bodies[0].joints.reverse()
 
@@ -250,7 +258,9 @@ CASES: dict[str, tuple[Edit, Edit, str, Edit | None]] = {
     "a point whose sensor has a name that the URDF took": (
         add("bodies.0.points", Point("new", sensor=EYE)),
         put("bodies.1.points.0.sensor", Sensor("eye")),
-        "the URDF has a sensor 'eye' of its own now", None,
+        "the URDF has a sensor 'eye' of its own now",
+        all_of(put("bodies.1.points.0.sensor", Sensor("eye")),
+               add("bodies.0.points", Point("new"))),
     ),
     "two shapes that are alike, of both": (
         all_of(add("bodies.0.shapes", BOX), add("bodies.0.shapes", BOX)),
@@ -262,7 +272,7 @@ CASES: dict[str, tuple[Edit, Edit, str, Edit | None]] = {
     ),
     "the same from both, drawn elsewhere": (
         new_points("new", "newer", at=(7.0, 7.0)), new_points("new", "newer", at=(9.0, 9.0)), "",
-        new_points("new", "newer", at=(9.0, 9.0)),
+        new_points("new", "newer", at=(7.0, 7.0)),
     ),
     "shapes of one name": (
         add("bodies.0.shapes", BOX), add("bodies.0.shapes", Shape("box", "a_box")), "",
@@ -279,9 +289,7 @@ CASES: dict[str, tuple[Edit, Edit, str, Edit | None]] = {
     ),
     "a body hangs on another body's point": (
         all_of(put("bodies.3.parent", "arm"), put("bodies.3.point", "tip")),
-        all_of(add("base.points", Point("ramp")), put("bodies.3.point", "ramp")), "",
-        all_of(add("base.points", Point("ramp")), put("bodies.3.parent", "arm"),
-               put("bodies.3.point", "tip")),
+        put("bodies.3.point", None), "?", None,
     ),
     "a body whose joint has a name that the URDF took": (
         add("bodies", FOOT), rename("roll", "twist"),
@@ -305,10 +313,14 @@ CASES: dict[str, tuple[Edit, Edit, str, Edit | None]] = {
     "another order": (flip, nothing, "", None),
     "another order and name": (all_of(rename("tilt", "lean"), flip), nothing, "", None),
     "one order of both": (flip, flip, "", flip),
-    "orders of both": (last("bodies.0.joints"), flip, "?", None),
+    "orders of both": (swap(0, 1), swap(1, 2), "?", None),
+    "orders of both that go together": (
+        swap(0, 1), swap(2, 3), "", all_of(swap(0, 1), swap(2, 3)),
+    ),
+    "one order of both, and more": (last("bodies.0.joints"), flip, "", flip),
     "another order, and one more": (
         flip, add("bodies.0.joints", Joint("new", "R1"), 1), "",
-        all_of(flip, add("bodies.0.joints", Joint("new", "R1"), 1)),
+        all_of(flip, add("bodies.0.joints", Joint("new", "R1"))),
     ),
     "another order of points": (
         lambda m: m.bodies[0].points.reverse(), nothing, "", None,
@@ -366,7 +378,16 @@ def test_what_comes_goes_and_moves(case: str, prefer: str) -> None:
     assert result == read(write(expected), "m.mbs")
     assert [conflict.wins for conflict in done.plan.conflicts] == ([winner] if winner else [])
     assert [orphan.why for orphan in done.plan.orphaned] == ([why] if why and not winner else [])
-    assert (done.orphans is None) is (not done.plan.orphaned)
+    lost = [c for c in done.plan.conflicts if c.wins == "urdf" and c.edit.change != "removed"]
+    assert bool(done.orphans) is bool(done.plan.orphaned or lost)
+
+
+@pytest.mark.parametrize(("prefer", "order"), [("urdf", "am"), ("edited", "ma"), (None, "ma")])
+def test_which_of_two_new_joints_moves_the_other_is_for_people(prefer: Any, order: str) -> None:
+    mine, theirs = (add("bodies.0.joints", Joint(name, "R1"), 1) for name in "ma")
+    result, done = merged(mine, theirs, prefer)
+    assert [joint.name for joint in result.bodies[0].joints][1:3] == list(order)
+    assert len(done.plan.conflicts) == 1
 
 
 def test_the_diagram_stays_as_people_have_it() -> None:

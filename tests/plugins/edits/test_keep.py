@@ -9,7 +9,8 @@ import pytest
 from urdf2mbs import convert
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.testing import TINY
-from urdf2mbs_edits.diff.matching import Matching
+from urdf2mbs_edits.diff.flat import things
+from urdf2mbs_edits.diff.matching import match
 from urdf2mbs_edits.merge.keep import keep
 from urdf2mbs_edits.rewrite import write
 
@@ -40,8 +41,10 @@ def by_hand(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def again(folder: Path) -> Mbs:
     """A new diagram with the places of the file."""
     mbs, drawn = convert(folder / "tiny.urdf").mbs, read((folder / "tiny.mbs").read_bytes(), "m")
-    partner = Matching(mbs, drawn).partner
-    keep(mbs, {id(thing.part): then.part for thing, then in partner.items()})
+    found, before = things(mbs), things(drawn)
+    match(found, before)
+    there = {thing.number: thing.part for thing in before}
+    keep(mbs, {id(t.part): there[t.number] for t in found if t.number in there})
     return mbs
 
 

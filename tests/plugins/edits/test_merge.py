@@ -17,16 +17,9 @@ from plugins.edits.edits import BESIDE, CHANGES, MECHANICS, as_saved, no_leaf, r
 from urdf2mbs import convert
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.reader import read, read_again
-from urdf2mbs_edits.diff.changes import (
-    Change,
-    changed_things,
-    differences,
-    in_words,
-    plain_values,
-)
-from urdf2mbs_edits.diff.matching import Matching, things
-from urdf2mbs_edits.merge.apply import is_place
-from urdf2mbs_edits.merge.merge import Merged, merge
+from urdf2mbs_edits.diff.changes import compare, differences
+from urdf2mbs_edits.diff.flat import is_place, things
+from urdf2mbs_edits.merge.merge import Merged, merge, versions
 from urdf2mbs_edits.rewrite import write
 
 CONFIGS = Path(__file__).resolve().parents[3] / "configs"
@@ -64,19 +57,12 @@ def model(data: bytes) -> Mbs:
     return mbs
 
 
-def named(change: Change, sentences: list[Change]) -> bool:
-    """True if one of the sentences is about what an edit is about."""
-    return any(other == change for other in sentences)
-
-
 def check_all_kept_or_named(base: Mbs, edited: Mbs, merged: Merged, new: Mbs) -> None:
     plan = merged.plan
     said = [conflict.edit for conflict in plan.conflicts]
     said += [edit for orphan in plan.orphaned for edit in orphan.edits]
-    fresh_things = Matching(base, new)
-    seen = Matching(base, edited)
-    gone = {t.part.name for t in fresh_things.removed() if t.kind != "view"}
-    for change, thing in changed_things(seen, base, edited):
+    before, ours, theirs = versions(base, edited, new)
+    for change, (number, field) in compare(before, ours):
         kept = any(
             (c.change, c.kind, c.field, c.after)
             == (change.change, change.kind, change.field, change.after)
@@ -87,13 +73,12 @@ def check_all_kept_or_named(base: Mbs, edited: Mbs, merged: Merged, new: Mbs) ->
                 (c.change, c.kind, c.name) == (change.change, change.kind, change.name)
                 for c in plan.kept
             )
-        of_gone = thing.name in gone or any(f"'{name}'" in change.owner for name in gone)
-        both = dict(zip(seen.before, fresh_things.before, strict=True))
-        partner = fresh_things.partner.get(both.get(thing, thing))
-        if partner is not None:  # the URDF made the same change
-            kept |= plain_values(partner).get(change.field, change) == change.after
-        passes_with_it = of_gone and (is_place(change) or change.change in ("removed", "reordered"))
-        assert kept or named(change, said) or passes_with_it, change
+        mine, then = (side.values.get(number) for side in (ours, theirs))
+        alike = mine == then if mine is None or then is None else mine.get(field) == then.get(field)
+        gone = number in before.values and number not in theirs.values
+        passes_with_it = gone and (is_place(change.kind, field) or change.change == "reordered")
+        passes_with_it |= gone and change.change == "removed"
+        assert kept or alike or change in said or passes_with_it, change
 
 
 def check_physics(new: Mbs, merged: Mbs) -> None:
@@ -110,7 +95,7 @@ def own_text(data: bytes) -> dict[tuple[str, str, str], set[str]]:
     for thing in things(mbs):
         origin = getattr(thing.part, "origin", None)
         if origin is not None and thing.kind != "model":
-            owner = "" if thing.owner is None else in_words(thing.owner)
+            owner = "" if thing.owner is None else thing.owner.words()
             said = words(elements[origin.number], set(elements))
             texts.setdefault((thing.kind, owner, thing.name), set()).add(" ".join(said))
     return texts

@@ -15,7 +15,7 @@ from plugins.edits.edits import a_body, mass, no_leaf, renamed_body
 from urdf2mbs.cli import main
 from urdf2mbs.mbs.reader import read
 from urdf2mbs_edits.diff.changes import differences
-from urdf2mbs_edits.diff.matching import things
+from urdf2mbs_edits.diff.flat import things
 from urdf2mbs_edits.merge.merge import merge
 from urdf2mbs_edits.rewrite import write
 
