@@ -20,20 +20,18 @@ def __getattr__(name: str) -> object:
             value: object = getattr(import_module(f"urdf2mbs.{module}"), name)
             break
     else:
-        is_module = name.startswith("_") or find_spec(f"urdf2mbs.{name}") is not None
-        value = None if is_module else _of_plugins().find(name)
+        value = None
+        if not name.startswith("_") and find_spec(f"urdf2mbs.{name}") is None:
+            from urdf2mbs.engine.plugins import of_ours
+
+            value = of_ours(name)
         if value is None:
             raise AttributeError(f"module 'urdf2mbs' has no attribute '{name}'")
     globals()[name] = value
     return value
 
 
-def _of_plugins():  # type: ignore[no-untyped-def]
-    from urdf2mbs.engine.plugins import plugins_of
-
-    return plugins_of((), installed=False)
-
-
 def __dir__() -> list[str]:
-    own = [name for names in _NAMES.values() for name in names]
-    return [*globals(), *own, *_of_plugins().api]
+    from urdf2mbs.engine.plugins import our_names
+
+    return [*globals(), *(name for names in _NAMES.values() for name in names), *our_names()]

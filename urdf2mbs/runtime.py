@@ -2,6 +2,6 @@
 
 import sys
 
-from urdf2mbs.engine.plugins import plugins_of
+from urdf2mbs.engine.plugins import of_ours
 
-sys.modules[__name__] = plugins_of((), installed=False).find("runtime")
+sys.modules[__name__] = of_ours("runtime")

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from proving import SOLID, joint, link, robot
 from urdf2mbs import Result
+from urdf2mbs.passes.decompose_joints import DecomposeJoints
 from urdf2mbs.testing import convert_text
 
 PASSES = ["expand", "insert-base", "prune-massless", "decompose-joints"]
@@ -92,6 +94,15 @@ def test_a_joint_without_axis_has_none_whatever_the_file_says(kind: str, axis: s
     (body,) = result.mbs.bodies
     assert len(body.joints) == (1 if kind == "fixed" else 6)
     assert "axis-aligned" not in [d.code for d in result.diagnostics]
+
+
+def test_the_axis_of_a_joint_that_a_pass_has_fixed_means_nothing() -> None:
+    conversion = decomposed(joint("world", "a", axis="0 1e-10 1")).conversion
+    (step,) = conversion.steps()
+    step.joint = replace(step.joint, type="fixed")
+    assert conversion.settle("axis-aligned") == 1
+    DecomposeJoints().run(conversion)
+    assert conversion.settle("axis-aligned") == 0
 
 
 def test_two_of_our_own_names_that_meet() -> None:

@@ -24,7 +24,7 @@ from urdf2mbs.commands.settings import (
 )
 from urdf2mbs.commands.streams import STREAM
 from urdf2mbs.disk import files
-from urdf2mbs.engine.plugins import plugins_of
+from urdf2mbs.engine.plugins import of_ours
 from urdf2mbs.messages.diagnostics import counted, printable
 
 if TYPE_CHECKING:
@@ -58,7 +58,7 @@ def add_options(command: argparse.ArgumentParser) -> None:
         "--frames", action="store_true",
         help="a link's frame that is elsewhere in the .mbs is a difference, too",
     )  # fmt: skip
-    findings = plugins_of((), installed=False).find("findings")
+    findings = of_ours("findings")
     if findings is not None:
         findings.add_options(command)
     command.add_argument("--tolerance", type=float, default=1e-9, help="relative (%(default)s)")
@@ -68,7 +68,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
     from urdf2mbs.api import verify
 
     source = files.take_stdin() if arguments.robot == STREAM else arguments.robot
-    findings = plugins_of((), installed=False).find("findings")
+    findings = of_ours("findings")
     with findings.collecting(arguments.sarif, source) if findings else nullcontext() as found:
         verdict = verify(
             source, arguments.model, frames=arguments.frames, gravity=tuple(arguments.gravity),

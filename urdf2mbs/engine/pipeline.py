@@ -52,7 +52,6 @@ class Pipeline:
                 "sweep-many", "this config is a sweep, which makes many robots", ("sweep",),
                 "'urdf2mbs run' makes them; 'explain' shows the first",
             )  # fmt: skip
-        self.plugins = plugins_of((), installed=installed_plugins)
         self._files = []
         for index, file in enumerate(config.plugins):
             with lines.gather():
@@ -64,10 +63,12 @@ class Pipeline:
                 self._files.append(path)
         if len(self._files) == len(config.plugins):  # else passes would be missing, too
             self._resolve(config, lines, installed_plugins)
+        hook = None
         if is_name(config.source):
             lines.check()  # before a robot is fetched
+            hook = self.plugins.hook
         with lines.gather():
-            self.settings = settings_of(config, lines, folder, self.plugins.hook, fresh=fresh)
+            self.settings = settings_of(config, lines, folder, hook, fresh=fresh)
         lines.check()
         self._hooks: list[Any] = [self.plugins.hook]
         """The hooks of the plugins and of the observers."""

@@ -43,9 +43,22 @@ def _without_files(path: tuple[str, ...] | None) -> Plugins:
     return Plugins(installed=path is not None)
 
 
+def our_names() -> dict[str, str]:
+    """The functions and classes that our plugins offer by name: ``module:name``."""
+    offered: Iterable[dict[str, str]] = (
+        getattr(plugin, "urdf2mbs_api", dict)() for _, plugin in _ours()
+    )
+    return {name: place for names in offered for name, place in names.items()}
+
+
+def of_ours(name: str) -> Any:
+    """What one of our plugins has under this name; None: no plugin has it."""
+    return _import(our_names().get(name))
+
+
 def of_plugin(name: str, plugin: str) -> Any:
     """What one of our plugins has under this name; raises ConfigError without the plugin."""
-    found = plugins_of((), installed=False).find(name)
+    found = of_ours(name)
     if found is None:
         raise ConfigError(
             "plugin-missing", f"this is work for the plugin '{plugin}', which is not installed",
@@ -113,11 +126,7 @@ class Plugins:
     def find(self, name: str) -> Any:
         """The function or class of a plugin that others call by this name; None: no plugin has
         it."""
-        if name not in self.api:
-            return None
-        module, _, thing = self.api[name].partition(":")
-        found = import_module(module)
-        return getattr(found, thing) if thing else found
+        return _import(self.api.get(name))
 
     def method(self) -> list[str]:
         """The core's passes, and those of our plugins, in their order."""
@@ -302,6 +311,13 @@ class Plugins:
             "plugin-broken", f"plugin '{plugin}': {fault}", file=file, hint=hint or None,
             line=line_in(Path(file), error) if error else None,
         )  # fmt: skip
+
+
+def _import(place: str | None) -> Any:
+    if place is None:
+        return None
+    module, _, thing = place.partition(":")
+    return getattr(import_module(module), thing) if thing else import_module(module)
 
 
 #: What the hooks of a plugin give.

@@ -13,7 +13,7 @@ from urdf2mbs.config.model import Config, Key, Lines, Project
 from urdf2mbs.conversion import Settings
 from urdf2mbs.disk.files import absolute, is_folder
 from urdf2mbs.mbs.names import identifiers
-from urdf2mbs.urdf.reader import is_name, stem
+from urdf2mbs.urdf.reader import stem
 
 
 def settings_of(
@@ -25,9 +25,7 @@ def settings_of(
     """
     xacro_args = dict(config.xacro_args)
     packages = {}
-    located = None
-    if hook is not None and is_name(config.source):
-        located = hook.urdf2mbs_locate(source=config.source)
+    located = None if hook is None else hook.urdf2mbs_locate(source=config.source)
     if located is not None:
         source = absolute(located.source)
         packages = located.packages

@@ -83,8 +83,8 @@ def _drive(name: str, type_: str, q: float) -> Joint:
 
 def _note_axis_off(conversion: Conversion, step: Step) -> None:
     joint = step.joint
-    if joint.type in ("fixed", "floating") or step.axis.count(0.0) == 2:
-        return
+    if joint.type in ("fixed", "floating"):
+        return  # an axis that a pass has left there means nothing
     off = max((abs(c) for c in unit(step.axis) if abs(c) <= ALIGNED), default=0.0)
     if off > ROUNDING:
         conversion.note(
