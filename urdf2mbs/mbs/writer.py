@@ -1,7 +1,4 @@
-"""Write an .mbs file: the elements of ``fields``, in the order that MBSysPad itself writes.
-
-The tables of ``fields`` become functions once, as in the reader.
-"""
+"""Write an .mbs file: the elements of ``fields``, in the order that MBSysPad itself writes."""
 
 from __future__ import annotations
 
@@ -9,17 +6,11 @@ import re
 from collections.abc import Iterable
 from functools import cache, lru_cache
 from math import isfinite
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from urdf2mbs.mbs import model
 from urdf2mbs.mbs.fields import INSIDE, KEPT, MARK, OBJECTS, Kind, Table
 from urdf2mbs.mbs.model import BASE, ORIGIN, Mbs, Part
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    #: Gives a value as text, with the marks that the writer knows.
-    Write = Callable[["Writer", Any], str]
 
 
 class _NotFiniteError(ValueError):
@@ -50,131 +41,96 @@ def write(mbs: Mbs) -> bytes:
 
 
 class Writer:
-    """Writes a model."""
+    """Writes a model, element by element; ``pad`` stands before each line."""
 
     def mbs(self, mbs: Mbs) -> str:
         _check(mbs)
-        inside = _object("mbs", "  ")(self, mbs)
+        inside = self.object("mbs", mbs, "  ")
         return f'<?xml version="1.0" encoding="UTF-8"?>\n<mbsDescR7>\n{inside}</mbsDescR7>\n'
 
     def mark(self, part: Part) -> str:
         """What stands behind the tag of an object, for a writer that finds the object again."""
         return ""
 
-
-@cache
-def _object(key: str, pad: str) -> Write:
-    """Writes the children of the element of one of the ``OBJECTS``; ``pad`` stands before each."""
-    owner = OBJECTS[key]
-    write = _table(owner.table, pad)
-
-    def write_object(writer: Writer, thing: Any) -> str:
+    def object(self, key: str, thing: Any, pad: str) -> str:
+        """The children of the element of one of the ``OBJECTS``."""
+        owner = OBJECTS[key]
         try:
-            return write(writer, thing)
+            return self.table(owner.table, thing, pad)
         except _NotFiniteError as error:
             if not owner.what:
                 raise
             raise ValueError(f"{owner.in_words(thing)} {error}") from None
 
-    return write_object
-
-
-def _table(table: Table, pad: str) -> Write:
-    entries: list[tuple[str, Write]] = []
-    for tag, entry in table.items():
-        if isinstance(entry, tuple):
-            entries.append((entry[0], _value(tag, entry[1], pad)))
-        elif entry is MARK:
-            entries.append(("", _constant(f"{pad}<{tag}/>\n")))
-        else:
-            entries.append(("", _around(tag, _table(entry, f"{pad}  "), pad)))
-
-    def write_table(writer: Writer, thing: Any) -> str:
+    def table(self, table: Table, thing: Any, pad: str) -> str:
         texts = []
-        for field, write in entries:
-            value = getattr(thing, field) if field else thing
-            if value is not None:
-                texts.append(write(writer, value))
+        for tag, entry in table.items():
+            if isinstance(entry, tuple):
+                value = getattr(thing, entry[0])
+                if value is not None:
+                    texts.append(self.value(tag, entry[1], value, pad))
+            elif entry is MARK:
+                texts.append(f"{pad}<{tag}/>\n")
+            else:
+                texts.append(_around(tag, self.table(entry, thing, f"{pad}  "), pad))
         return "".join(texts)
 
-    return write_table
+    def value(self, tag: str, kind: Kind | frozenset[str], value: Any, pad: str) -> str:
+        """A value of a kind as an element, or as several."""
+        match kind:
+            case "text" | "word":
+                return f"{pad}<{tag}>{_text(value)}</{tag}>\n"
+            case "xy" | "xyz" | "inertia":
+                return _lines(tag, kind, pad) % tuple(map(_number, value))
+            case "number":
+                return f"{pad}<{tag}>{_number(value)}</{tag}>\n"
+            case "texts":
+                return "".join([f"{pad}<{tag}>{_text(text)}</{tag}>\n" for text in value])
+            case "place":
+                return _lines(tag, kind, pad) % _names(*value)
+            case "flag":
+                return f"{pad}<{tag}/>\n" if value else ""
+            case "parts":
+                return "".join([self.part(tag, one, pad) for one in value])
+            case "symbols":
+                return _around(tag, "".join([f"{pad}  <{word}/>\n" for word in value]), pad)
+            case "coordinates":
+                return _around(tag, self.value("coordinates", "xyz", value, f"{pad}  "), pad)
+            case "control points":
+                ways = [self.value("control_point", "xy", xy, f"{pad}  ") for xy in value]
+                return _around(tag, "".join(ways), pad)
+            case "base" | "drawing" | "view":
+                return _around(tag, self.object(kind, value, f"{pad}  "), pad)
+            case "color":
+                return '{}<{} R="{:d}" G="{:d}" B="{:d}"/>\n'.format(pad, tag, *value)
+            case "title":
+                return f"{pad}<{tag}>{_text(value)}</{tag}>\n" if value else ""
+            case "sensor":
+                measures = "".join([f' {measure}="true"' for measure in value.measures])
+                name = _text(value.name)
+                return f'{pad}<{tag}{self.mark(value)} name="{name}"{measures}/>\n'
+            case _:
+                only = next(iter(kind))
+                parts = [self.part(getattr(one, "kind", only), one, f"{pad}  ") for one in value]
+                return _around(tag, "".join(parts), pad)
+
+    def part(self, tag: str, part: Part, pad: str) -> str:
+        inside = self.object(tag, part, f"{pad}  ")
+        return f"{pad}<{tag}{self.mark(part)}>\n{inside}{pad}</{tag}>\n"
 
 
-def _value(tag: str, kind: Kind | frozenset[str], pad: str) -> Write:
-    """Writes a value of a kind as an element, or as several."""
-    within = f"{pad}  "
-    line = f"{pad}<{tag}>%s</{tag}>\n"
-    match kind:
-        case "xyz" | "xy" | "inertia":
-            parts = "".join([f"{within}<{part}>%s</{part}>\n" for part in INSIDE[kind]])
-            lines = f"{pad}<{tag}>\n{parts}{pad}</{tag}>\n"
-            return lambda _, value: lines % tuple(map(_number, value))
-        case "number":
-            return lambda _, value: line % _number(value)
-        case "text" | "word":
-            return lambda _, value: line % _text(value)
-        case "title":
-            return lambda _, value: line % _text(value) if value else ""
-        case "texts":
-            return lambda _, value: "".join([line % _text(text) for text in value])
-        case "flag":
-            return lambda _, value: f"{pad}<{tag}/>\n" if value else ""
-        case "color":
-            return lambda _, rgb: '{}<{} R="{:d}" G="{:d}" B="{:d}"/>\n'.format(pad, tag, *rgb)
-        case "sensor":
-            return lambda writer, sensor: (
-                f'{pad}<{tag}{writer.mark(sensor)} name="{_text(sensor.name)}"'
-                + "".join([f' {measure}="true"' for measure in sensor.measures])
-                + "/>\n"
-            )
-        case "place":
-            lines = "".join([f"{within}<{part}>%s</{part}>\n" for part in INSIDE[kind]])
-            return _around(tag, lambda _, place: lines % _names(*place), pad)
-        case "coordinates":
-            return _around(tag, _value("coordinates", "xyz", within), pad)
-        case "control points":
-            write = _value("control_point", "xy", within)
-            return _around(tag, lambda _, ways: "".join([write(_, xy) for xy in ways]), pad)
-        case "symbols":
-            lines = f"{within}<%s/>\n"
-            return _around(tag, lambda _, words: "".join([lines % word for word in words]), pad)
-        case "base" | "drawing" | "view":
-            return _around(tag, _object(kind, within), pad)
-        case "parts":
-            part = _part(tag, pad)
-            return lambda writer, parts: "".join([part(writer, one) for one in parts])
-        case _:
-            inside = {one: _part(one, within) for one in kind}
-            only = next(iter(kind))
-            return _around(
-                tag,
-                lambda writer, parts: "".join(
-                    [inside[getattr(one, "kind", only)](writer, one) for one in parts]
-                ),
-                pad,
-            )
+def _around(tag: str, inside: str, pad: str) -> str:
+    """An element around others; without others only if it is ``KEPT``."""
+    if inside:
+        return f"{pad}<{tag}>\n{inside}{pad}</{tag}>\n"
+    return f"{pad}<{tag}/>\n" if tag in KEPT else ""
 
 
-def _part(tag: str, pad: str) -> Write:
-    write = _object(tag, f"{pad}  ")
-    return lambda writer, part: (
-        f"{pad}<{tag}{writer.mark(part)}>\n{write(writer, part)}{pad}</{tag}>\n"
-    )
-
-
-def _around(tag: str, write: Write, pad: str) -> Write:
-    """Writes an element around others; without others only if it is ``KEPT``."""
-    empty = f"{pad}<{tag}/>\n" if tag in KEPT else ""
-
-    def write_around(writer: Writer, value: Any) -> str:
-        inside = write(writer, value)
-        return f"{pad}<{tag}>\n{inside}{pad}</{tag}>\n" if inside else empty
-
-    return write_around
-
-
-def _constant(text: str) -> Write:
-    return lambda *_: text
+@cache
+def _lines(tag: str, kind: str, pad: str) -> str:
+    """The element of a value of several parts, with a place for each."""
+    parts = "".join([f"{pad}  <{part}>%s</{part}>\n" for part in INSIDE[kind]])
+    return _around(tag, parts, pad)
 
 
 def _names(body: str | None, point: str | None) -> tuple[str, str]:
@@ -190,6 +146,7 @@ def _number(value: float) -> str:
     return repr(number + 0.0)
 
 
+@lru_cache(4096)
 def _text(text: str) -> str:
     if _NOT_XML(text):
         raise ValueError(f"an .mbs file cannot hold the name {text!r}")
