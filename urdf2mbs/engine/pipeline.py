@@ -72,7 +72,7 @@ class Pipeline:
         lines.check()
         self._hooks: list[Any] = [self.plugins.hook]
         """The hooks of the plugins and of the observers."""
-        method = self.plugins.method()
+        method = self.plugins.method
         names = [configured.name for configured in self.passes]
         if names != [name for name in method if name in names] or config.without:
             passes = [configured.registered.kind for configured in self.passes]

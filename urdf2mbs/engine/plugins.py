@@ -128,6 +128,7 @@ class Plugins:
         it."""
         return _import(self.api.get(name))
 
+    @cached_property
     def method(self) -> list[str]:
         """The core's passes, and those of our plugins, in their order."""
         ours = [name for name, offered in self.passes.items() if offered[0].is_ours]

@@ -19,10 +19,10 @@ from urdf2mbs.spatial import ZERO
 
 Kind = Literal[
     "text", "title", "word", "number", "xy", "xyz", "coordinates", "inertia", "color", "flag",
-    "control points", "symbols", "place", "sensor", "texts", "parts", "base", "drawing", "view",
+    "control_points", "symbols", "place", "sensor", "texts", "parts", "base", "drawing", "view",
 ]  # fmt: skip
-#: The kinds whose elements may stand several times, and how the model keeps their values.
-REPEATED = {"texts": tuple, "parts": list}
+#: The kinds whose elements may stand several times.
+REPEATED = ("texts", "parts")
 MARK = None
 Field = tuple[str, Kind | frozenset[str]]
 Table: TypeAlias = "Mapping[str, Field | Table | None]"
@@ -48,7 +48,7 @@ VIEWPOINT: Table = {
 }
 LIGHT: Table = _fields(name="text", joint="text", active="flag", direction="xyz")
 DRAWING: Table = _fields(
-    position="xy", name_pos="xy", shape="text", size="xy", control_points="control points",
+    position="xy", name_pos="xy", shape="text", size="xy", control_points="control_points",
     angle="number",
 )  # fmt: skip
 JOINT: Table = {
@@ -128,7 +128,7 @@ INSIDE: dict[str, Table] = {
     "xy": _XY,
     "xyz": _XYZ,
     "coordinates": {"coordinates": ("", "xyz")},
-    "control points": {"control_point": ("", "xy")},
+    "control_points": {"control_point": ("", "xy")},
     "inertia": dict.fromkeys(["Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz"], _PART),
     "symbols": dict.fromkeys(["q", "qd", "qdd"], _PART),
     "place": dict.fromkeys(["bodyname", "pointname"], _PART),

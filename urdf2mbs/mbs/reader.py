@@ -1,15 +1,12 @@
 """Read any .mbs file into the model.
 
-The tables of ``fields`` become functions once.  Elements and attributes that the model has no place
-for are passed over, as Robotran does; each object knows its element, so that who writes into the
-file keeps them.
+Elements and attributes that the model has no place for are passed over, as Robotran does; each
+object knows its element, so that who writes into the file keeps them.
 A fault that Robotran passes over without a word, to compute another robot, is an error here.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
-from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
@@ -19,7 +16,7 @@ from urdf2mbs.disk import files
 from urdf2mbs.disk.xml_errors import BLANK, check_conflict, check_entities, explain
 from urdf2mbs.disk.xml_parser import safe_parser
 from urdf2mbs.mbs import model
-from urdf2mbs.mbs.fields import INSIDE, OBJECTS, REPEATED, Kind, Object, Table
+from urdf2mbs.mbs.fields import INSIDE, OBJECTS, Kind, Object, Table
 from urdf2mbs.mbs.model import BASE, CUTS, LINKS, ORIGIN, Origin, Part
 from urdf2mbs.mbs.values import Values
 from urdf2mbs.messages.diagnostics import ConversionError, nearest
@@ -27,11 +24,6 @@ from urdf2mbs.spatial import ZERO
 
 if TYPE_CHECKING:
     from lxml.etree import _Element
-
-    #: Gives the value of an element, or the object in it.
-    Read = Callable[["_Reader", _Element], Any]
-    #: Gives an object the values of an element's children.
-    Fill = Callable[["_Reader", Any, _Element], None]
 
 #: The children that an element must have beside its name.
 _REQUIRED = {
@@ -98,7 +90,7 @@ class _Reader(Values):
     def mbs(self, root: _Element) -> model.Mbs:
         if root.tag != "mbsDescR7":
             self.fail(root, "not-mbs", f"the root of an .mbs file is <mbsDescR7>, not <{root.tag}>")
-        mbs: model.Mbs = _object("mbs", self.mechanics_only)(self, root)
+        mbs: model.Mbs = self.object("mbs", root)
         return mbs
 
     def origin(self, element: _Element) -> Origin | None:
@@ -109,6 +101,64 @@ class _Reader(Values):
         return Origin(self.data, len(self.elements) - 1)
 
     # --- objects ---
+
+    def object(self, key: str, element: _Element) -> Any:
+        """One of the ``OBJECTS``, with all that stands in its element."""
+        if key == "drawing" and not len(element):
+            return None
+        owner = OBJECTS[key]
+        thing: Any = owner.make(key)
+        if isinstance(thing, Part):
+            thing.origin = self.origin(element)
+        self.fill(thing, owner.table, element, owner, key)
+        check = getattr(self, f"check_{key}", None)
+        if check is not None:
+            check(thing, element)
+        return thing
+
+    def fill(
+        self, thing: Any, table: Table, element: _Element, owner: Object, key: str = ""
+    ) -> None:
+        """Give an object the values of an element's children, in the order of the table."""
+        kids = self.children(element, table)
+        first = next(iter(table), "") if key and owner.named else ""
+        for tag, entry in table.items():
+            found = kids.get(tag)
+            if found is None:
+                if tag == first or (key and tag in _REQUIRED.get(key, ())):
+                    self.fail_missing(element, tag, owner, thing)
+            elif tag == first:
+                thing.name = self.name(found[0], owner.what)
+            elif isinstance(entry, tuple):
+                field, kind = entry
+                setattr(thing, field, self.value(tag, kind, found))
+            elif entry is not None and not (self.mechanics_only and tag in _GRAPHICS):
+                self.fill(thing, entry, found[0], owner)
+
+    def value(self, tag: str, kind: Kind | frozenset[str], found: list[_Element]) -> Any:
+        """The value of a kind that the elements of a tag hold."""
+        if not isinstance(kind, str):
+            return [self.object(child.tag, child) for child in found[0] if child.tag in kind]
+        if kind == "parts":
+            return [self.object(tag, element) for element in found]
+        if kind == "texts":
+            return tuple(map(self.text, found))
+        if kind in OBJECTS:
+            return self.object(kind, found[0])
+        return getattr(self, kind)(found[0])
+
+    def name(self, element: _Element, what: str) -> str:
+        """The name of an object, which no other of its name space has."""
+        name, parent = self.text(element), element.getparent()
+        if not name:
+            self.fail_name(parent, what)
+        if what in ("body", "joint", "point"):
+            self.check_first(element)
+        if what in ("body", "joint"):
+            self.take(parent, name, what)
+        if what == "body":
+            self.owner = name
+        return name
 
     def check_base(self, base: model.Base, _: _Element) -> None:
         base.name = base.name or BASE
@@ -246,93 +296,3 @@ class _Reader(Values):
 
 def _where(body: str | None) -> str:
     return "the base" if body is None else f"body '{body}'"
-
-
-@cache
-def _object(key: str, mechanics_only: bool) -> Read:
-    """Gives one of the ``OBJECTS``, with all that stands in its element."""
-    owner = OBJECTS[key]
-    fill = _filler(owner.table, mechanics_only, owner, _REQUIRED.get(key, ()))
-    check = getattr(_Reader, f"check_{key}", None)
-    is_part = isinstance(owner.make(key), Part)
-
-    def read_object(reader: _Reader, element: _Element) -> Any:
-        if key == "drawing" and not len(element):
-            return None
-        thing: Any = owner.make(key)
-        if is_part:
-            thing.origin = reader.origin(element)
-        fill(reader, thing, element)
-        if check is not None:
-            check(reader, thing, element)
-        return thing
-
-    return read_object
-
-
-def _filler(
-    table: Table, mechanics_only: bool, owner: Object, required: Collection[str] = ()
-) -> Fill:
-    """Gives an object the values of an element's children, in the order of the table."""
-    once = set(table)
-    entries: list[tuple[str, str, Any, type | None, bool]] = []
-    for tag, entry in table.items():
-        if isinstance(entry, tuple):
-            field, kind = entry
-            collect = REPEATED.get(kind) if isinstance(kind, str) else None
-            if collect is not None:
-                once.remove(tag)
-            named = owner.named and tag == next(iter(owner.table))
-            read: Any = _name(owner.what) if named else _value(tag, kind, mechanics_only)
-            entries.append((tag, field, read, collect, named or tag in required))
-        elif entry is not None and not (mechanics_only and tag in _GRAPHICS):
-            entries.append((tag, "", _filler(entry, mechanics_only, owner), None, False))
-
-    def fill(reader: _Reader, thing: Any, element: _Element) -> None:
-        kids = reader.children(element, once)
-        for tag, field, read, collect, must in entries:
-            found = kids.get(tag)
-            if found is None:
-                if must:
-                    reader.fail_missing(element, tag, owner, thing)
-            elif collect is not None:
-                setattr(thing, field, collect([read(reader, child) for child in found]))
-            elif field:
-                setattr(thing, field, read(reader, found[0]))
-            else:  # more of the same object
-                read(reader, thing, found[0])
-
-    return fill
-
-
-def _value(tag: str, kind: Kind | frozenset[str], mechanics_only: bool) -> Read:
-    if kind == "parts":
-        return _object(tag, mechanics_only)
-    if isinstance(kind, str):
-        if kind in OBJECTS:
-            return _object(kind, mechanics_only)
-        read: Read = getattr(_Reader, kind.replace(" ", "_"))
-        return read
-    parts = {tag: _object(tag, mechanics_only) for tag in kind}
-    return lambda reader, element: [
-        parts[child.tag](reader, child) for child in element if child.tag in parts
-    ]
-
-
-def _name(what: str) -> Read:
-    """Gives the name of an object, which no other of its name space has."""
-    first, unique = what in ("body", "joint", "point"), what in ("body", "joint")
-
-    def read_name(reader: _Reader, element: _Element) -> str:
-        name = reader.text(element)
-        if not name:
-            reader.fail_name(element.getparent(), what)
-        if first:
-            reader.check_first(element)
-        if unique:
-            reader.take(element.getparent(), name, what)
-        if what == "body":
-            reader.owner = name
-        return name
-
-    return read_name

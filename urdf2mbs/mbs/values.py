@@ -7,7 +7,7 @@ from math import isfinite, nan
 from sys import intern
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from urdf2mbs.mbs.fields import INSIDE
+from urdf2mbs.mbs.fields import INSIDE, REPEATED, Table
 from urdf2mbs.mbs.model import SYMBOLS
 from urdf2mbs.messages.diagnostics import ConversionError
 
@@ -129,8 +129,8 @@ class Values:
         kids = self.children(element, tags)
         return [kids[tag][0] if tag in kids else None for tag in tags]
 
-    def children(self, element: _Element, once: Collection[str]) -> Children:
-        """The children by tag.  Two with a tag that may stand ``once`` are an error."""
+    def children(self, element: _Element, known: Table | Collection[str]) -> Children:
+        """The children by tag.  Two with a known tag are an error, unless they are ``REPEATED``."""
         # A slice is twice as fast as list().
         children: list[_Element] = element[:]  # type: ignore[index,assignment]
         kids: Children = {child.tag: [child] for child in children}
@@ -139,7 +139,9 @@ class Values:
             for child in children:
                 kids[child.tag].append(child)
             for tag, found in kids.items():
-                if len(found) > 1 and tag in once:
+                entry = known.get(tag) if isinstance(known, dict) else None
+                repeated = isinstance(entry, tuple) and entry[1] in REPEATED
+                if len(found) > 1 and tag in known and not repeated:
                     self.fail(found[1], "doubled-element", f"<{element.tag}> has two <{tag}>")
         return kids
 

@@ -96,7 +96,7 @@ class Writer:
                 return _around(tag, "".join([f"{pad}  <{word}/>\n" for word in value]), pad)
             case "coordinates":
                 return _around(tag, self.value("coordinates", "xyz", value, f"{pad}  "), pad)
-            case "control points":
+            case "control_points":
                 ways = [self.value("control_point", "xy", xy, f"{pad}  ") for xy in value]
                 return _around(tag, "".join(ways), pad)
             case "base" | "drawing" | "view":
