@@ -41,6 +41,21 @@ export function aim() {
   redraw();
 }
 
+function turnByKey(event) {
+  const offset = camera.position.clone().sub(controls.target), up = vector(0, 0, 1);
+  const turn = {ArrowLeft: 0.1, ArrowRight: -0.1}[event.key] || 0;
+  const tilt = {ArrowUp: -0.1, ArrowDown: 0.1}[event.key] || 0;
+  const zoom = {"+": 0.9, "-": 1.1}[event.key] || 1;
+  if (event.key === "Home") fit();
+  else if (turn || tilt || zoom !== 1) {
+    const high = offset.angleTo(up), next = Math.min(Math.max(high + tilt, 0.05), Math.PI - 0.05);
+    offset.applyAxisAngle(vector().crossVectors(up, offset).normalize(), next - high);
+    camera.position.copy(controls.target).add(offset.applyAxisAngle(up, turn).multiplyScalar(zoom));
+    controls.update();
+  } else return;
+  event.preventDefault();
+}
+
 // follow the mouse or fingers on the canvas; ``pick`` is called for a click
 export function steer(canvas, pick) {
   camera.position.setFromSphericalCoords(1, Math.PI / 2 - 0.32, Math.PI / 2 + 0.45)
@@ -54,4 +69,7 @@ export function steer(canvas, pick) {
     if (Math.hypot(event.clientX - pressed.clientX, event.clientY - pressed.clientY) < 4) pick(event);
   });
   canvas.addEventListener("dblclick", fit);
+  canvas.addEventListener("keydown", turnByKey);
+  Object.assign(canvas, {tabIndex: 0, role: "application"});
+  canvas.ariaLabel = "The robot in 3D: arrow keys turn it, + and - zoom, Home shows all of it";
 }

@@ -5,7 +5,7 @@ import {chosen} from "./choose.js";
 import {now} from "./compare.js";
 import {mbsPoses} from "./kinematics.js";
 import {MARK, makeArrows} from "./marks.js";
-import {q, settle} from "./positions.js";
+import {onChange, q, settle} from "./positions.js";
 import {scene} from "./scene.js";
 
 export const player = {time: 0, playing: false, at: null, play: null};
@@ -40,52 +40,59 @@ function drawTrail() {
   scene.add(trail);
 }
 
-// what can be drawn over time: a name, and lines, each with a name and its value in a frame
-let curves = [];
-function makeCurves() {
+// what can be drawn over time: a name, and the curves below each other
+let plots = [];
+function makePlots() {
+  const curve = (name, value) => {
+    const values = Array.from(times, (_, i) => value(i));
+    const [low, high] = [Math.min, Math.max].map((choose) => values.reduce((a, b) => choose(a, b)));
+    return {name, values, low, high, moves: high - low};
+  };
   const [kinetic, potential] = [(frame) => energies[2 * frame], (frame) => energies[2 * frame + 1]];
-  const ofJoints = joints.map((name, j) => [name, (frame) => coordinate(frame, j)]);
-  const ofForces = forces.map(([, name], k) => [`|${name}| (N)`, (frame) => load(k, frame).length()]);
-  const ofEnergy = energies.length ? [["kinetic (J)", kinetic], ["potential (J)", potential],
-    ["sum (J)", (frame) => kinetic(frame) + potential(frame)]] : [];
-  curves = [["Joints", ofJoints], ["Forces", ofForces], ["Energy", ofEnergy]]
-    .filter(([, lines]) => lines.length);
-  curves.push(...[...ofJoints, ...ofForces].map((line) => [line[0], [line]]));
-  curves.forEach(([name], k) => byId("curve").add(new Option(name, k)));
+  const ofJoints = joints.map((name, j) => curve(name, (frame) => coordinate(frame, j)));
+  const ofForces = forces.map(([, name], k) => curve(`|${name}| (N)`, (frame) => load(k, frame).length()));
+  const ofEnergy = energies.length ? [curve("kinetic (J)", kinetic), curve("potential (J)", potential),
+    curve("sum (J)", (frame) => kinetic(frame) + potential(frame))] : [];
+  const most = (all) => all.filter((one) => one.moves > 1e-6).sort((a, b) => b.moves - a.moves).slice(0, 8);
+  plots = [["Joints", most(ofJoints)], ["Forces", most(ofForces)], ["Energy", ofEnergy]]
+    .filter(([, shown]) => shown.length);
+  plots.push(...[...ofJoints, ...ofForces].map((one) => [one.name, [one]]));
+  plots.forEach(([name], k) => byId("curve").add(new Option(name, k)));
 }
 
-function drawCurves() {
-  const canvas = byId("curves"), pen = canvas.getContext("2d");
-  const width = canvas.width = canvas.clientWidth || 600, height = canvas.height;
-  const lines = curves[byId("curve").value][1].map(([name, value]) =>
-    [name, Array.from(times, (_, i) => value(i))]);
-  const all = lines.flatMap(([, values]) => values);
-  const low = all.reduce((a, b) => Math.min(a, b)), high = all.reduce((a, b) => Math.max(a, b));
+function drawPlots() {
+  const canvas = byId("curves"), pen = canvas.getContext("2d"), [, shown] = plots[byId("curve").value];
+  const width = canvas.width = canvas.clientWidth || 600, row = shown.length > 1 ? 48 : 150;
+  canvas.style.height = `${canvas.height = row * shown.length}px`;
+  const ink = getComputedStyle(canvas).color, frame = frameAt(player.time);
   const x = (time) => (time - times[0]) / (times[times.length - 1] - times[0] || 1) * width;
-  const y = (value) => height - 8 - (value - low) / (high - low || 1) * (height - 16);
-  const frame = frameAt(player.time);
-  lines.forEach(([name, values], n) => {
-    pen.strokeStyle = pen.fillStyle = `hsl(${n * 137.5 % 360} 60% 48%)`;
+  shown.forEach(({name, values, low, high}, n) => {
+    const bottom = row * (n + 1) - 5, y = (value) => bottom - (value - low) / (high - low || 1) * (row - 22);
+    pen.strokeStyle = `hsl(${n * 137.5 % 360} 60% 48%)`;
     pen.beginPath();
     values.forEach((value, i) => pen.lineTo(x(times[i]), y(value)));
     pen.stroke();
-    if (lines.length < 9) pen.fillText(`${name}: ${+values[frame].toPrecision(4)}`, 60, 12 + 12 * n);
+    pen.fillStyle = ink;
+    pen.textAlign = "left";
+    pen.fillText(`${name}: ${+values[frame].toPrecision(4)}`, 4, row * n + 11);
+    pen.textAlign = "right";
+    pen.fillText(`${+low.toPrecision(4)} ... ${+high.toPrecision(4)}`, width - 4, row * n + 11);
   });
-  pen.fillStyle = pen.strokeStyle = getComputedStyle(canvas).color;
-  pen.fillText(`${+high.toPrecision(4)}`, 4, 12);
-  pen.fillText(`${+low.toPrecision(4)}`, 4, height - 4);
-  pen.strokeRect(x(player.time), 0, 0.5, height);
+  pen.strokeStyle = ink;
+  pen.strokeRect(x(player.time), 0, 0.5, canvas.height);
 }
 
 export function makePlayer() {
   unpackMotion();
-  makeCurves();
+  makePlots();
   const first = times[0], last = times[times.length - 1];
   const scrub = byId("scrub"), button = byId("play"), canvas = byId("curves");
   const drawArrow = makeArrows(forces.map(([, , pushed]) => pushed));
   let most = 1e-9;
   times.forEach((_, i) => forces.forEach((__, k) => { most = Math.max(most, load(k, i).length()); }));
 
+  // a slider leaves the moment, and its forces with it
+  onChange(() => forces.forEach((_, k) => drawArrow(k, null, null, vector(), most)));
   player.at = (time) => {
     player.time = Math.min(Math.max(time, first), last);
     const frame = frameAt(player.time);
@@ -97,7 +104,7 @@ export function makePlayer() {
     drawTrail();
     scrub.value = player.time;
     byId("clock").textContent = `${player.time.toFixed(2)} s`;
-    drawCurves();
+    drawPlots();
   };
   player.play = (on) => {
     player.playing = on;
@@ -123,7 +130,7 @@ export function makePlayer() {
   byId("curve").onchange = byId("trail").onchange = () => player.at(player.time);
   document.addEventListener("keydown", (event) => {
     // a button, a field or a row takes the space itself
-    if (event.key !== " " || event.target !== document.body) return;
+    if (event.key !== " " || !["BODY", "CANVAS"].includes(event.target.tagName)) return;
     event.preventDefault();
     button.click();
   });

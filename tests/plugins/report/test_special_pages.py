@@ -401,6 +401,18 @@ def test_a_simulated_project_plays(browser: Browser, tmp_path: Path) -> None:
         at = np.array(poses[pushed].rot).reshape(3, 3) @ np.full(3, 0.1) + poses[pushed].xyz
         arrows = page.evaluate("urdf2mbs.arrows()")
         np.testing.assert_allclose(arrows, [at] if row is not rows[1] else [], atol=1e-6)
+    # a slider leaves the moment: its forces are gone
+    page.evaluate("(name) => urdf2mbs.set(name, 0)", joints[0])
+    assert page.evaluate("urdf2mbs.arrows()") == []
+    page.locator(".view canvas").focus()
+    seen = [page.evaluate("urdf2mbs.picture()")]
+    for key in ("ArrowLeft", "ArrowUp", "+"):
+        page.keyboard.press(key)
+        seen.append(page.evaluate("urdf2mbs.picture()"))
+    assert len(set(seen)) == 4
+    size = page.locator("#curves").bounding_box()
+    assert size is not None
+    assert size["height"] == pytest.approx(48 * min(8, len(joints)), abs=3)
     curves = page.locator("#curve option").all_inner_texts()
     assert curves[:3] == ["Joints", "Forces", "Energy"]
     assert curves[-1] == f"|push1.{pushed}| (N)"
