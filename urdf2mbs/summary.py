@@ -19,6 +19,7 @@ from urdf2mbs.urdf.changes import RobotChange, describe
 GUESSES = {
     "massless root": "the root has no mass",
     "one limb": "the root carries one limb, as an arm does",
+    "two arms": "the root carries two limbs that rise above it",
     "free root": "nothing ties the root to the world",
 }
 

@@ -118,16 +118,30 @@ class Urdf:
         if base != "auto":
             return base == "floating"
         mass = sum(found.mass for link in welded if (found := self.inertias[link]) is not None)
-        return "world" not in welded and mass > 0.0 and not self._is_arm(welded)
+        return "world" not in welded and mass > 0.0 and not self._has_arms(welded)
 
-    def _is_arm(self, welded: list[str]) -> bool:
-        """Whether one limb of four joints or more, without two wheels, is all that moves."""
+    def _has_arms(self, welded: list[str]) -> bool:
+        """Whether one limb of four joints or more is all that moves, or two limbs of so many
+        joints in a row that rise above the root, and a head of one joint; without two wheels."""
         moving = [joint for joint in self.joints.values() if joint.type != "fixed"]
         first = [joint for joint in moving if joint.parent in welded]
         ends = [joint for joint in moving if not self._carries(joint.child)]
-        wheels = [joint for joint in ends if joint.type == "continuous"]
-        lone = len(first) == 1 and first[0].type != "planar"
-        return lone and len(moving) >= 4 and len(wheels) < 2
+        if sum(joint.type == "continuous" for joint in ends) >= 2:
+            return False
+        if len(first) == 1 and first[0].type != "planar":
+            return len(moving) >= 4
+        poses = {self.root: np.eye(4)}
+        for joint in self.outward:
+            poses[joint.child] = poses[joint.parent] @ joint.origin
+        lowest = min(poses[link][2, 3] for link in welded)
+        rises = [poses[link][2, 3] - lowest for link in poses if link not in welded]
+        limbs = sorted(self._length(joint) for joint in first)
+        return sum(rises) > 1e-6 and len(limbs) > 1 and limbs[-2] >= 4 and sum(limbs[:-2]) <= 1
+
+    def _length(self, joint: UrdfJoint) -> int:
+        """How many joints move in a row, from this one outwards."""
+        beyond = [self._length(after) for after in self.children[joint.child]]
+        return (joint.type != "fixed") + max(beyond, default=0)
 
     def _carries(self, link: str) -> bool:
         return any(j.type != "fixed" or self._carries(j.child) for j in self.children[link])

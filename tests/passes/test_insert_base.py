@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import pytest
 
 from proving import SOLID, joint, link, robot
@@ -73,6 +75,16 @@ def chain(count: int, *types: str) -> list[str]:
     return elements
 
 
+def limbs(up: float, *counts: int) -> list[str]:
+    """A root with mass that carries limbs of so many joints, each link ``up`` (m) on the last."""
+    elements = [link("l0", SOLID)]
+    for n, count in enumerate(counts):
+        names = ["l0", *(f"limb{n}_{k}" for k in range(count))]
+        for parent, child in pairwise(names):
+            elements += [link(child, SOLID), joint(parent, child, "revolute", xyz=f"0 0 {up}")]
+    return elements
+
+
 LEGS = [
     *(link("leg", SOLID), joint("l0", "leg", "revolute")),
     *(link("other", SOLID), joint("l0", "other", "revolute")),
@@ -88,6 +100,11 @@ LEGS = [
         ([*chain(4), link("mount"), joint("mount", "l0", "fixed")], "one limb", True),
         (chain(3), "free root", True),
         ([*chain(4), link("cart", SOLID), joint("cart", "l0", "planar")], "free root", True),
+        # two arms on a torso, with a head; two legs below a trunk; a third limb
+        (limbs(1, 4, 5, 1), "two arms", True),
+        (limbs(-1, 4, 4), "free root", False),
+        (limbs(1, 4, 3), "free root", True),
+        (limbs(1, 4, 4, 2), "free root", True),
         # a hand, on its palm
         ([*chain(0), *LEGS], "free root", True),
         # legs below a trunk

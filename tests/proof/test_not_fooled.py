@@ -252,7 +252,7 @@ OWN = IMU.replace('name="j" type="continuous"', 'name="free" type="floating"')
 def summary(text: str, tmp_path: Path, capsys: Any, *more: str) -> str:
     source = tmp_path / "r.urdf"
     source.write_text(text.replace("RPY", "0 0 0"))
-    assert main(["convert", str(source), "-o", str(tmp_path / "r.mbs"), *more]) == 0
+    assert main(["convert", str(source), "-o", str(tmp_path / "r.mbs"), "-v", *more]) == 0
     return str(capsys.readouterr().out)
 
 

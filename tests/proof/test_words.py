@@ -169,7 +169,7 @@ def test_not_checked_is_said_everywhere(tmp_path: Path, capsys: Any) -> None:
     config = tmp_path / "tiny.yaml"
     config.write_text("source: tiny.urdf\nwithout: [check]\n")
     assert main(["run", str(config)]) == 0
-    assert "  NOT CHECKED: the pass 'check' is not in the pipeline\n" in capsys.readouterr().out
+    assert "\n  NOT CHECKED; 1 warning" in capsys.readouterr().out
     data = (tmp_path / "tiny.mbs").read_bytes()
     assert b"\n<!-- NOT CHECKED: the pass 'check' was not in the pipeline -->\n" in data
     assert read(data, "tiny.mbs").bodies  # and it is still read
@@ -186,7 +186,7 @@ def test_the_words_are_alike_on_the_terminal_and_in_json(tmp_path: Path, capsys:
     words = result.report.verdict
     assert words.startswith("the same robot, but for joint 'wrist_pitch'")
     assert main(["convert", str(source), "-o", str(tmp_path / "tiny.mbs")]) == 0
-    assert f"\n  {words}\n" in capsys.readouterr().out
+    assert f"\n  {words}; 2 warnings, " in capsys.readouterr().out
     assert main(["convert", str(source), "-o", str(tmp_path / "tiny.mbs"), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["verdict"] == words
 

@@ -5,8 +5,8 @@ property": a root link with inertia gets a parent link without inertia.  "The hu
 models are based on a floating base representation [...] a 6-DOF joint": T1 T2 T3 R1 R2 R3.
 
 A URDF does not say if the base floats, so ``auto`` guesses; ``docs/passes/insert-base.md`` has the
-rules.  A guess is a warning if it may well be wrong: the root has mass and carries one limb, or the
-robot has no wheels and stands on its root.
+rules.  A guess is a warning if it may well be wrong: the root has mass and carries an arm or two,
+or the robot has no wheels and stands on its root.
 """
 
 from __future__ import annotations
@@ -19,10 +19,18 @@ from urdf2mbs.mbs.names import free_name
 from urdf2mbs.states import Estimates
 from urdf2mbs.urdf.model import Joint, Link, Robot
 
-#: A limb has at least so many moving joints; less may be a sensor or a cart.
+#: A limb has at least so many moving joints; less may be a sensor or a head.
 LIMB = 4
 #: A limb on wheels has at least so many ends that turn without limits; an arm may have one.
 WHEELS = 2
+#: A head beside two arms has at most so many joints, and the links of arms rise by more (m).
+HEAD, LEVEL = 1, 1e-6
+#: What the limbs say of the root.
+WHY = {
+    "one limb": "{} carries one limb without wheels, as an arm's foot does",
+    "two arms": "{} carries two limbs that rise above it, as a torso carries arms",
+    "free root": "nothing ties {} to the world, and it has mass",
+}
 
 
 class InsertBase(Pass):
@@ -50,14 +58,8 @@ class InsertBase(Pass):
             why = f"root link '{root}' has no mass, nor has what is fixed to it"
             guessed = not welded.isdisjoint(estimated)
         else:
-            moving, one, wheels = _look_at_limbs(robot, welded)
-            if one and moving >= LIMB and not wheels:
-                reason, guessed = "one limb", True
-                why = f"root link '{root}' carries one limb without wheels, as an arm's foot does"
-            else:
-                floats, reason = True, "free root"
-                why = f"nothing ties root link '{root}' to the world, and it has mass"
-                guessed = not wheels and (one or (moving > 0 and _stands_on(robot, welded)))
+            reason, guessed = _guess(robot, welded)
+            floats, why = reason == "free root", WHY[reason].format(f"root link '{root}'")
         conversion.base.floating, conversion.base.reason = floats, reason
         kind = "floating" if floats else "fixed"
         text = why if floating else f"{kind} base: {why}"
@@ -85,27 +87,31 @@ def _mass(link: Link) -> float:
     return 0.0 if link.inertial is None else link.inertial.mass
 
 
-def _look_at_limbs(robot: Robot, welded: set[str]) -> tuple[int, bool, bool]:
-    """How many joints move, whether all hang at one joint of the root, and whether wheels turn.
+def _guess(robot: Robot, welded: set[str]) -> tuple[str, bool]:
+    """Why the base floats, or does not, by the limbs of the robot; and if this may well be wrong.
 
     A planar joint is no limb's: it leads to a cart.
     """
     children = robot.children()
     first = [joint for link in welded for joint in children[link] if joint.moves]
     moving = [joint for joint in robot.joints.values() if joint.moves]
-    carrying: set[str] = set()
+    reach: dict[str, int] = {}  # the most joints that move in a row, from a link outwards
     for joint in reversed(robot.depth_first()):
-        if joint.moves or joint.child in carrying:
-            carrying.add(joint.parent)
-    turning = [j for j in moving if j.child not in carrying and j.type == "continuous"]
+        count = reach.get(joint.child, 0) + joint.moves
+        reach[joint.parent] = max(count, reach.get(joint.parent, 0))
+    turning = [j for j in moving if not reach.get(j.child) and j.type == "continuous"]
+    if not moving or len(turning) >= WHEELS:
+        return "free root", False
     one = len(first) == 1 and first[0].type != "planar"
-    return len(moving), one, len(turning) >= WHEELS
-
-
-def _stands_on(robot: Robot, welded: set[str]) -> bool:
-    """True if no frame of a moving link is below those of the root and what is fixed to it."""
+    if one and len(moving) >= LIMB:
+        return "one limb", True
     heights = {link: pose.xyz[2] for link, pose in robot.poses().items()}
-    return min(heights[link] for link in welded) <= min(heights.values())
+    foot = min(heights[link] for link in welded)
+    rise = sum(height - foot for link, height in heights.items() if link not in welded)
+    limbs = sorted((1 + reach.get(joint.child, 0) for joint in first), reverse=True)
+    if rise > LEVEL and len(limbs) > 1 and limbs[1] >= LIMB and sum(limbs[2:]) <= HEAD:
+        return "two arms", True
+    return "free root", one or foot <= min(heights.values())
 
 
 def _find_welded(robot: Robot, root: str) -> tuple[set[str], str | None]:

@@ -210,6 +210,7 @@ def _why(conversion: Conversion) -> str:
         "as asked": "as asked for",
         "world": "the root is tied to 'world'; or floating",
         "one limb": "the root carries one limb, as an arm does; or floating",
+        "two arms": "the root carries two limbs that rise above it; or floating",
         "massless root": "the root has no mass; or floating",
         "free root": "nothing ties the root to 'world'; or fixed",
     }.get(conversion.base.reason, conversion.base.reason)
