@@ -16,16 +16,17 @@ from urdf2mbs.mbs.model import Mbs
 RATE = 60.0
 
 
-def motion(model: Mbs, project: Path) -> dict[str, Any] | None:
-    """Times (s), joint positions (rad, m), forces (N) and energies (J) of the project's last run.
+def motion(model: Mbs, project: Path, file: str = "dirdyn.csv") -> dict[str, Any] | None:
+    """Times (s), joint positions (rad, m), forces (N) and energies (J) of a run, by itself the last
+    of the project.
 
     Numbers are little-endian float32 in base64, a row for each frame.  Forces are the external ones
     and then the pushes, each with Fx, Fy, Fz in the axes of the base, and dx, dy, dz (m), its point
     in the axes of its body.  None if there is no file, or if the file is of other joints.
     """
     try:
-        with (project / "resultsR" / "dirdyn.csv").open(encoding="utf-8", newline="") as file:
-            rows = csv.reader(file)
+        with (project / "resultsR" / file).open(encoding="utf-8", newline="") as text:
+            rows = csv.reader(text)
             head = {name: k for k, name in enumerate(next(rows, []))}
             table = np.array([[float(cell) for cell in row] for row in rows])
     except (OSError, ValueError):

@@ -122,10 +122,10 @@ def _both_sides(
     return data
 
 
-def make_of_model(model: Mbs, file: Path) -> Page:
+def make_of_model(model: Mbs, file: Path, results: str = "dirdyn.csv") -> Page:
     """The page of an .mbs alone, without a URDF; ``file`` is where it lies.
 
-    The page plays the motion in the project's resultsR, if there is one.
+    The page plays the motion of this file in the project's resultsR, if there is one.
     ``PRJPATH`` of its urls is the folder around ``dataR``, else the file's own folder.
     """
     project = project_of(file.absolute())
@@ -134,7 +134,7 @@ def make_of_model(model: Mbs, file: Path) -> Page:
     drawn = mbs_side(model, store, lookup({}, project), lambda url: path_of(url, project))
     data = _data(model, store, drawn) | {
         "marks": around.marks(none, model),
-        "motion": motion(model, project),
+        "motion": motion(model, project, results),
     }
     return _fill(
         model, store, data, file.name,

@@ -12,7 +12,11 @@ NEEDS = ("project", "equations", "report")
 @hookimpl
 def urdf2mbs_commands() -> list[Command]:
     does = "let a robot, a project or an .mbs move, and write Robotran's results"
-    return [Command("simulate", does, "urdf2mbs_simulate.commands.simulate")]
+    swings = "how a robot swings about its equilibrium: frequencies, damping, a page"
+    return [
+        Command("simulate", does, "urdf2mbs_simulate.commands.simulate"),
+        Command("modes", swings, "urdf2mbs_simulate.commands.modes"),
+    ]
 
 
 @hookimpl
@@ -24,6 +28,7 @@ def urdf2mbs_api() -> dict[str, str]:
         "Robot": f"{package}.robot:Robot",
         "compiler": f"{package}.c_code:compiler",
         "load_equations": f"{package}.robot:load_equations",
+        "modes": f"{package}.project:modes",
         "runtime": f"{package}.runtime",
         "simulate": f"{package}.project:simulate",
     }

@@ -172,11 +172,14 @@ class CCode(PythonCode):
         self._check()
         return np.full(len(y), np.nan) if failed else self.f.copy()
 
-    def slopes(self, t: float, y: Any) -> Any:
+    def take_parameters(self) -> None:
+        self.model[:] = self._user_models()
+
+    def slopes(self, t: float, y: Any, near: float = NEAR) -> Any:
         self.y[:] = y
         found = np.empty((len(y), len(y)))
         failed = self.library.slopes(
-            self.at, _double(t), *self.buffers, _double(NEAR), found.ctypes.data_as(_row)
+            self.at, _double(t), *self.buffers, _double(near), found.ctypes.data_as(_row)
         )
         self._check()
         return np.full(found.shape, np.nan) if failed else found.T.copy()

@@ -8,6 +8,7 @@ CODES = {
     "equations-not-generated": "error: the equations that are needed cannot be made",
     "partition": "error: the loops cannot be closed, or the constraints are too few or too many",
     "joint-without-mass": "error: a force acts along a joint that moves nothing that has mass",
+    "no-equilibrium": "error: no pose is found in which nothing accelerates",
     "user-function-failed": "error: a user function has raised an exception",
     "pandas-missing": "error: a table of results needs pandas, which is not installed",
     "step-failed": "error: no step of the integrator is short enough",

@@ -51,7 +51,7 @@ class MbsData:
         self._bodies_and_points()
         self._connections()
         self._user_models()
-        self.outputs: dict[str, list[tuple[float, float]]] = defaultdict(list)
+        self.outputs: dict[str, list[tuple[float, ...]]] = defaultdict(list)
         self.modules: dict[str, Any] = {}
         """Those of the project's user functions, while they do not run."""
         self.pushes: list[Any] = []
@@ -72,6 +72,8 @@ class MbsData:
             self.q[number], self.qd[number] = joint.q or 0.0, joint.qd or 0.0
             self.qdd[number] = joint.qdd or 0.0
         self.q0, self.qd0, self.qdd0 = self.q.copy(), self.qd.copy(), self.qdd.copy()
+        actuated = [k for k, joint in enumerate(joints, start=1) if joint.actuated]
+        self.qa = np.array([0, *actuated])
         self.natures = [joint.nature for joint in joints]
         self.divide({})
 
@@ -117,6 +119,8 @@ class MbsData:
                 self.sensor_id[point.sensor.name] = len(self.sensor_id) + 1
         self.xfidpt, self.Nxfrc = np.array(forces, dtype=np.int32), len(forces) - 1
         self.SWr = np.zeros((self.Nxfrc + 1, 10))
+        self.Nsensor = len(self.sensor_id)
+        self.sensors: list[MbsSensor] = []
 
     def _connections(self) -> None:
         mbs = self.mbs
@@ -164,6 +168,30 @@ class MbsData:
         """Say how many constraints ``user_cons_hJ`` fills."""
         self.user_constraints = count
 
+    set_Nuserc = set_nb_userc  # noqa: N815
+
+    def set_qu(self, joint: int) -> None:
+        """Let a joint, or several, be independent."""
+        self.divide(dict.fromkeys(np.atleast_1d(joint), "independent"))
+
+    def set_qv(self, joint: int) -> None:
+        """Let a joint, or several, be dependent."""
+        self.divide(dict.fromkeys(np.atleast_1d(joint), "dependent"))
+
+    def set_qdriven(self, joint: int) -> None:
+        """Let a joint, or several, be driven: it stays unless ``user_DrivenJoints`` moves it."""
+        self.divide(dict.fromkeys(np.atleast_1d(joint), "driven"))
+
+    set_qc = set_qlocked = set_qdriven
+
+    def set_qa(self, joint: int) -> None:
+        """Let a joint, or several, be actuated: inverse dynamics computes its force."""
+        self.qa = np.array(sorted({*self.qa, *np.atleast_1d(joint).tolist()}))
+
+    @property
+    def nqa(self) -> int:
+        return len(self.qa) - 1
+
     def set_output(self, value: float, name: str) -> None:
         """Keep a number of the present time for the results."""
         self.outputs[name].append((self.tsim, float(value)))
@@ -172,14 +200,14 @@ class MbsData:
 class MbsSensor:
     """The motion of a point, in the axes of the base; the rows of R are the axes of the body."""
 
-    def __init__(self, mbs_data: MbsData) -> None:
-        self._data = mbs_data
+    def __init__(self, mbs_data: MbsData, number: int | None = None) -> None:
+        self._data, self._number = mbs_data, number
         self.P, self.V, self.OM, self.A, self.OMP = np.zeros((5, 4))
         self.R, self.J = np.zeros((4, 4)), np.zeros((7, mbs_data.njoint + 1))
 
-    def comp_s_sensor(self, number: int) -> None:
-        """Compute a sensor for the present state."""
-        self._data.mbs_sensor(self, self._data, number)
+    def comp_s_sensor(self, number: int | None = None) -> None:
+        """Compute a sensor for the present state: by itself that which it was made for."""
+        self._data.mbs_sensor(self, self._data, self._number if number is None else number)
 
     def comp_gen_sensor(self, number: int) -> None:
         """Compute the frame behind a joint for the present state."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 from warnings import catch_warnings, filterwarnings
 
 import numpy as np
@@ -42,48 +42,55 @@ STEPS, LEAST = 2000, 0.002
 WITHOUT_EFFECT = frozenset([
     "save_anim", "saveperiod", "realtime", "verbose", "accelred", "n_freeze", "flag_oneshot",
     "flag_waypoint", "delta_t_wp", "flag_baumgarte_stabilization", "baumgarte_alpha",
-    "baumgarte_beta",
+    "baumgarte_beta", "save_result", "lpk_itermax", "visualize", "clearmbsglobal",
 ])  # fmt: skip
 
 
-class MbsPart:
-    """Partition: that of the .mbs where it fits, else Robotran's choice; the loops are closed."""
+class Module:
+    """What all of Robotran's modules have: a model, and options."""
+
+    OPTIONS: ClassVar[dict[str, Any]] = {}
 
     def __init__(self, mbs_data: MbsData) -> None:
         self.mbs_data = mbs_data
+        self.options = dict(self.OPTIONS)
 
-    def set_options(self, **_: Any) -> None:
-        """The partition of the .mbs needs none of Robotran's options."""
+    def set_options(self, **options: Any) -> None:
+        """By Robotran's names; see ``OPTIONS``."""
+        for name, value in options.items():
+            if name in self.OPTIONS:
+                self.options[name] = value
+            elif name not in WITHOUT_EFFECT:
+                raise ConfigError("usage", f"{type(self).__name__} has no option '{name}'")
+
+    def get_options(self, name: str) -> Any:
+        return self.options[name]
+
+
+class MbsPart(Module):
+    """Partition: that of the .mbs where it fits, else Robotran's choice; the loops are closed."""
+
+    OPTIONS: ClassVar[dict[str, Any]] = {"rowperm": 1}
 
     def run(self) -> None:
         """Choose, and close the loops at the start; mbs_data.DonePart is 1 then."""
         data = self.mbs_data
         with loaded(data), shown(data):
-            code = choose_code(data, None)
-            part(code)
-            data.DonePart = int(close(data, code))
+            data.DonePart = int(close(data, closed_code(data, None)))
 
 
-class MbsDirdyn:
-    """A direct dynamics: set its options, and run it."""
+class MbsDirdyn(Module):
+    """A direct dynamics: set its options, and run it.
+
+    ``integrator`` is one of scipy's methods, and ``dt0`` its first step (s).
+    """
+
+    OPTIONS = OPTIONS
 
     def __init__(self, mbs_data: MbsData) -> None:
-        self.mbs_data = mbs_data
-        self.options = dict(OPTIONS)
+        super().__init__(mbs_data)
         self.watch: Callable[[float], None] = lambda _: None
         """Called with the time after each step."""
-
-    def set_options(self, **options: Any) -> None:
-        """By Robotran's names; see ``OPTIONS``.  ``integrator`` is one of scipy's methods, and
-        ``dt0`` its first step (s)."""
-        for name, value in options.items():
-            if name in OPTIONS:
-                self.options[name] = value
-            elif name not in WITHOUT_EFFECT:
-                raise ConfigError("usage", f"MbsDirdyn has no option '{name}'")
-
-    def get_options(self, name: str) -> Any:
-        return self.options[name]
 
     def run(self) -> Results:
         """Integrate from t0 to tf; the results are written if ``save2file`` is set.
@@ -126,6 +133,14 @@ def choose_code(data: MbsData, language: str | None) -> PythonCode:
     return CCode(data, user_in_c=language == "c" or not _has_own_python(data))
 
 
+def closed_code(data: MbsData, language: str | None) -> PythonCode:
+    """The code of a model whose loops are closed at the present position."""
+    add_pushes(data)
+    code = choose_code(data, language)
+    part(code)
+    return code
+
+
 def _has_own_python(data: MbsData) -> bool:
     """True if somebody has changed or written user functions in Python."""
     written = starters("python", data.mbs_name)
@@ -166,7 +181,7 @@ def integrate(
     for stop in [*_breaks(data, time, end), end]:
         # a force that begins at this time has not begun at the end of the step before
         last = stop if stop == end else np.nextafter(stop, time)
-        solver = _solver(code, time, y, last, options)
+        solver = make_solver(code, time, y, last, options)
         while solver.status == "running" and not data.flag_stop:
             _step(data, code, solver)
             time, y = float(solver.t), solver.y
@@ -194,13 +209,13 @@ def integrate(
                 check_held(data)
             if choose_again(code):
                 y = code.state()
-                solver = _solver(code, time, y, last, options)
+                solver = make_solver(code, time, y, last, options)
         time = stop
     code.call("user_dirdyn_finish", dirdyn)
     return recorder.results()
 
 
-def _solver(code: PythonCode, time: float, y: Any, end: float, options: dict[str, Any]) -> Any:
+def make_solver(code: PythonCode, time: float, y: Any, end: float, options: dict[str, Any]) -> Any:
     """One of scipy's, from a time and state."""
     name = ROBOTRAN.get(options["integrator"], options["integrator"])
     if name not in METHODS:

@@ -106,7 +106,7 @@ def _choose(code: PythonCode) -> None:
         data.said.append(f"{len(rows)} of {len(every)} constraints are kept: they imply the others")
     moved = [k for k in data.qu[1:] if abs(data.q[k] - drawn[k]) > 2 * DISTURBED]
     if moved:
-        data.said.append(f"moved, for the loops to close: {_names(data, moved)}")
+        data.said.append(f"moved, for the loops to close: {names_of(data, moved)}")
     _tell_joints(data, freed, added)
     code.repartition(np.sort(rows))
 
@@ -254,7 +254,9 @@ def _hold(data: MbsData, joints: Iterable[str]) -> None:
         data.divide(dict.fromkeys(data.held, "driven"))
         data.qd[data.held] = 0.0
         data.qdd[data.held] = 0.0
-        data.said.append(f"held, since they move nothing that has mass: {_names(data, data.held)}")
+        data.said.append(
+            f"held, since they move nothing that has mass: {names_of(data, data.held)}"
+        )
 
 
 def check_held(data: MbsData) -> None:
@@ -278,20 +280,20 @@ def check_held(data: MbsData) -> None:
 def _tell_joints(data: MbsData, freed: Any, added: Any) -> None:
     """What was chosen, and the lines that let the .mbs say the same."""
     if len(freed):
-        text = f"dependent in the .mbs, but no constraint rules them: {_names(data, freed)}"
+        text = f"dependent in the .mbs, but no constraint rules them: {names_of(data, freed)}"
         if not any(data.user_path.glob("user_cons_hJ.*")):
             text += "; is user_cons_hJ of the project missing?"
         data.said.append(text)
     if len(added):
         data.said.append(
-            f"dependent here, since those of the .mbs do not suffice: {_names(data, added)}"
+            f"dependent here, since those of the .mbs do not suffice: {names_of(data, added)}"
         )
     for joints, nature in ((freed, "independent"), (added, "dependent")):
         if len(joints):
-            data.said.append(f"in the .mbs: <nature>{nature}</nature> in {_names(data, joints)}")
+            data.said.append(f"in the .mbs: <nature>{nature}</nature> in {names_of(data, joints)}")
 
 
-def _names(data: MbsData, joints: Iterable[int]) -> str:
+def names_of(data: MbsData, joints: Iterable[int]) -> str:
     names = list(data.joint_id)
     return ", ".join(names[number - 1] for number in sorted(joints))
 

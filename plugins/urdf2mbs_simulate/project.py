@@ -20,6 +20,8 @@ from urdf2mbs.urdf.reader import stem
 from urdf2mbs_simulate.c_code import compiler
 from urdf2mbs_simulate.data import MbsData
 from urdf2mbs_simulate.dirdyn import METHOD, MbsDirdyn
+from urdf2mbs_simulate.equilibrium import Equilibrium, MbsEquil
+from urdf2mbs_simulate.modal import MbsModal, Modes
 from urdf2mbs_simulate.push import Push, parse
 from urdf2mbs_simulate.results import Results
 
@@ -35,6 +37,7 @@ def simulate(
     rtol: float = 1e-6,
     atol: float = 1e-8,
     watch: Callable[[float], None] | None = None,
+    equilibrium: bool = False,
     **fields: Any,
 ) -> Results:
     """Simulate a Robotran project for ``time`` seconds.
@@ -45,7 +48,8 @@ def simulate(
     ``push``: forces on links, such as ``chest:20,0,0@0.5..0.6`` (N, s).  ``method`` is one of
     scipy's integrators, with its ``rtol`` and ``atol``; the results have ``rate`` frames a second.
     ``language``: ``c`` or ``python``; by itself C where there is a compiler.  ``watch`` is called
-    with the time (s) after each step.
+    with the time (s) after each step.  ``equilibrium``: start where nothing accelerates, at rest;
+    ``results.equilibrium`` has it.
 
     The results are in memory; ``Results.write()`` writes them.  Raises ConversionError.
     """
@@ -58,9 +62,43 @@ def simulate(
         save2file=0,
     )  # fmt: skip
     dirdyn.watch = watch or dirdyn.watch
+    found = find_equilibrium(data, language) if equilibrium else None
     results = dirdyn.run()
+    results.equilibrium = found
     results.keep = keep
     return results
+
+
+def find_equilibrium(data: MbsData, language: str | None = None) -> Equilibrium:
+    """Let a model be where nothing accelerates.  Raises ConversionError where there is no pose."""
+    equil = MbsEquil(data)
+    equil.set_options(language=language, save2file=0)
+    pushes, data.pushes = data.pushes, []
+    found = equil.run()
+    data.pushes = pushes
+    return found
+
+
+def modes(
+    source: Config | str | os.PathLike[str],
+    *,
+    drawn: bool = False,
+    language: str | None = None,
+    **fields: Any,
+) -> Modes:
+    """How a robot, a project or an .mbs swings about its equilibrium, or where it is drawn.
+
+    ``source``, ``language`` and ``fields`` are as in ``simulate``.  Raises ConversionError.
+    """
+    model, keep = project_of(source, fields)
+    data = MbsData(model)
+    if not drawn:
+        data.said += find_equilibrium(data, language).lines()
+    modal = MbsModal(data)
+    modal.set_options(language=language, save_result=0)
+    found = modal.run()
+    found.keep = keep
+    return found
 
 
 def project_of(source: Config | str | os.PathLike[str], fields: dict[str, Any]) -> tuple[Path, Any]:

@@ -16,6 +16,7 @@ import numpy as np
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs_equations.files import FUNCTIONS, OWN
 from urdf2mbs_equations.python import PythonWriter
+from urdf2mbs_simulate import names
 from urdf2mbs_simulate.data import MbsData
 from urdf2mbs_simulate.equations import SimulationError, equations
 
@@ -87,14 +88,17 @@ def loaded(data: MbsData) -> Iterator[None]:
         file = getattr(before[name], "__file__", None)
         if file is None or Path(file).parent != data.user_path:
             del sys.modules[name]
-    sys.path.insert(0, str(data.user_path))
-    sys.modules.update({**data.modules, "MBsysPy": import_module("urdf2mbs_simulate.runtime")})
+    sys.path[:0] = [str(data.user_path), str(data.user_path.parent / "workR")]
+    named = {"MBsysPy": "urdf2mbs_simulate.runtime", "MBsysPy.mbs_utilities": names.__name__}
+    sys.modules.update(data.modules | {name: import_module(at) for name, at in named.items()})
+    names.present.append(data)
     try:
         yield
     finally:
+        names.present.pop()
         sys.path[:] = path
         data.modules = {name: sys.modules[name] for name in own & sys.modules.keys()}
-        for name in {*own, "MBsysPy"}:
+        for name in {*own, *named}:
             sys.modules.pop(name, None)
             if name in before:
                 sys.modules[name] = before[name]
@@ -132,7 +136,9 @@ class PythonCode:
     def __init__(self, data: MbsData) -> None:
         self.data = data
         self.rows = count_rows(data)
-        self.has_loops = bool(sum(self.rows) or data.nqv or data.held)
+        self.has_loops = bool(sum(self.rows) or data.nqv) or data.natures != [
+            joint.nature for joint in data.mbs.joints().values()
+        ]
         """Whether accelred is that of the partition, not that of the project."""
         self.has_loop = data.user_dirdyn_loop is not _nothing
         self.repartition(np.arange(sum(self.rows)))
@@ -167,7 +173,10 @@ class PythonCode:
             data.user_derivatives(data)
         return np.concatenate([data.qd[free], data.qdd[free], data.uxd[1:]])
 
-    def slopes(self, t: float, y: Any) -> Any:
+    def take_parameters(self) -> None:
+        """Take the parameters of user models anew."""
+
+    def slopes(self, t: float, y: Any, near: float = NEAR) -> Any:
         """The derivative of ``accelerate`` by the state, by differences: (states, states).
 
         Implicit integrators that are left to themselves scale their differences by a rate that
@@ -176,7 +185,7 @@ class PythonCode:
         here, found = self.accelerate(t, y), np.empty((len(y), len(y)))
         for k in range(len(y)):
             there = y.copy()
-            there[k] += NEAR * max(1.0, abs(y[k]))
+            there[k] += near * max(1.0, abs(y[k]))
             found[:, k] = (self.accelerate(t, there) - here) / (there[k] - y[k])
         return found
 
@@ -226,16 +235,16 @@ def _accelred(data: MbsData, rows: tuple[int, int], kept: Any) -> Function:
     """accelred with the partition of the data, from the template of those that are generated."""
     writer = PythonWriter(data.mbs)
     cuts, user = rows
-    names: dict[str, Any] = {
+    space: dict[str, Any] = {
         **writer.facts(), "ANY_DRIVEN": bool(data.nqc), "CUTS": cuts, "USER_ROWS": user, "np": np,
         "DEPENDENT": data.qv[1:].tolist(), "INDEPENDENT": data.qu[1:].tolist(),
         "DRIVEN": data.qc[1:].tolist(),
     }  # fmt: skip
-    exec(compile(writer.sections("forces", "loops", "accelred"), "accelred.py.in", "exec"), names)
-    every_hj, every_derivative = names["_constraints"], names["_derivative"]
-    names["_constraints"] = lambda *words: tuple(every[kept] for every in every_hj(*words))
-    names["_derivative"] = lambda s: every_derivative(s)[kept]
-    return cast(Function, names["accelred"])
+    exec(compile(writer.sections("forces", "loops", "accelred"), "accelred.py.in", "exec"), space)
+    every_hj, every_derivative = space["_constraints"], space["_derivative"]
+    space["_constraints"] = lambda *words: tuple(every[kept] for every in every_hj(*words))
+    space["_derivative"] = lambda s: every_derivative(s)[kept]
+    return cast(Function, space["accelred"])
 
 
 def count_rows(data: MbsData) -> tuple[int, int]:

@@ -50,6 +50,8 @@ class Results:
         """What user code has given to ``set_output``: time and value, a row for each step."""
         self.stopped = bool(data.flag_stop)
         """True if user code has ended the run."""
+        self.equilibrium: Any = None
+        """The equilibrium that the run started from, if one was asked for."""
         self.keep: Any = None
         """A folder that is removed with the results."""
 

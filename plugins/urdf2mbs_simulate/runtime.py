@@ -1,7 +1,23 @@
 """What ``urdf2mbs.runtime`` has: the names of MBsysPy."""
 
+from urdf2mbs_simulate import names as mbs_utilities
 from urdf2mbs_simulate.data import MbsData, MbsSensor
 from urdf2mbs_simulate.dirdyn import MbsDirdyn, MbsPart
+from urdf2mbs_simulate.equilibrium import MbsEquil
+from urdf2mbs_simulate.modal import MbsModal
+from urdf2mbs_simulate.names import (
+    define_output_vector,
+    matrix_product,
+    matrix_vector_product,
+    set_output,
+    set_output_vector,
+    transpose,
+    vector_cross_product,
+)
 from urdf2mbs_simulate.results import Results
 
-__all__ = ["MbsData", "MbsDirdyn", "MbsPart", "MbsSensor", "Results"]
+__all__ = [
+    "MbsData", "MbsDirdyn", "MbsEquil", "MbsModal", "MbsPart", "MbsSensor", "Results",
+    "define_output_vector", "matrix_product", "matrix_vector_product", "mbs_utilities",
+    "set_output", "set_output_vector", "transpose", "vector_cross_product",
+]  # fmt: skip

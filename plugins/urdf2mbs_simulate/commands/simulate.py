@@ -60,6 +60,9 @@ def add_options(command: argparse.ArgumentParser) -> None:
         help="a force (N) on a link, in the axes of the base, from T1 to T2 (s)",
     )  # fmt: skip
     command.add_argument(
+        "--equilibrium", action="store_true", help="start where nothing accelerates, at rest"
+    )
+    command.add_argument(
         "--method", default="LSODA", choices=("LSODA", "RK45", "DOP853", "RK23", "Radau", "BDF"),
         help="scipy's integrator (default: LSODA)",
     )  # fmt: skip
@@ -83,8 +86,8 @@ def carry_out(arguments: argparse.Namespace) -> int:
     _check(arguments)
     model = model_of(arguments.config)
     if model is None:
-        model = _make(arguments)
-    elif arguments.output is not None and not _is_page(arguments.output):
+        model = make_project(arguments)
+    elif arguments.output is not None and not is_page(arguments.output):
         raise ConfigError("usage", f"--output: '{arguments.config}' is a project already")
     begin = perf_counter()
     with Progress(arguments) as progress:
@@ -96,10 +99,16 @@ def carry_out(arguments: argparse.Namespace) -> int:
         results = simulate(
             model, time=arguments.time, push=arguments.push, method=arguments.method, watch=watch,
             language=arguments.language, rate=arguments.rate, rtol=arguments.tolerance,
+            equilibrium=arguments.equilibrium,
         )  # fmt: skip
     seconds = perf_counter() - begin
     files = results.write()
-    if _is_page(arguments.output):
+    if results.equilibrium is not None:
+        results.data.said += results.equilibrium.lines()
+        files += [
+            file for file in results.equilibrium.results.write("equil") if file.suffix == ".res"
+        ]
+    if is_page(arguments.output):
         files.insert(0, _write_page(model, results, arguments))
     if arguments.json:
         print_json(_described(results, files, seconds))
@@ -108,7 +117,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
     return 1 if results.stopped else 0
 
 
-def _is_page(output: Path | None) -> bool:
+def is_page(output: Path | None) -> bool:
     return output is not None and output.suffix.lower() == ".html"
 
 
@@ -129,7 +138,7 @@ def _check(arguments: argparse.Namespace) -> None:
             raise ConfigError("usage", f"--{name} {value:g}: a number above 0 is wanted")
 
 
-def _make(arguments: argparse.Namespace) -> Path:
+def make_project(arguments: argparse.Namespace) -> Path:
     """The project of a robot or of a config; gives its .mbs.
 
     A robot alone is converted, and stands, as ``init`` proposes.
@@ -141,7 +150,7 @@ def _make(arguments: argparse.Namespace) -> Path:
 
     config, lines = robot_or_config(arguments)
     alone = config.output is None and not config.passes
-    named = None if _is_page(arguments.output) else arguments.output
+    named = None if is_page(arguments.output) else arguments.output
     folder = named or Path(f"{stem(Path(config.source))}_robotran")
     with Progress(arguments) as progress:
 
@@ -199,9 +208,9 @@ def _tell(results: Results, files: list[Path], seconds: float) -> None:
             print("  nothing holds it: 'base: fixed' bolts it down, "
                   "'passes: {contacts: {links: [FOOT]}}' gives it a ground")  # fmt: skip
     for file in files:
-        if file.suffix in (".csv", ".anim", ".html"):
+        if file.suffix in (".csv", ".anim", ".html") and "equil" not in file.name:
             print(f"  {near(file)}")
-    page = _is_page(files[0])
+    page = is_page(files[0])
     see = f"open {near(files[0])}" if page else "add '-o PAGE.html' to see it move"
     print(f"Next: {see}; plot {near(files[-1])}; MBSysPad plays the .anim")
     print(f"      other results are in {os.path.relpath(files[-1].parent)}")

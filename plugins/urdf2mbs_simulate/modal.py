@@ -1,0 +1,246 @@
+"""Modes: how a model swings about a state (Robotran's MbsModal).
+
+The state y is q and qd of the independent joints, and the user states; y' = A y for small changes.
+A is taken by differences to both sides, so controllers, contacts and friction are in it as they are
+in the code.  Directions in which nothing pulls back are taken out before the eigenvalues: they
+would be zeros that rounding has split.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from urdf2mbs.engine.output import write_files
+from urdf2mbs_simulate.data import MbsData
+from urdf2mbs_simulate.dirdyn import Module, closed_code
+from urdf2mbs_simulate.equations import SimulationError
+from urdf2mbs_simulate.equilibrium import STEP
+from urdf2mbs_simulate.partition import names_of
+from urdf2mbs_simulate.python_code import PythonCode, loaded, shown
+
+#: A joint is named of a mode if it moves by so much of the joint that moves most.
+MOVES = 0.2
+#: Nothing pulls back along a direction whose slopes are so small a part of the largest.
+FLAT = 1e-7
+#: Slopes (1/s, 1/s^2) up to this are none: what differences leave of zero.
+NOISE = 1e-8
+#: Frames of the animation of a mode: FRAMES a second, for SECONDS.
+FRAMES, SECONDS = 50, 4.0
+
+
+@dataclass
+class Mode:
+    """One way to move: exp(value t) times the shape."""
+
+    value: complex
+    """1/s; of a pair that swings, the one with a positive imaginary part."""
+    shape: Any
+    """(joints + 1,), complex: how far and in which phase each joint moves, the most being 1."""
+
+    @property
+    def frequency(self) -> float:
+        """How often it swings, Hz."""
+        return self.value.imag / (2 * math.pi)
+
+    @property
+    def damping(self) -> float:
+        """The damping ratio: below 0 it grows, and from 1 on it does not swing."""
+        return -self.value.real / abs(self.value)
+
+    @property
+    def grows(self) -> bool:
+        return self.damping < -1e-8
+
+    def joints(self) -> list[int]:
+        """Those that move most, the most first."""
+        far = np.abs(self.shape)
+        return [int(k) for k in np.argsort(-far, kind="stable") if far[k] > MOVES * far.max()][:4]
+
+
+class Modes:
+    """The modes of a state, the slowest first; those that do not swing come last."""
+
+    def __init__(self, data: MbsData, modes: list[Mode], free: list[int], states: int) -> None:
+        self.data, self.modes = data, modes
+        self.free = free
+        """Joints that nothing pulls back."""
+        self.states = states
+        """How many user states nothing pulls back."""
+        self.q = data.q.copy()
+        self.keep: Any = None
+        """A folder that is removed with the modes."""
+
+    @property
+    def stable(self) -> bool:
+        return not any(mode.grows for mode in self.modes)
+
+    def lines(self) -> list[str]:
+        """The table of the modes."""
+        said = ["mode  frequency (Hz)  damping ratio  joints that move most"]
+        for number, mode in enumerate(self.modes, start=1):
+            names = ", ".join(names_of(self.data, [k]) for k in mode.joints())
+            swings = mode.value.imag > 0
+            rate = f"{mode.frequency:14.4g}" if swings else "             -"
+            ratio = f"{mode.damping:13.4g}" if swings else f"{_time_of(mode):>13}"
+            said.append(f"{number:4}  {rate}  {ratio}  {names or 'states of the user'}")
+        if self.free:
+            said.append(f"nothing pulls these back: {names_of(self.data, self.free)}")
+        if self.states:
+            said.append(f"nor {self.states} states of the user, such as those of friction")
+        growing = [
+            n for n, mode in enumerate(self.modes, 1) if mode.value.real > 1e-9 * abs(mode.value)
+        ]
+        said.append(f"unstable: mode {', '.join(map(str, growing))}" if growing else "stable")
+        return said
+
+    def table(self) -> bytes:
+        """The .csv: a row for each mode, with the shape as amplitude and phase of each joint."""
+        text = io.StringIO()
+        writer = csv.writer(text, lineterminator="\n")
+        joints = list(self.data.joint_id)
+        parts = [f"{part}.{joint}" for joint in joints for part in ("size", "phase")]
+        writer.writerow(["mode", "frequency", "damping", "real", "imaginary", *parts])
+        for number, mode in enumerate(self.modes, start=1):
+            shape = [x for z in mode.shape[1:] for x in (abs(z), float(np.angle(z)))]
+            writer.writerow([number, mode.frequency, mode.damping, mode.value.real,
+                             mode.value.imag, *map(float, shape)])  # fmt: skip
+        return text.getvalue().encode()
+
+    def motion(self, number: int, size: float = 0.2) -> Any:
+        """Frames of a mode that swings (time, then q of each joint): neither fading nor growing,
+        with ``size`` (rad, m) for the joint that moves most, and at least once in SECONDS."""
+        mode = self.modes[number - 1]
+        time = np.arange(0.0, SECONDS, 1.0 / FRAMES)
+        turn = 2 * math.pi * min(max(mode.frequency, 1.0 / SECONDS), FRAMES / 20)
+        q = self.q + size * (np.exp(1j * turn * time)[:, None] * mode.shape).real
+        q[:, 0] = time
+        return q
+
+    def write(self, number: int) -> list[Path]:
+        """Write modal.csv, and the swing of a mode, mode.csv, into resultsR of the project."""
+        results = self.data.project / "resultsR"
+        head = ",".join(["time", *(f"q.{joint}" for joint in self.data.joint_id)])
+        rows = _rows(self.motion(number)).replace(b" ", b",") if self.modes else b""
+        files = {
+            results / "modal.csv": self.table(),
+            results / "mode.csv": f"{head}\n".encode() + rows,
+        }
+        write_files(files, force=True)
+        return list(files)
+
+
+def _time_of(mode: Mode) -> str:
+    """How long a mode that does not swing takes to fade, or to grow, to a third (by e)."""
+    return f"{'in' if mode.value.real < 0 else 'grows'} {1 / abs(mode.value.real):.3g} s"
+
+
+class MbsModal(Module):
+    """A modal analysis of the present state: set its options, and run it."""
+
+    OPTIONS = {
+        "save_result": 1, "save_anim": 0, "mode_ampl": 0.2, "save_eval": 1, "save_evec": 0,
+        "save_mat": 0, "resfilename": "modal", "respath": None, "animpath": None,
+        "language": None, "verbose": 1,
+    }  # fmt: skip
+
+    def run(self) -> Modes:
+        """Find the modes; results are written if ``save_result`` is set.
+
+        Raises SimulationError where the state has no slopes.
+        """
+        data, options = self.mbs_data, self.options
+        with loaded(data), shown(data):
+            code = closed_code(data, options["language"])
+            matrix = slopes_of(code)
+            modes = find_modes(code, matrix)
+        if options["save_result"]:
+            self._write(modes, matrix)
+        return modes
+
+    def _write(self, modes: Modes, matrix: Any) -> list[Path]:
+        data, options, name = self.mbs_data, self.options, self.options["resfilename"]
+        results = Path(options["respath"] or data.project / "resultsR")
+        moving = Path(options["animpath"] or data.project / "animationR")
+        values = np.array([mode.value for mode in modes.modes])
+        files = {results / f"{name}.csv": modes.table()}
+        if options["save_eval"]:
+            files[results / f"{name}_eval_a.res"] = _rows(values.real[:, None])
+            files[results / f"{name}_eval_b.res"] = _rows(values.imag[:, None])
+        if options["save_evec"]:
+            shapes = np.array([mode.shape[1:] for mode in modes.modes]).reshape(len(values), -1)
+            files[results / f"{name}_evec_a.res"] = _rows(shapes.real)
+            files[results / f"{name}_evec_b.res"] = _rows(shapes.imag)
+        if options["save_mat"]:
+            files[results / f"{name}_mat.res"] = _rows(matrix)
+        for number in range(1, len(values) + 1) if options["save_anim"] else ():
+            motion = modes.motion(number, options["mode_ampl"])
+            files[moving / f"{name}_{number}_q.anim"] = _rows(motion)
+        write_files(files, force=True)
+        return list(files)
+
+
+def _rows(values: Any) -> bytes:
+    return "".join(" ".join(map(repr, row)) + "\n" for row in values.tolist()).encode()
+
+
+def slopes_of(code: PythonCode) -> Any:
+    """A at the present state, by differences to both sides: (states, states)."""
+    data, y = code.data, code.state()
+    found = (code.slopes(data.tsim, y, STEP) + code.slopes(data.tsim, y, -STEP)) / 2
+    code.accelerate(data.tsim, y)
+    if not np.isfinite(found).all():
+        raise SimulationError(
+            "partition", "the accelerations near this state are no numbers",
+            file=str(data.mbs_file), hint="take another state, such as an equilibrium",
+        )  # fmt: skip
+    return found
+
+
+def find_modes(code: PythonCode, matrix: Any) -> Modes:
+    """The modes of y' = A y; what nothing pulls back is left out of it, and named."""
+    data, n = code.data, len(code.free)
+    left, basis = np.where(np.abs(matrix) > NOISE, matrix, 0.0), np.eye(len(matrix))
+    gone = np.zeros((len(matrix), 0))
+    while left.size:
+        rows = left / np.maximum(np.abs(left).max(axis=1), NOISE)[:, None]
+        _, sizes, directions = np.linalg.svd(rows)
+        rank = int((sizes > FLAT * max(sizes[0], 1e-300)).sum())
+        if rank == len(left):
+            break
+        gone = np.column_stack([gone, basis @ directions[rank:].T])
+        keep = directions[:rank].T
+        left, basis = keep.T @ left @ keep, basis @ keep
+    values, vectors = np.linalg.eig(left) if left.size else (np.zeros(0), np.zeros((0, 0)))
+    follow = _following(code)
+    modes = []
+    for value, vector in zip(values, (basis @ vectors).T, strict=True):
+        if value.imag < 0:
+            continue
+        shape = np.zeros(data.njoint + 1, complex)
+        # v = value q: where q was left out, the speed still says how far it swings
+        shape[code.free] = vector[n : 2 * n] / value
+        shape[code.dependent] = follow @ shape[code.free]
+        largest = shape[np.abs(shape).argmax()]
+        modes.append(Mode(complex(value), shape / largest if largest else shape))
+    modes.sort(key=lambda mode: (mode.value.imag == 0, abs(mode.value)))
+    sizes = np.linalg.norm(gone[:n], axis=1)
+    return Modes(data, modes, code.free[sizes > 0.5].tolist(), _count(gone[2 * n :]))
+
+
+def _count(rows: Any) -> int:
+    return int((np.linalg.norm(rows, axis=1) > 0.5).sum())
+
+
+def _following(code: PythonCode) -> Any:
+    """How fast the dependent joints move by the independent ones."""
+    jac = code.constraints()[1][code.kept]
+    if not len(jac):
+        return np.zeros((0, len(code.free)))
+    return -np.linalg.solve(jac[:, code.dependent], jac[:, code.free])

@@ -1,0 +1,63 @@
+"""What MBsysPy has beside its classes: outputs, and products of arrays that count from 1."""
+
+from __future__ import annotations
+
+import runpy
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from urdf2mbs_simulate.data import MbsData
+
+#: The model whose user code runs, which the functions below write to.
+present: list[MbsData] = []
+
+
+def set_output(value: float, name: str) -> None:
+    """Keep a number of the present time for the results."""
+    present[-1].set_output(value, name)
+
+
+def define_output_vector(name: str, size: int) -> None:
+    """Outputs need no announcement here."""
+
+
+def set_output_vector(values: Any, name: str) -> None:
+    """Keep several numbers of the present time for the results."""
+    data = present[-1]
+    data.outputs[name].append((data.tsim, *map(float, values)))
+
+
+def matrix_vector_product(matrix: Any, vector: Any) -> Any:
+    """The product of a matrix (n+1, m+1) and a vector (m+1), whose index 0 is not used."""
+    return np.concatenate([[0.0], np.asarray(matrix)[1:, 1:] @ np.asarray(vector)[1:]])
+
+
+def matrix_product(one: Any, other: Any) -> Any:
+    """The product of two matrices whose index 0 is not used."""
+    found = np.zeros((len(one), np.shape(other)[1]))
+    found[1:, 1:] = np.asarray(one)[1:, 1:] @ np.asarray(other)[1:, 1:]
+    return found
+
+
+def transpose(matrix: Any) -> Any:
+    """The transpose of a matrix."""
+    return np.asarray(matrix).T
+
+
+def vector_cross_product(one: Any, other: Any) -> Any:
+    """The product (4) of two vectors (4), whose index 0 is not used."""
+    return np.concatenate([[0.0], np.cross(np.asarray(one)[1:4], np.asarray(other)[1:4])])
+
+
+def run_script(script: str) -> None:
+    """Run a project's own main.py, with this runtime in MBsysPy's place."""
+    from urdf2mbs_simulate import runtime
+
+    file = Path(script).absolute()
+    sys.modules.update({"MBsysPy": runtime, "MBsysPy.mbs_utilities": sys.modules[__name__]})
+    sys.path[:0] = [str(file.parent), str(file.parent.parent / "userfctR")]
+    sys.argv = [script, *sys.argv[2:]]
+    runpy.run_path(str(file), run_name="__main__")

@@ -1,0 +1,263 @@
+"""Equilibria and modes are those of closed forms; a run that starts in one stays, and a small swing
+has the frequency and the damping of its mode."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from plugins.project.standin import make
+from plugins.simulate.test_motions import DAMPING, MASS, SLIDER, STIFFNESS, model
+from plugins.simulate.test_partition import FREE, arm, four_bar, made
+from urdf2mbs import ConversionError, modes, simulate
+from urdf2mbs.cli import main
+from urdf2mbs.mbs.model import BASE, UserModel
+from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.writer import write
+from urdf2mbs_simulate.c_code import compiler
+from urdf2mbs_simulate.runtime import MbsData, MbsDirdyn, MbsEquil, MbsModal, MbsPart
+
+G = 9.81
+#: Of ``arm``: mass, centre (x, z) and inertia about y.
+ONE, X, Z, IYY = 1.0, 0.1, -0.05, 0.03
+EXACT = 1e-9
+
+
+def found(file: Path, **options: Any) -> tuple[MbsData, MbsEquil]:
+    data = MbsData(file)
+    equil = MbsEquil(data)
+    equil.set_options(language="python", **options)
+    equil.run()
+    return data, equil
+
+
+def modes_of(data: MbsData) -> Any:
+    modal = MbsModal(data)
+    modal.set_options(language="python")
+    return modal.run()
+
+
+@settings(max_examples=10, deadline=None)
+@given(st.floats(-3.0, 3.0), st.floats(0.2, 3.0))
+def test_a_pendulum_hangs_and_swings(
+    tmp_path_factory: pytest.TempPathFactory, start: float, mass: float
+) -> None:
+    """From any pose the centre comes to hang below the hinge."""
+    file = made(tmp_path_factory.mktemp("p"), arm("bob", BASE, ("R2", start, FREE), mass=mass))
+    data, equil = found(file, save2file=0)
+    assert equil.found is not None
+    far = math.hypot(X, Z)
+    assert math.sin(data.q[1]) * X - math.cos(data.q[1]) * Z == pytest.approx(far, abs=EXACT)
+    (mode,) = modes_of(data).modes
+    speed = math.sqrt(ONE * G * far / (IYY + ONE * far**2))  # inertia scales with the mass
+    assert mode.value == pytest.approx(1j * speed, abs=EXACT)
+    assert (mode.frequency, mode.joints()) == (pytest.approx(speed / 2 / math.pi), [1])
+
+
+def test_a_start_upright_stays_upright_and_is_unstable(tmp_path: Path) -> None:
+    upright = math.atan2(X, -Z) + math.pi
+    file = made(tmp_path, arm("bob", BASE, ("R2", upright, FREE)))
+    data, _ = found(file)
+    assert data.q[1] == pytest.approx(upright, abs=EXACT)
+    found_modes = modes_of(data)
+    far = math.hypot(X, Z)
+    speed = math.sqrt(G * far / (IYY + far**2))
+    values = sorted(mode.value.real for mode in found_modes.modes)
+    assert values == pytest.approx([-speed, speed], abs=EXACT)
+    assert not found_modes.stable
+    assert found_modes.lines()[-1].startswith("unstable: mode ")
+
+
+def test_two_pendulums_swing_in_two_ways(tmp_path: Path) -> None:
+    """M q'' = -K q of two rods, each with its centre on its axis."""
+    length, com, inertia = 0.5, 0.3, 0.02
+    bodies = []
+    for name, parent in (("one", BASE), ("two", "one")):
+        at = None if parent == BASE else "end"
+        body = arm(name, parent, ("R2", 0.4, FREE), at=at, end=(0.0, 0.0, -length))
+        body.com, body.inertia = (0.0, 0.0, -com), (0.0, 0.0, 0.0, inertia, 0.0, 0.0)
+        bodies.append(body)
+    data, _ = found(made(tmp_path, *bodies))
+    assert np.abs(data.q[1:]).max() < EXACT
+    own = inertia + com**2
+    mass = np.array([[2 * own + length**2 + 2 * length * com, own + length * com],
+                     [own + length * com, own]])  # fmt: skip
+    stiff = G * np.array([[length + 2 * com, com], [com, com]])
+    speeds = np.sqrt(np.sort(np.linalg.eigvals(np.linalg.solve(mass, stiff))))
+    found_modes = modes_of(data)
+    assert [m.value.imag for m in found_modes.modes] == pytest.approx(speeds.tolist(), abs=EXACT)
+    assert [m.value.real for m in found_modes.modes] == pytest.approx([0.0, 0.0], abs=EXACT)
+    for mode in found_modes.modes:
+        shape = mode.shape[1:].real
+        assert np.abs(stiff @ shape - mode.value.imag**2 * mass @ shape).max() < 1e-7
+
+
+def test_a_mass_on_a_spring_sinks_and_swings(tmp_path: Path) -> None:
+    project = make(tmp_path, SLIDER, base="fixed", language="python")
+    data, _ = found(model(project))
+    assert data.q[1] == pytest.approx(-MASS * G / STIFFNESS, abs=EXACT)
+    (mode,) = modes_of(data).modes
+    decay = DAMPING / (2 * MASS)
+    assert mode.value == pytest.approx(
+        -decay + 1j * math.sqrt(STIFFNESS / MASS - decay**2), abs=EXACT
+    )
+    assert mode.damping == pytest.approx(decay / math.sqrt(STIFFNESS / MASS), abs=EXACT)
+    results = simulate(project, time=1.0, language="python", equilibrium=True)
+    assert np.ptp(results.q[:, 1]) < 1e-8
+    assert results.equilibrium.q[1] == data.q[1]
+    # a swing of 1e-5 m has this frequency and damping
+    data.q[1] += 1e-5
+    dirdyn = MbsDirdyn(data)
+    dirdyn.set_options(tf=2.0, integrator="DOP853", rtoler=1e-11, atoler=1e-16, save2file=0,
+                       language="python", framerate=500)  # fmt: skip
+    swing = dirdyn.run().q
+    fit = np.exp(mode.value * swing[:, 0])
+    terms = np.column_stack([fit.real, fit.imag])
+    left = swing[:, 1] + MASS * G / STIFFNESS
+    assert np.abs(left - terms @ np.linalg.lstsq(terms, left, rcond=None)[0]).max() < 1e-10
+
+
+def test_a_parameter_is_found_for_a_joint_that_stays(tmp_path: Path) -> None:
+    """The force of a motor that holds a pendulum level; and no pose is found without it."""
+    file = made(tmp_path, arm("bob", BASE, ("R2", 0.0, FREE)))
+    mbs = read(file.read_bytes(), str(file))
+    mbs.user_models = [UserModel.of("motor", {"torque": 0.0})]
+    file.write_bytes(write(mbs))
+    user = file.parent.parent / "userfctR"
+    user.mkdir()
+    (user / "user_JointForces.py").write_text(
+        "def user_JointForces(mbs_data, tsim):\n"
+        "    mbs_data.Qq[1] = mbs_data.user_model['motor']['torque']\n"
+    )
+    data = MbsData(file)
+    equil = MbsEquil(data)
+    equil.set_options(language="python")
+    equil.add_exchange("motor", "torque", data.joint_id["bob_0"])
+    equil.run()
+    assert data.q[1] == 0.0
+    assert data.user_model["motor"]["torque"] == pytest.approx(-ONE * G * X, abs=EXACT)
+    equil.add_exchange("motor", "nothing", 1)
+    with pytest.raises(ConversionError, match=r"no parameter 'motor\.nothing'"):
+        equil.run()
+
+
+def test_a_loop_hangs_where_its_energy_is_least(tmp_path: Path) -> None:
+    file = four_bar(tmp_path, ["independent", "dependent", "dependent"], 1.0)
+    data, _ = found(file)
+    rest, frames = data.q.copy(), []
+    results = simulate(file, time=1.0, language="python", equilibrium=True)
+    assert np.ptp(results.q[:, 1:], axis=0).max() < 1e-8
+    for step in (-1e-3, 0.0, 1e-3):
+        data.q[:] = rest
+        data.q[1] += step
+        MbsPart(data).run()
+        energy = np.zeros(3)
+        data.mbs_energy(energy, data)
+        frames.append(energy[2])
+    assert frames[1] < min(frames[0], frames[2])
+    assert frames[0] - frames[2] == pytest.approx(0.0, abs=1e-6)
+
+
+def test_what_falls_has_no_equilibrium_and_is_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = made(tmp_path, arm("bob", BASE, ("T1", 0.0, FREE), ("T3", 0.0, FREE)))
+    assert main(["simulate", str(file), "--equilibrium"]) == 1
+    assert "joint 'bob_1' still has -9.81 rad/s^2 or m/s^2" in capsys.readouterr().err
+    assert main(["modes", str(file), "--drawn"]) == 0
+    assert "nothing pulls these back: bob_0, bob_1\n  stable" in capsys.readouterr().out
+
+
+@pytest.mark.skipif(compiler() is None, reason="no C compiler")
+def test_a_block_rests_on_its_contacts(tmp_path: Path) -> None:
+    """It falls, turns, and sinks until the ground carries its weight; it may stand anywhere."""
+    block = """<robot name="block"><link name="foot"><inertial><mass value="2"/><inertia ixx="0.02"
+ixy="0" ixz="0" iyy="0.03" iyz="0" izz="0.04"/></inertial><collision><geometry><box
+size="0.3 0.2 0.1"/></geometry></collision></link></robot>"""
+    passes = {"contacts": {"links": ["foot"]}}
+    project = make(tmp_path, block, base="floating", language="c", passes=passes)
+    results = simulate(project, time=1.0, rtol=1e-9, atol=1e-12, equilibrium=True)
+    assert np.ptp(results.q[:, 1:], axis=0).max() < 1e-8
+    weight = sum(rows[:, :3] for rows in results.external.values())
+    assert np.abs(weight - [0.0, 0.0, 2.0 * G]).max() < 1e-6
+    found_modes = modes(project)
+    assert found_modes.stable
+    assert set(found_modes.free) >= set(results.equilibrium.free)
+    names = [list(found_modes.data.joint_id)[k - 1] for k in results.equilibrium.free]
+    assert [name[-2:] for name in names] == ["T1", "T2", "R3"]
+
+
+def test_a_swing_is_shown_and_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The page, the table and the .csv have the same modes."""
+    page, folder = tmp_path / "swing.html", tmp_path / "slider"
+    make(tmp_path, SLIDER, base="fixed", language="python", name="slider")
+    assert main(["modes", str(folder), "-o", str(page), "--language", "python"]) == 0
+    out = capsys.readouterr().out
+    swing = math.sqrt(STIFFNESS / MASS - (DAMPING / 2 / MASS) ** 2) / 2 / math.pi
+    assert re.search(rf"1 +{swing:.4g} .* rail\n  stable", out)
+    assert b"q.rail" in (folder / "resultsR" / "mode.csv").read_bytes()
+    assert page.read_bytes().startswith(b"<!DOCTYPE html>")
+    assert main(["modes", str(folder), "--json"]) == 0
+    described = json.loads(capsys.readouterr().out)
+    assert described["modes"][0]["frequency"] == pytest.approx(swing)
+    assert described["stable"]
+    assert main(["modes", str(folder), "--mode", "9"]) == 2
+    assert "the model has 1 modes" in capsys.readouterr().err
+    assert modes(folder, language="python").modes[0].joints() == [1]
+
+
+MAIN = """
+import MBsysPy as Robotran
+from MBsysPy.mbs_utilities import set_output
+import numpy as np, os
+here = os.path.dirname(os.path.abspath(__file__))
+mbs_data = Robotran.MbsData(os.path.join(here, "..", "dataR", "loops.mbs"))
+mbs_data.set_qdriven(mbs_data.joint_id["bob_0"])
+part = Robotran.MbsPart(mbs_data); part.set_options(rowperm=1, verbose=1); part.run()
+mbs_data.set_qu(mbs_data.joint_id["bob_0"])
+mbs_equil = Robotran.MbsEquil(mbs_data)
+mbs_equil.set_options(method=1, senstol=1e-2, verbose=1); mbs_equil.run(); mbs_equil.print_equil()
+mbs_modal = Robotran.MbsModal(mbs_data)
+mbs_modal.set_options(save_result=1, save_anim=1, mode_ampl=0.2); mbs_modal.run()
+mbs_dirdyn = Robotran.MbsDirdyn(mbs_data)
+mbs_dirdyn.set_options(dt0=1e-3, tf=0.1, save2file=1); results = mbs_dirdyn.run()
+print(results.outputs["three"].shape, mbs_data.nqa, mbs_data.Nsensor)
+product = Robotran.matrix_vector_product(np.eye(4) * 2, np.arange(4.0))
+print(product.tolist())
+"""
+LOOP = """
+import MBsysPy as Robotran
+def user_dirdyn_init(mbs_data, mbs_dirdyn):
+    Robotran.define_output_vector("three", 3)
+def user_dirdyn_loop(mbs_data, mbs_dirdyn):
+    Robotran.set_output(1.0, "one")
+    Robotran.set_output_vector([1.0, 2.0, 3.0], "three")
+def user_dirdyn_finish(mbs_data, mbs_dirdyn):
+    pass
+"""
+
+
+def test_a_main_py_of_robotrans_runs_unchanged(tmp_path: Path) -> None:
+    project = made(tmp_path, arm("bob", BASE, ("R2", 0.3, FREE))).parent.parent
+    for name, text in (("workR/main.py", MAIN), ("userfctR/user_dirdyn.py", LOOP)):
+        (project / name).parent.mkdir()
+        (project / name).write_text(text)
+    done = subprocess.run(
+        [sys.executable, "-m", "urdf2mbs_simulate", str(project / "workR" / "main.py")],
+        check=False, capture_output=True, text=True,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert re.search(r"\(\d+, 4\) 0 0\n\[0.0, 2.0, 4.0, 6.0\]", done.stdout)
+    names = {file.name for file in (project / "resultsR").iterdir()}
+    assert {"equil_q.res", "modal_eval_a.res", "dirdyn_q.res", "dirdyn_three.res"} <= names
+    assert (project / "animationR" / "modal_1_q.anim").is_file()
