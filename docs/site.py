@@ -16,8 +16,8 @@ from typing import Any
 
 from urdf2mbs import hookspecs
 from urdf2mbs.commands import commands_of, parser
-from urdf2mbs.engine.installed import GROUP
 from urdf2mbs.engine.plugins import Plugins
+from urdf2mbs.engine.registered import GROUP
 from urdf2mbs_setup.commands.schema import schema
 
 DOCS = Path(__file__).resolve().parent

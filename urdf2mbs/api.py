@@ -13,7 +13,7 @@ from urdf2mbs.conversion import Conversion, Names
 from urdf2mbs.disk import files
 from urdf2mbs.engine.output import write
 from urdf2mbs.engine.pipeline import Pipeline
-from urdf2mbs.engine.plugins import plugins_of
+from urdf2mbs.engine.plugins import of_ours, plugins_of
 from urdf2mbs.mbs.model import LinkFrame, Mbs
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.messages.diagnostics import ConfigError, Diagnostic
@@ -163,9 +163,11 @@ def verify(
     fields["output"] = {"project": files.project_of(Path(other))}
     if made is None:
         mbs = read(files.read_model(other), other)
-        verdict = _verify(robot, mbs, _certified(other), None, frames, tolerance, fields)
+        certified = of_ours("certified")
+        known = certified(other) if certified else ({}, [])
+        verdict = _verify(robot, mbs, known, None, frames, tolerance, fields)
     else:
-        verdict = _verify(robot, made.mbs, _Certified(), made.robot, frames, tolerance, fields)
+        verdict = _verify(robot, made.mbs, ({}, []), made.robot, frames, tolerance, fields)
         verdict.made_of = other
     if frames:
         verdict.count_frames()
@@ -175,14 +177,19 @@ def verify(
 
 
 def _verify(
-    source: str, mbs: Mbs, certified: _Certified, other: Robot | None, frames: bool,
-    tolerance: float, fields: dict[str, Any],
+    source: str, mbs: Mbs, certified: tuple[dict[str, Any], list[str]], other: Robot | None,
+    frames: bool, tolerance: float, fields: dict[str, Any],
 ) -> Verdict:  # fmt: skip
-    """Compare a URDF with an .mbs; ``other`` is the robot that the .mbs was just made of."""
+    """Compare a URDF with an .mbs; ``other`` is the robot that the .mbs was just made of.
+
+    ``certified``: the options of the passes that changed the robot on purpose, and the joints that
+    are driven on purpose, though the URDF has them follow others.
+    """
+    changing, driven = certified
     base = fields.get("base", "auto")
     floats = "floating" if floating_joints(mbs) else "fixed"
     passes = plugins_of((), installed=False).join(_ROBOT)
-    asked = {name: options for name, options in certified.passes.items() if name in passes}
+    asked = {name: options for name, options in changing.items() if name in passes}
     given = {"source": source, "pipeline": passes, "passes": asked}
     fields = {**fields, "base": floats if base == "auto" else base}
     conversion = Pipeline(*config_of(given, **fields), installed_plugins=False).run()
@@ -191,7 +198,7 @@ def _verify(
     proof = compare(
         robot, mbs, found.joints,
         frames=found.frames, frozen=found.frozen, weightless=[*found.frozen], orders=found.orders,
-        driven=certified.driven,
+        driven=driven,
         models=None if other is None else mbs.user_models,
         gravity=gravity, tolerance=tolerance,
     )  # fmt: skip
@@ -230,24 +237,6 @@ def _compare_followers(robot: Robot, other: Robot, found: Match, proof: Proof) -
         if twin is not None and joint.mimic != twin.mimic:
             said = f"joint '{joint.name}' has another <mimic>"
             proof.differ([Difference("mimic", said, link=joint.child, joint=joint.name)])
-
-
-class _Certified(msgspec.Struct):
-    """What a certificate says that concerns the comparison."""
-
-    passes: dict[str, Any] = {}
-    """The options of the passes that changed the robot on purpose."""
-    driven: list[str] = []
-    """The joints that are driven on purpose, though the URDF has them follow others."""
-
-
-def _certified(model: str) -> _Certified:
-    """What the certificate beside an .mbs says; nothing, where there is none that can be read."""
-    try:
-        data = files.read(Path(model).with_suffix(".proof.json"))
-        return msgspec.json.decode(data, type=_Certified)
-    except (OSError, ValueError, msgspec.MsgspecError):
-        return _Certified()
 
 
 def _is_robot(file: str) -> bool:

@@ -32,10 +32,8 @@ def in_words(number: Mapping[str, Any]) -> str:
     if "minimum" in number and "maximum" in number:
         return f"{kind} from {number['minimum']:g} to {number['maximum']:g}"
     words = {
-        "exclusiveMinimum": "above",
-        "minimum": "from",
-        "exclusiveMaximum": "below",
-        "maximum": "at most",
-    }
+        "exclusiveMinimum": "above", "minimum": "from",
+        "exclusiveMaximum": "below", "maximum": "at most",
+    }  # fmt: skip
     said = [f"{word} {number[bound]:g}" for bound, word in words.items() if bound in number]
     return f"{kind} {', '.join(said)}"

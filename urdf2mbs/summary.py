@@ -143,12 +143,9 @@ def report(conversion: Conversion) -> Report:
 
 #: The parts of a joint that are not in an .mbs by themselves, and the code that says so.
 PARTS = {
-    "limit": "limit",
-    "dynamics": "joint-dynamics",
-    "mimic": "mimic",
-    "safety_controller": "safety-controller",
-    "calibration": "calibration",
-}
+    "limit": "limit", "dynamics": "joint-dynamics", "mimic": "mimic",
+    "safety_controller": "safety-controller", "calibration": "calibration",
+}  # fmt: skip
 
 
 def left_out(conversion: Conversion) -> dict[str, dict[str, dict[str, Any]]]:

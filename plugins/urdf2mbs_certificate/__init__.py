@@ -17,6 +17,11 @@ def _is_there(conversion: Conversion, given: bool) -> bool:
 
 
 @hookimpl
+def urdf2mbs_api() -> dict[str, str]:
+    return {"certified": "urdf2mbs_certificate.known:certified"}
+
+
+@hookimpl
 def urdf2mbs_passes() -> list[PassEntry]:
     after = ("check", "equations", "project")
     return [PassEntry("certificate", "urdf2mbs_certificate", after, _is_there)]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from xml.parsers.expat import ExpatError
 
 from urdf2mbs.disk import files
-from urdf2mbs.disk.xml_parser import safe_parser
+from urdf2mbs.disk.xml import safe_parser
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
 from urdf2mbs.urdf import written, xml
 from urdf2mbs.urdf.elements import LEGACY, LEGACY_HINT

@@ -12,8 +12,8 @@ import pytest
 
 from installed import install
 from urdf2mbs.cli import main
-from urdf2mbs.engine.installed import installed_plugins
 from urdf2mbs.engine.plugins import Plugins
+from urdf2mbs.engine.registered import installed_plugins
 from urdf2mbs.testing import TINY, convert_text, run_pass
 
 

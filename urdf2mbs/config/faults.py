@@ -18,14 +18,10 @@ from urdf2mbs.ranges import in_words
 
 #: The types of JSON, in the words of a reader of YAML.
 _TYPES = {
-    "string": "a word",
-    "integer": "a whole number",
-    "number": "a number",
-    "boolean": "true or false",
-    "array": "a list",
-    "object": "a block of 'key: value' lines",
+    "string": "a word", "integer": "a whole number", "number": "a number",
+    "boolean": "true or false", "array": "a list", "object": "a block of 'key: value' lines",
     "null": "nothing",
-}
+}  # fmt: skip
 
 
 _TYPE_CHECKER = Draft202012Validator.TYPE_CHECKER

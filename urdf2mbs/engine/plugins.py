@@ -16,8 +16,7 @@ import pluggy
 from urdf2mbs import hookspecs, passes
 from urdf2mbs.config.model import Lines, Preset, typed
 from urdf2mbs.disk.files import is_file
-from urdf2mbs.engine.installed import GROUP, installed_plugins, version_of
-from urdf2mbs.engine.registered import OURS, Registered
+from urdf2mbs.engine.registered import GROUP, OURS, Registered, installed_plugins, version_of
 from urdf2mbs.engine.tracebacks import FAILURES, frames_in, in_words, line_in
 from urdf2mbs.hookspecs import Command, Pass, PassEntry
 from urdf2mbs.messages.diagnostics import ConfigError, Diagnostic

@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 from lxml import etree
 
 from urdf2mbs.disk import files
-from urdf2mbs.disk.xml_errors import BLANK, check_conflict, check_entities, explain
-from urdf2mbs.disk.xml_parser import safe_parser
+from urdf2mbs.disk.xml import BLANK, check_conflict, check_entities, explain, safe_parser
 from urdf2mbs.mbs import model
 from urdf2mbs.mbs.fields import INSIDE, OBJECTS, Kind, Object, Table
 from urdf2mbs.mbs.model import BASE, CUTS, LINKS, ORIGIN, Origin, Part

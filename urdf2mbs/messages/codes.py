@@ -1,5 +1,3 @@
 """What can happen anywhere."""
 
-CODES = {
-    "memory-full": "error: there is not enough memory",
-}
+CODES = {"memory-full": "error: there is not enough memory"}

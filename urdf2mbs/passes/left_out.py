@@ -6,6 +6,8 @@ generator of equations.
 
 from __future__ import annotations
 
+from collections import Counter
+
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.hookspecs import Pass
 from urdf2mbs.messages.diagnostics import counted, some
@@ -43,12 +45,9 @@ class LeftOut(Pass):
                 conversion.warn("joint-dynamics-lost", message, hint=hint)
             elif names:
                 conversion.note(code, message)
-        tags: dict[str, int] = {}
         used = set(map(id, conversion.state(Placed).elements))
-        for extension in conversion.robot.extensions:
-            if id(extension) not in used:
-                tags[extension.tag] = tags.get(extension.tag, 0) + 1
-        if tags:
+        left = [one.tag for one in conversion.robot.extensions if id(one) not in used]
+        if tags := Counter(left):
             listed = ", ".join(f"{count} <{tag}>" for tag, count in tags.items())
             conversion.note("extension", f".mbs has no place for {listed}; left out")
 

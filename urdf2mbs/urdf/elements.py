@@ -18,7 +18,6 @@ LEGACY_HINT = (
     'write <xacro:{tag} ...> and declare xmlns:xacro="http://www.ros.org/wiki/xacro" on <robot>'
 )
 
-
 #: The attributes of each element that we read, and how many numbers each is; 0 is a text.
 ATTRIBUTES: dict[str, dict[str, int]] = {
     "robot": {"name": 0, "version": 0},

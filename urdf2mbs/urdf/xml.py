@@ -11,8 +11,7 @@ from typing import Any, NamedTuple
 
 from lxml import etree
 
-from urdf2mbs.disk.xml_errors import BLANK, check_entities, explain
-from urdf2mbs.disk.xml_parser import safe_parser
+from urdf2mbs.disk.xml import BLANK, check_entities, explain, safe_parser
 from urdf2mbs.messages.diagnostics import ConversionError
 
 

@@ -17,8 +17,8 @@ from urdf2mbs.commands.progress import Progress
 from urdf2mbs.commands.settings import REPORT, refuse, without_config
 from urdf2mbs.config.model import Config, Lines
 from urdf2mbs.disk.files import is_file
-from urdf2mbs.engine.installed import version_of
 from urdf2mbs.engine.output import check_ours, write_files
+from urdf2mbs.engine.registered import version_of
 from urdf2mbs.messages.diagnostics import ConfigError, counted
 from urdf2mbs_many.convert import jobs_of, run
 from urdf2mbs_many.folder import robots_in

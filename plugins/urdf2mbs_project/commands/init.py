@@ -22,7 +22,7 @@ from urdf2mbs.commands.streams import STREAM
 from urdf2mbs.config.model import Config, Lines, typed
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.disk import files
-from urdf2mbs.disk.xml_parser import safe_parser
+from urdf2mbs.disk.xml import safe_parser
 from urdf2mbs.engine.output import write_files
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.messages.diagnostics import ConfigError, counted, printable, some

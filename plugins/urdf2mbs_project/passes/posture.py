@@ -18,7 +18,7 @@ from msgspec import Meta
 
 from urdf2mbs.conversion import Conversion, Step, choose, fits
 from urdf2mbs.disk import files
-from urdf2mbs.disk.xml_parser import safe_parser
+from urdf2mbs.disk.xml import safe_parser
 from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.model import Joint
 from urdf2mbs.messages.diagnostics import ConfigError, nearest, some

@@ -18,8 +18,8 @@ from pathlib import Path
 from urdf2mbs import __file__ as our_file
 from urdf2mbs.commands.printing import print_json
 from urdf2mbs.commands.settings import add_json, add_no_plugins
-from urdf2mbs.engine.installed import version_of
 from urdf2mbs.engine.plugins import Plugins
+from urdf2mbs.engine.registered import version_of
 
 EXAMPLES = (
     "urdf2mbs doctor",

@@ -12,9 +12,9 @@ from pathlib import Path
 
 from urdf2mbs.commands.printing import print_json
 from urdf2mbs.commands.settings import add_printing, path
-from urdf2mbs.engine.installed import GROUP
 from urdf2mbs.engine.output import write_files
 from urdf2mbs.engine.plugins import Plugins
+from urdf2mbs.engine.registered import GROUP
 from urdf2mbs.messages.diagnostics import ConfigError
 
 EXAMPLES = (

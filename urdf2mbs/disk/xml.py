@@ -1,4 +1,4 @@
-"""What is wrong with a text that is no XML, with its line: for URDFs and for .mbs files."""
+"""XML files that may come from anywhere: their parser, and what is wrong with a text, by line."""
 
 from __future__ import annotations
 
@@ -51,6 +51,11 @@ _REASONS: dict[str, tuple[str, str, str | None]] = {
     "ERR_RESERVED_XML_NAME": ("", "<?xml ...?> stands where it may not",
                               "it may only stand at the very beginning"),
 }  # fmt: skip
+
+
+def safe_parser(**options: Any) -> etree.XMLParser:
+    """A parser that reads nothing but the text."""
+    return etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False, **options)
 
 
 def explain(
