@@ -25,6 +25,7 @@ CODES = {
     "project-renamed": "warning: your user functions call the generated module by another name",
     "project-obsolete": "warning: generated code of an earlier conversion is removed",
     "mimic-held": "note: a joint follows another with the multiplier 0; it is held at its offset",
+    "posture-urdf": "note: joints start where `<ros2_control>` says; `from_urdf: false` ends this",
     "stand": "note: how far the base was moved so that the robot stands on the ground",
     "time-step": "note: the `TIME_STEP` of a project, and what makes it short (`time-step`)",
     "force-torque": "note: force-torque sensors of the URDF are left out",

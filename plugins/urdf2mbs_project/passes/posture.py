@@ -68,11 +68,19 @@ class Posture(Pass):
         asked = starts or self.joints or self.srdf or self.state
         settable, followers = _joints(conversion) if asked else ({}, set())
         given = {name: start for name, start in starts.items() if name in settable}
+        if given:
+            listed = some((f"{name} at {start:g}" for name, start in given.items()), SHOWN)
+            what = f"joints start where <ros2_control> says: {listed}"
+            conversion.note("posture-urdf", what)
         given |= _group_state(conversion, self, settable) if self.srdf or self.state else {}
         for pattern, value in self.joints.items():
             _refuse(conversion, pattern, settable, followers)
             names = choose([pattern], settable, "posture-joint", "posture: no joint")
             given |= dict.fromkeys(names, value)
+        for joint in conversion.robot.joints.values():  # what nothing binds here starts by its rule
+            rule = joint.mimic
+            if rule is not None and rule.joint in given and joint.name in settable:
+                settable[joint.name].q = rule.multiplier * given[rule.joint] + rule.offset
         for name, value in given.items():
             settable[name].q = value
         _follow(conversion)

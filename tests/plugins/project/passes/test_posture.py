@@ -115,7 +115,17 @@ def test_ros2_control_says_where_joints_start() -> None:
         text = TINY.replace("</robot>", control(value))
         result = convert_text(text, passes={"posture": options})
         assert starts(result)["wrist_pitch"] == start
+        told = [d.message for d in result.diagnostics if d.code == "posture-urdf"]
+        assert told == ["joints start where <ros2_control> says: wrist_pitch at 0.25"] * bool(
+            value == "0.25" and options.get("from_urdf", True)
+        )
         assert ("number-left-out" in [d.code for d in result.diagnostics]) == (value == "${q}")
+
+
+def test_a_follower_that_an_mbs_cannot_bind_starts_by_its_rule() -> None:
+    text = LIMITED.replace('"two"', '"hang"')
+    found = starts(convert_text(text, passes={"posture": {"joints": {"one": 0.25}}}))
+    assert found == {**found, "one": 0.25, "hang": -0.3}
 
 
 @pytest.mark.parametrize(
