@@ -132,6 +132,8 @@ class Memory:
 class CCode(PythonCode):
     """The functions of a simulation, in C but for user functions that are in Python."""
 
+    steps_in_c = True
+
     def __init__(self, data: MbsData, *, user_in_c: bool = True) -> None:
         sources = sorted(data.user_path.glob("*.c")) if user_in_c else []
         self.in_c = bool(sources)
@@ -154,6 +156,7 @@ class CCode(PythonCode):
         self.hooks = _Hooks.in_dll(self.library, "hooks")
         ctypes.memset(ctypes.byref(self.hooks), 0, ctypes.sizeof(self.hooks))  # of an earlier run
         self._set_hooks()
+        self._find_bodies()
 
     def repartition(self, kept: Any) -> None:
         super().repartition(kept)
@@ -169,7 +172,7 @@ class CCode(PythonCode):
         self.y[:] = y
         self.data.tsim = t
         failed = self.function(self.at, t, *self.buffers)
-        self._check()
+        self.check()
         return np.full(len(y), np.nan) if failed else self.f.copy()
 
     def take_parameters(self) -> None:
@@ -181,19 +184,28 @@ class CCode(PythonCode):
         failed = self.library.slopes(
             self.at, _double(t), *self.buffers, _double(near), found.ctypes.data_as(_row)
         )
-        self._check()
+        self.check()
         return np.full(found.shape, np.nan) if failed else found.T.copy()
+
+    def _find_bodies(self) -> None:
+        """Say which body each external force acts on."""
+        last = (_int * (self.data.Nxfrc + 1)).in_dll(self.library, "last_joint")
+        for body in self.data.mbs.bodies:
+            for point in body.points:
+                if point.extforce is not None:
+                    number = self.data.extforce_id[point.extforce.name]
+                    last[number] = self.data.body_id[body.name]
 
     def solve(self) -> bool:
         accelred = self.library.kept_accelred if self.has_loops else self.library.mbs_accelred
         failed = bool(accelred(self.at, _double(self.data.tsim)))
-        self._check()
+        self.check()
         return failed
 
     def constraints(self) -> tuple[Any, Any]:
         self.jac[:] = 0.0
         self.library.constrain(self.at, *self.rows_at)
-        self._check()
+        self.check()
         return self.h[1:].copy(), self.jac[1:].copy()
 
     def inverse(self) -> Any:
@@ -206,10 +218,10 @@ class CCode(PythonCode):
             return
         given = ctypes.c_void_p.in_dll(self.library, "dirdyn")
         getattr(self.library, name)(self.at, ctypes.byref(given))
-        self._check()
+        self.check()
         self.data.flag_stop |= self.c.flag_stop
 
-    def _check(self) -> None:
+    def check(self) -> None:
         """Raise what a function of Python has raised, which C cannot."""
         if self.raised is not None:
             raise self.raised
@@ -236,7 +248,7 @@ class CCode(PythonCode):
 
     def _set_hooks(self) -> None:
         data = self.data
-        self._hook("output", lambda value, name: data.set_output(value, name.decode()))
+        self._hook("output", self._output)
         if self.in_c:
             if data.pushes:
                 self._hook("pushes", data.push)
@@ -270,6 +282,10 @@ class CCode(PythonCode):
         self._hook("cons_hJ", lambda t: data.user_cons_hJ(h, jac, data, t))
         self._hook("cons_jdqd", lambda t: data.user_cons_jdqd(jdqd, data))
 
+    def _output(self, value: float, name: bytes) -> None:
+        self.data.tsim = self.c.tsim
+        self.data.set_output(value, name.decode())
+
     def _hook(self, name: str, function: Callable[..., Any]) -> None:
         def call(*words: Any) -> Any:
             try:
@@ -285,9 +301,10 @@ def _library(data: MbsData, rows: tuple[int, int], sources: list[Path], *, chose
     """The equations and user functions of a simulation; ``chosen``: with accelred for a partition
     that is chosen."""
     defines = [f"-DRUN_JOINTS={data.njoint}", f"-DRUN_CUTS={rows[0]}", f"-DRUN_USER_ROWS={rows[1]}"]
+    defines += [f"-DRUN_FORCES={data.Nxfrc}", f"-DRUN_STATES={data.Nux}"]
     defines += ["-DUSER_IN_C"] * bool(sources)
     files = equations(data, ["invdyna"] if chosen else ["accelred", "invdyna"], "c")
-    own = [HERE / "runtime.c", *sources]
+    own = [HERE / "runtime.c", HERE / "steps.c", *sources]
     if chosen:
         writer = CWriter(data.mbs)
         facts = {**writer.facts(), "ANY_DRIVEN": bool(data.nqc)}
@@ -302,7 +319,7 @@ def _library(data: MbsData, rows: tuple[int, int], sources: list[Path], *, chose
     texts = [file.read_text("utf-8", "replace") for file in (*files.values(), *own[1:])]
     called = re.findall(r"\bmbs_(\w+)\(", re.sub(r"(?s)/\*.*?\*/|//[^\n]*", "", "".join(texts)))
     known = {*FUNCTIONS} - ({"accelred"} if chosen else set())
-    files = equations(data, sorted({*called} & known), "c")
+    files = equations(data, sorted({*called, "dirdyna", "gensensor"} & known), "c")
     return compiled(data, [*files.values(), *own], *defines)
 
 

@@ -1,4 +1,4 @@
-"""Direct dynamics: scipy's integrators drive the project's equations and user functions.
+"""Direct dynamics: our steps in C, or scipy's integrators, drive equations and user functions.
 
 The state is q and qd of the independent joints, and the user states.  ``accelred`` closes the loops
 by Newton's method (coordinate reduction) and gives the accelerations.
@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, cast
 from warnings import catch_warnings, filterwarnings
 
 import numpy as np
@@ -22,22 +22,29 @@ from urdf2mbs_simulate.partition import check_held, choose_again, hold_in_tree, 
 from urdf2mbs_simulate.push import add_pushes
 from urdf2mbs_simulate.python_code import PythonCode, loaded, shown
 from urdf2mbs_simulate.results import Recorder, Results
+from urdf2mbs_simulate.steps import STEPS, Rosenbrock
 
-#: scipy's method that takes explicit steps, and implicit ones where the forces are stiff.
-METHOD = "LSODA"
+if TYPE_CHECKING:
+    from urdf2mbs_simulate.c_code import CCode
+
+#: Our own method, in C; and scipy's that takes explicit steps, and implicit ones where the forces
+#: are stiff, in Python.
+OURS, METHOD = "Rosenbrock", "LSODA"
 #: scipy's methods, and Robotran's names for the same.
 IMPLICIT = (METHOD, "Radau", "BDF")
-METHODS = (*IMPLICIT, "RK45", "DOP853", "RK23")
+METHODS = (OURS, *IMPLICIT, "RK45", "DOP853", "RK23")
+#: By itself: the relative and the absolute error (rad, m) of our method, and of scipy's.
+TOLERANCES = {True: (1e-5, 1e-6), False: (1e-6, 1e-8)}
 ROBOTRAN = {"RK4": "RK45", "Dopri5": "RK45"}
 
 #: The options of MbsDirdyn, by Robotran's names, with the values that they have here.
 OPTIONS: dict[str, Any] = {
-    "t0": 0.0, "tf": 5.0, "dt0": 1e-3, "dt_max": np.inf, "integrator": METHOD,
-    "rtoler": 1e-6, "atoler": 1e-8, "framerate": 100.0, "language": None,
+    "t0": 0.0, "tf": 5.0, "dt0": 1e-3, "dt_max": np.inf, "integrator": None,
+    "rtoler": None, "atoler": None, "framerate": 100.0, "language": None,
     "save2file": 1, "resfilename": "dirdyn", "respath": None, "animpath": None,
 }  # fmt: skip
 #: A run ends where STEPS steps advance less than LEAST seconds: a force has diverged.
-STEPS, LEAST = 2000, 0.002
+LEAST = 0.002
 #: Others of Robotran's, which change nothing here.
 WITHOUT_EFFECT = frozenset([
     "save_anim", "saveperiod", "realtime", "verbose", "accelred", "n_freeze", "flag_oneshot",
@@ -82,7 +89,8 @@ class MbsPart(Module):
 class MbsDirdyn(Module):
     """A direct dynamics: set its options, and run it.
 
-    ``integrator`` is one of scipy's methods, and ``dt0`` its first step (s).
+    ``integrator`` is ``Rosenbrock``, our own method, or one of scipy's, and ``dt0`` its first step
+    (s).
     """
 
     OPTIONS = OPTIONS
@@ -162,7 +170,9 @@ def integrate(
 ) -> Results:
     """Step from t0 to tf.  After each step: the user's loop; then the frames that it has passed."""
     time, end = float(options["t0"]), float(options["tf"])
-    if not time < end < np.inf or not all(options[x] > 0 for x in ("framerate", "rtoler", "dt0")):
+    if not time < end < np.inf or not all(
+        options[x] is None or options[x] > 0 for x in ("framerate", "rtoler", "dt0")
+    ):
         raise ConfigError("usage", f"a run from {time:g} to {end:g} s, with {options}, is none")
     data.tsim = time
     if not np.isfinite(data.q + data.qd).all():
@@ -171,8 +181,6 @@ def integrate(
     if not close(data, code):
         raise _no_partition(data)
     code.call("user_dirdyn_init", dirdyn)
-    from scipy.integrate import DOP853, RK23, RK45  # which takes 0.2 s
-
     recorder, y = Recorder(data, code), code.state()
     frames = np.linspace(time, end, max(1, round((end - time) * options["framerate"])) + 1)
     recorder.add(time, y)
@@ -181,55 +189,72 @@ def integrate(
     for stop in [*_breaks(data, time, end), end]:
         # a force that begins at this time has not begun at the end of the step before
         last = stop if stop == end else np.nextafter(stop, time)
-        solver = make_solver(code, time, y, last, options)
+        solver = make_solver(code, time, y, last, options, frames)
         while solver.status == "running" and not data.flag_stop:
             _step(data, code, solver)
             time, y = float(solver.t), solver.y
             dirdyn.watch(time)
-            steps += 1
-            if steps % STEPS == 0:
+            steps += solver.taken if isinstance(solver, Rosenbrock) else 1
+            if steps >= STEPS:
                 if time - before < min(LEAST, options["dt_max"]):
                     said = f"{STEPS} steps lead from {before:g} s to {time:g} s only"
                     raise _stuck(data, code, time, y, said)
-                before = time
-            if not isinstance(solver, (RK23, RK45, DOP853)):  # these have computed it last
-                code.accelerate(time, y)
+                steps, before = 0, time
+            code.accelerate(time, y)
             code.guess[:] = data.q[code.dependent]
-            if code.has_loop:
+            if code.has_loop and not (isinstance(solver, Rosenbrock) and solver.loops):
                 code.react()
                 code.call("user_dirdyn_loop", dirdyn)
                 if hasattr(solver, "f"):
                     solver.f = code.accelerate(time, y)  # the loop may have changed the forces
             passed = int(np.searchsorted(frames, time, side="right"))
             if passed > count:
-                between = solver.dense_output()
                 for frame in frames[count:passed]:
-                    recorder.add(float(frame), y if frame == time else between(frame))
+                    recorder.add(float(frame), y if frame == time else solver.dense_output()(frame))
                 count = passed
                 check_held(data)
             if choose_again(code):
                 y = code.state()
-                solver = make_solver(code, time, y, last, options)
+                solver = make_solver(code, time, y, last, options, frames)
+        if data.flag_stop:
+            break
         time = stop
+        if count < len(frames) and frames[count] <= time:
+            recorder.add(time, y)
+            count += 1
     code.call("user_dirdyn_finish", dirdyn)
     return recorder.results()
 
 
-def make_solver(code: PythonCode, time: float, y: Any, end: float, options: dict[str, Any]) -> Any:
-    """One of scipy's, from a time and state."""
-    name = ROBOTRAN.get(options["integrator"], options["integrator"])
+def make_solver(
+    code: PythonCode, time: float, y: Any, end: float, options: dict[str, Any], frames: Any = ()
+) -> Any:
+    """Ours in C, or one of scipy's, from a time and state."""
+    name = options["integrator"] or OURS
+    name = ROBOTRAN.get(name, name)
     if name not in METHODS:
         raise ConfigError(
             "usage", f"there is no integrator '{name}'", hint=f"there are {', '.join(METHODS)}"
         )
+    ours = name == OURS and code.steps_in_c
+    rtol, atol = (
+        default if given is None else given
+        for given, default in zip(
+            (options["rtoler"], options["atoler"]), TOLERANCES[ours], strict=True
+        )
+    )
+    limits = {
+        "rtol": rtol, "atol": atol, "max_step": options["dt_max"],
+        "first_step": min(options["dt0"], end - time),
+    }  # fmt: skip
+    if ours:
+        return Rosenbrock(cast("CCode", code), time, y, end, frames, **limits)
     from scipy import integrate as scipy_integrate  # which takes 0.2 s
 
+    name = METHOD if name == OURS else name
     slopes = _kept_slopes(code) if name == METHOD else code.slopes
     more = {"jac": slopes} if name in IMPLICIT else {}
-    return getattr(scipy_integrate, name)(
-        code.accelerate, time, y, end, rtol=options["rtoler"], atol=options["atoler"],
-        max_step=options["dt_max"], first_step=min(options["dt0"], end - time), **more,
-    )  # fmt: skip
+    return getattr(scipy_integrate, name)(code.accelerate, time, y, end, **limits, **more)
 
 
 def _kept_slopes(code: PythonCode) -> Callable[[float, Any], Any]:

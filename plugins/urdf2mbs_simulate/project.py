@@ -19,7 +19,7 @@ from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.urdf.reader import stem
 from urdf2mbs_simulate.c_code import compiler
 from urdf2mbs_simulate.data import MbsData
-from urdf2mbs_simulate.dirdyn import METHOD, MbsDirdyn
+from urdf2mbs_simulate.dirdyn import MbsDirdyn
 from urdf2mbs_simulate.equilibrium import Equilibrium, MbsEquil
 from urdf2mbs_simulate.modal import MbsModal, Modes
 from urdf2mbs_simulate.push import Push, parse
@@ -31,11 +31,11 @@ def simulate(
     *,
     time: float = 2.0,
     push: Sequence[Push | str] = (),
-    method: str = METHOD,
+    method: str | None = None,
     language: str | None = None,
     rate: float = 100.0,
-    rtol: float = 1e-6,
-    atol: float = 1e-8,
+    rtol: float | None = None,
+    atol: float | None = None,
     watch: Callable[[float], None] | None = None,
     equilibrium: bool = False,
     **fields: Any,
@@ -45,8 +45,9 @@ def simulate(
     ``source`` is a project's folder, an .mbs, a robot or a config.  A config's project is made
     where its ``output`` says, else in a temporary folder.  ``fields`` are as in ``convert``.
 
-    ``push``: forces on links, such as ``chest:20,0,0@0.5..0.6`` (N, s).  ``method`` is one of
-    scipy's integrators, with its ``rtol`` and ``atol``; the results have ``rate`` frames a second.
+    ``push``: forces on links, such as ``chest:20,0,0@0.5..0.6`` (N, s).  ``method`` is
+    ``Rosenbrock``, our own in C, or one of scipy's, with ``rtol`` and ``atol`` (rad, m); the
+    results have ``rate`` frames a second.
     ``language``: ``c`` or ``python``; by itself C where there is a compiler.  ``watch`` is called
     with the time (s) after each step.  ``equilibrium``: start where nothing accelerates, at rest;
     ``results.equilibrium`` has it.

@@ -132,6 +132,7 @@ class PythonCode:
     """The functions of a simulation, in Python."""
 
     name = "Python"
+    steps_in_c = False
 
     def __init__(self, data: MbsData) -> None:
         self.data = data

@@ -63,11 +63,14 @@ def add_options(command: argparse.ArgumentParser) -> None:
         "--equilibrium", action="store_true", help="start where nothing accelerates, at rest"
     )
     command.add_argument(
-        "--method", default="LSODA", choices=("LSODA", "RK45", "DOP853", "RK23", "Radau", "BDF"),
-        help="scipy's integrator (default: LSODA)",
+        "--method", choices=("Rosenbrock", "LSODA", "RK45", "DOP853", "RK23", "Radau", "BDF"),
+        help="Rosenbrock: our own, in C (default); LSODA (default for Python) and others: scipy's",
     )  # fmt: skip
     command.add_argument(
-        "--tolerance", type=float, default=1e-6, metavar="R", help="relative (default: 1e-6)"
+        "--tolerance",
+        type=float,
+        metavar="R",
+        help="relative error of a step (default: 1e-5 of Rosenbrock, 1e-6 of the others)",
     )
     command.add_argument(
         "--rate", type=float, default=100.0, metavar="N", help="frames a second (default: 100)"
@@ -134,7 +137,7 @@ def _write_page(model: Path, results: Results, arguments: argparse.Namespace) ->
 def _check(arguments: argparse.Namespace) -> None:
     for name in ("time", "rate", "tolerance"):
         value = getattr(arguments, name)
-        if not 0.0 < value < 1e9:
+        if value is not None and not 0.0 < value < 1e9:
             raise ConfigError("usage", f"--{name} {value:g}: a number above 0 is wanted")
 
 

@@ -1,0 +1,71 @@
+"""Our steps in C: of order 3, and as exact as is asked for, beside scipy's."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from oracle.rich import PASSES, convert
+from plugins.project.standin import make
+from plugins.simulate.test_motions import SLIDER, falls
+from urdf2mbs import ConversionError, simulate
+from urdf2mbs.engine.output import write
+
+pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="there is no C compiler")
+#: So far off may a run of the tolerance 1e-6 be: steps add up, and friction and stops have kinks.
+ADDED = 100
+
+
+def test_the_error_of_a_step_is_of_order_3(tmp_path: Path) -> None:
+    project = make(tmp_path, SLIDER, base="fixed", language="both")
+    errors = []
+    for steps in (20, 40, 80):  # a frame each: no step goes over a frame
+        results = simulate(project, time=0.5, language="c", rate=2 * steps, rtol=1e9, atol=1e9)
+        errors.append(abs(results.q[-1, 1] - falls(0.5)[0]))
+    assert 1e-9 < errors[2] < 1e-5
+    assert 6 < errors[0] / errors[1] < 12
+    assert 6 < errors[1] / errors[2] < 12
+
+
+def beside(project: Path, time: float, other: str, **more: Any) -> float:
+    """The largest difference (rad, m) of two runs, and the robot must have moved."""
+    wanted = simulate(project, time=time, language="c", method=other, rtol=1e-9, atol=1e-11, **more)
+    found = simulate(project, time=time, language="c", rtol=1e-6, atol=1e-7, **more)
+    assert np.ptp(wanted.q[:, 1:], axis=0).max() > 0.001
+    return float(np.abs(found.q - wanted.q).max())
+
+
+def test_loops_drives_contacts_and_friction(tmp_path: Path) -> None:
+    """A rod, dependent and driven joints, stops, friction, springs, wrenches and the ground."""
+    both = {"project": str(tmp_path / "rich"), "language": "both"}
+    write(convert(tmp_path, PASSES, output=both))
+    assert beside(tmp_path / "rich", 0.1, "LSODA") < ADDED * 1e-6
+
+
+@pytest.mark.parametrize("push", [(), ("chest:40,10,0@0.1..0.3",)])
+def test_a_robot_that_stands_and_is_pushed(tmp_path: Path, push: tuple[str, ...]) -> None:
+    root = Path(__file__).resolve().parents[3]
+    project = make(
+        tmp_path, root / "configs/biped.urdf.xacro", "biped", pipeline="compact", language="both",
+        passes={
+            "contacts": {"links": ["*_foot"]},
+            "posture": {"hold": {"frequency": 10, "damping_ratio": 0.3}},
+        },
+    )  # fmt: skip
+    assert beside(project, 0.5, "Radau", push=push) < ADDED * 1e-6
+
+
+def test_a_run_that_cannot_go_on_is_an_error(tmp_path: Path) -> None:
+    project = make(tmp_path, SLIDER, base="fixed", language="both")
+    file = project / "userfctR" / "user_JointForces.c"
+    file.write_text(
+        file.read_text().replace(
+            "return mbs_data->Qq;", "mbs_data->Qq[1] = 0.0 / 0.0;\nreturn mbs_data->Qq;"
+        )
+    )
+    with pytest.raises(ConversionError, match=r"no step|no acceleration"):
+        simulate(project, time=0.5, language="c")
