@@ -16,7 +16,7 @@ ENOUGH = 0.2
 #: A centre of mass that is less than this outside (m) is on the edge.
 ROUNDING = 1e-3
 #: Feet that start this part of the centre of mass's height above the lowest touch the ground soon.
-LEVEL = 0.05
+LEVEL = 0.02
 
 
 class Balance(NamedTuple):

@@ -10,13 +10,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from itertools import product
 from math import atan2
 from typing import NamedTuple
 
 from urdf2mbs.conversion import Conversion, Step
 from urdf2mbs.mbs.kinematics import Placed, Placement, place
 from urdf2mbs.messages.diagnostics import some
-from urdf2mbs.spatial import HERE, Vec, add, compose, cross, dot, rotate
+from urdf2mbs.spatial import HERE, ZERO, Vec, add, compose, cross, dot, rotate, transpose
 from urdf2mbs.urdf.model import Geometry, Link
 from urdf2mbs_project.passes.contacts import lowest_points
 from urdf2mbs_project.passes.posture import limits_of
@@ -38,15 +39,18 @@ class Stance(NamedTuple):
     """The links on which the robot stands."""
     joints: dict[str, float]
     """Where joints start that do not start at zero, by the names of the URDF (rad or m)."""
-    why_not: str
+    why_not: str = ""
     """Why what floats has no feet."""
+    points: Mapping[str, list[Vec]] = {}
+    """Of feet whose shape was not found: the corners of a box that has their inertia, in the
+    link's frame (m)."""
 
 
 def find_stance(conversion: Conversion, middle: Mapping[str, float]) -> Stance:
     """``middle``: where joints start that cannot be at zero (rad or m), by the URDF's names."""
     joints = dict(middle)
     if not (conversion.base.floating or conversion.base.reason == "own joint"):
-        return Stance([], joints, "")
+        return Stance([], joints)
     steps = {joint.name: step for step, joint in conversion.single_coordinates()}
     values = {name: joint.q or 0.0 for name, joint in conversion.mbs.joints().items()}
     values |= {
@@ -59,12 +63,18 @@ def find_stance(conversion: Conversion, middle: Mapping[str, float]) -> Stance:
     for body in chosen:
         for name, q in _bend(conversion, body, ends[body], steps, values, middle).items():
             values[name] = joints[steps[name].joint.name] = float(f"{q:.3g}")
-    heights = _lowest(conversion, place(conversion.mbs, values))
-    feet = {body: _soles(conversion, ends[body], heights) for body in chosen}
-    bare = [link for body, links in feet.items() if not links for link in ends[body]]
-    if bare:
-        return Stance([], joints, _not_found(bare))
-    return Stance([link for links in feet.values() for link in links], joints, why_not)
+    placement = place(conversion.mbs, values)
+    heights, points, feet = _lowest(conversion, placement), dict[str, list[Vec]](), list[str]()
+    for body in chosen:
+        soles = _soles(conversion, ends[body], heights)
+        if not soles:
+            named = (conversion.robot.links[link] for link in ends[body] if _is_foot(link))
+            foot = max(named, key=lambda link: link.inertial.mass if link.inertial else 0.0)
+            at = compose(placement.bodies[body], conversion.parts()[foot.name][1])
+            up = rotate(transpose(at.rot), conversion.state(Simulation).up)
+            soles, points[foot.name] = [foot.name], _lowest_face(foot, up)
+        feet += soles
+    return Stance(feet, joints, why_not, points)
 
 
 # --- feet ---
@@ -98,6 +108,22 @@ def _lowest(conversion: Conversion, placement: Placement) -> dict[str, float]:
     return heights
 
 
+def _lowest_face(foot: Link, up: Vec) -> list[Vec]:
+    """Of the box that has a link's inertia; the link's origin where it has no mass (m)."""
+    import numpy as np
+
+    if foot.inertial is None or not foot.inertial.mass:
+        return [ZERO]
+    xx, xy, xz, yy, yz, zz = foot.inertial.inertia
+    moments, axes = np.linalg.eigh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    squares = np.maximum(moments.sum() - 2.0 * moments, 0.0) * 6.0 / foot.inertial.mass
+    centre, rot = foot.inertial.origin.pose
+    sides = np.reshape(rot, (3, 3)) @ axes * np.sqrt(squares) / 2.0
+    corners = [sides @ signs + centre for signs in product((-1.0, 1.0), repeat=3)]
+    lowest = sorted(corners, key=lambda corner: float(corner @ up))[:4]
+    return [(round(x, 4), round(y, 4), round(z, 4)) for x, y, z in np.array(lowest).tolist()]
+
+
 def _touching(
     conversion: Conversion, ends: dict[str, list[str]], values: dict[str, float]
 ) -> tuple[str, list[str]]:
@@ -111,7 +137,7 @@ def _touching(
     level = ground + LEVEL * (max(frames.values(), default=0.0) - ground)
     for body, links in ends.items():
         if frames[body] <= level and not heights.keys() & set(links):
-            return _not_found(links), []
+            return f"no shape was found of {some(map(repr, links), 3)}", []
     chosen: dict[str, None] = {}
     for link in (link for link, height in heights.items() if height <= level):
         segment = parts[link][0]
@@ -121,11 +147,6 @@ def _touching(
             return f"'{link}' is a wheel", []
         chosen[segment.body.name] = None
     return "", list(chosen)
-
-
-def _not_found(links: list[str]) -> str:
-    feet = [repr(link) for link in links if _is_foot(link)] or [repr(link) for link in links]
-    return f"no shape was found of {some(feet, 3)}"
 
 
 def shapes(link: Link) -> list[Geometry]:

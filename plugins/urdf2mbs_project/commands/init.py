@@ -129,7 +129,10 @@ def find(conversion: Conversion) -> RobotFacts:
     passes: dict[str, Any] = {"posture": {"joints": stance.joints}} if stance.joints else {}
     if stance.feet and any(body.mass for body in conversion.mbs.bodies):
         passes["posture"] = {**passes.get("posture", {}), "hold": HOLD}
-        passes["contacts"] = {"links": stance.feet}
+        shaped = [link for link in stance.feet if link not in stance.points]
+        passes["contacts"] = {"links": shaped} if shaped else {}
+        if stance.points:
+            passes["contacts"]["points"] = dict(stance.points)
     return RobotFacts(
         robot, known, sorted(named - known.keys()),
         _arguments(expansion.files if expansion else []),
@@ -287,6 +290,8 @@ def in_words(config: Path, found: RobotFacts) -> str:
     text += f", {counted(len(found.arguments), 'xacro argument')}" * bool(found.arguments)
     text += f", {there} of {counted(found.meshes, 'mesh')} found" * bool(found.meshes)
     text += f"\n  feet: {', '.join(found.feet)}" * bool(found.feet)
+    if bare := found.passes.get("contacts", {}).get("points"):
+        text += f"\n  no shape was found of {some(bare, 3)}: a box of its inertia stands in"
     text += f"\n  no feet: {found.why_no_feet}" * bool(found.why_no_feet)
     if found.meshes_missing:
         text += f"\n  not found: {some(found.meshes_missing, 3)}"

@@ -169,6 +169,8 @@ def make_project(arguments: argparse.Namespace) -> Path:
             config = msgspec.structs.replace(config, passes=found.passes)
             if found.feet and not arguments.json:
                 print(f"it stands on {', '.join(found.feet)}, as init proposes")
+            elif found.why_no_feet and not arguments.json:
+                print(f"it has no ground, and drops: {found.why_no_feet}")
         conversion = run(with_project(config, folder))
     if not arguments.json and (alone or arguments.verbose):  # of a config, 'run' tells them
         tell_diagnostics(conversion.diagnostics, arguments.verbose)

@@ -68,8 +68,8 @@ def test_what_cannot_be_converted_gets_no_config(robot: RealRobot, tmp_path: Pat
          [f"{side}Fsr{at}_frame" for side in "LR" for at in ("FL", "FR", "RL", "RR")]),
         ("robotran_edu_2017/bigman.urdf", ["LFoot", "RFoot"]),
         ("iCubGazeboV2_5/model.urdf", ["l_foot", "r_foot"]),
-        ("cassie_v4.urdf", []),  # its meshes are not there, nor those of the next
-        ("solo12.urdf.xacro", []),
+        ("cassie_v4.urdf", ["leftfoot", "rightfoot"]),  # its meshes are not there, nor the next's
+        ("solo12.urdf.xacro", ["FL_FOOT", "FR_FOOT", "HL_FOOT", "HR_FOOT"]),
         ("leo_sim.urdf.xacro", []),  # it has wheels
         ("fr3.urdf.xacro", []),  # it is fixed
     ],
@@ -79,8 +79,8 @@ def test_feet_of_real_robots(end: str, feet: list[str], tmp_path: Path) -> None:
     if robot is None:
         pytest.skip("the real robots are not beside the checkout")
     said, config = started(robot, tmp_path)
-    found = re.search(r"contacts: \{links: \[(.*)\]\}", config.read_text())
-    assert sorted(found[1].split(", ") if found else []) == feet
+    contacts = yaml.safe_load(config.read_text()).get("passes", {}).get("contacts", {})
+    assert sorted([*contacts.get("links", []), *contacts.get("points", {})]) == feet
     assert ("\n  feet: " in said) == bool(feet)
 
 
@@ -143,8 +143,8 @@ GONE = '<mesh filename="gone.stl"/>'
         (part("l", "trunk", "0 1 -1", "continuous") + part("r", "trunk", "0 -1 -1"), []),  # a wheel
         (part("l", "trunk", "0 1 1") + part("r", "trunk", "0 -1 1"), []),  # fingers of a palm
         (LEGS + part("claw", "l", "0 0 -1", shape=GONE), []),  # the lowest shape is not there
-        # only looks touch the ground, and the shape that collides is not there
-        (LEGS.replace("collision", "visual") + part("sole", "l", "0 0 0.1", "fixed", GONE), []),
+        # only looks touch the ground; a box stands in for the shape that is not there
+        (LEGS.replace("collision", "visual") + part("sole", "l", "0 0 1", "fixed", GONE), ["sole"]),
         # a leg starts in the middle of its limits, and not at zero
         (LEGS.replace("0 1 -1", "0 1 0").replace('lower="-1" upper="1"', 'lower="1" upper="2"', 1)
          + part("end", "l", "0 0 -1.5", "fixed"), ["r"]),

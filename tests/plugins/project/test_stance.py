@@ -6,6 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
+from scipy.spatial.transform import Rotation
 
 from proving import SOLID, link, robot
 from urdf2mbs.cli import main
@@ -33,6 +35,7 @@ def part(
       <limit lower="{low or 0}" upper="{high or 0}" effort="99" velocity="9"/></joint>"""
 
 
+GONE = '<mesh filename="gone.stl"/>'
 BALL, ROD, SOLE = '<sphere radius="0.02"/>', '<box size=".02 .02 .1"/>', '<box size=".2 .1 .02"/>'
 TRUNK = link("trunk", EVEN, '<collision><geometry><box size=".6 .2 .1"/></geometry></collision>')
 
@@ -93,11 +96,43 @@ def test_an_ankle_keeps_the_sole_level(here: Path) -> None:
     assert placement.bodies["r_ankle"].xyz[0] == pytest.approx(thigh.origin[0], abs=2e-3)
 
 
+def test_a_box_of_its_inertia_stands_in_for_a_foot_whose_mesh_is_lost(here: Path) -> None:
+    """The inertia of a uniform box gives its corners back, wherever its axes are; a mere frame is a
+    point."""
+    size = np.array([0.2, 0.1, 0.04])
+    own = 3.0 / 12.0 * np.diag(size @ size - size**2)
+    turn = Rotation.from_euler("z", 0.3)
+    inertia = turn.as_matrix() @ own @ turn.as_matrix().T
+    values = " ".join(
+        f'i{"xyz"[i]}{"xyz"[j]}="{inertia[i, j]}"' for i in range(3) for j in range(i, 3)
+    )
+    solid = (
+        f'<inertial><origin xyz="0.01 0.02 -0.03"/><mass value="3"/><inertia {values}/></inertial>'
+    )
+    feet = [
+        part(f"{side}_foot", "trunk", f"0 {y} -0.5", GONE) for side, y in (("l", 0.2), ("r", -0.2))
+    ]
+    left = feet[0].replace(EVEN, solid)
+    sole = (
+        link("r_sole")
+        + '<joint name="j" type="fixed"><parent link="r_leg"/><child link="r_sole"/></joint>'
+    )
+    found = started(robot(TRUNK, left, feet[1].replace("r_foot", "r_leg"), sole), here)
+    points = yaml.safe_load((here / "r.yaml").read_text())["passes"]["contacts"]["points"]
+    corners = [(a, b, -0.02) for a in (-0.1, 0.1) for b in (-0.05, 0.05)]
+    wanted = np.add(turn.apply(corners), (0.01, 0.02, -0.03))
+    assert sorted(points["l_foot"]) == [
+        pytest.approx(at, abs=1e-4) for at in sorted(wanted.tolist())
+    ]
+    assert points["r_sole"] == [[0.0, 0.0, 0.0]]
+    assert found.report["contacts"]
+
+
 @pytest.mark.parametrize(
     ("text", "why"),
     [
-        (DOG.replace(BALL, '<mesh filename="gone.stl"/>'),
-         "no shape was found of 'HR_foot', 'HL_foot', 'FR_foot' and 1 more"),
+        (robot(TRUNK, part("l", "trunk", "0 1 -1", GONE), part("r", "trunk", "0 -1 -1", GONE)),
+         "no shape was found of 'l'"),
         (DOG.replace("_foot", "_end").replace(' name="HL_calf_joint" type="revolute"',
                                               ' name="HL_calf_joint" type="continuous"'),
          "'HL_end' is a wheel"),
