@@ -128,16 +128,11 @@ def report(conversion: Conversion) -> Report:
         ),
         mass=sum(body.mass or 0.0 for body in mbs.bodies),
         gravity=mbs.base.gravity,
-        names=conversion.names,
-        numbers=mbs.numbers(),
-        frames=conversion.frames,
-        frozen=conversion.frozen,
-        changed=conversion.checked.changed,
-        left_out=left_out(conversion),
-        verdict=verdict(conversion),
-        proof=conversion.checked.proof,
-        diagnostics=conversion.diagnostics,
-        passes=conversion.report,
+        names=conversion.names, numbers=mbs.numbers(),
+        frames=conversion.frames, frozen=conversion.frozen,
+        changed=conversion.checked.changed, left_out=left_out(conversion),
+        verdict=verdict(conversion), proof=conversion.checked.proof,
+        diagnostics=conversion.diagnostics, passes=conversion.report,
     )  # fmt: skip
 
 

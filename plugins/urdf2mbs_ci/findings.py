@@ -19,7 +19,7 @@ from urdf2mbs.commands.settings import path
 from urdf2mbs.disk.files import noting
 from urdf2mbs.engine.output import write_files
 from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic
-from urdf2mbs.proof.verdict import Difference
+from urdf2mbs.plugin import Difference
 from urdf2mbs.urdf import written
 
 SCHEMA = "https://json.schemastore.org/sarif-2.1.0.json"

@@ -12,9 +12,18 @@ from typing import Any, NamedTuple
 
 import msgspec
 
-from urdf2mbs.config.model import Config, Key, Lines, Project, Range, Sweep, config_of, dotted
+from urdf2mbs.config.model import (
+    Config,
+    Key,
+    Lines,
+    Project,
+    Range,
+    Sweep,
+    config_of,
+    dotted,
+    expand,
+)
 from urdf2mbs.disk.files import is_portable
-from urdf2mbs.engine.settings import expand
 from urdf2mbs.mbs.names import identifiers
 from urdf2mbs.messages.diagnostics import nearest
 

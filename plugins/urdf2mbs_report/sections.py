@@ -11,7 +11,6 @@ import msgspec
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.mbs.model import Mbs
-from urdf2mbs.proof.verdict import NOT_CHECKED
 from urdf2mbs.spatial import HERE
 from urdf2mbs.summary import left_out, verdict
 from urdf2mbs_report.table import Cell, Html, Row, plain, table, titled
@@ -139,7 +138,7 @@ def proof(conversion: Conversion) -> str:
     found = conversion.checked.proof
     if found is None:
         return (
-            f'<p class="note">{NOT_CHECKED}: the pass <code>check</code> is not in the '
+            f'<p class="note">{verdict(conversion)}: the pass <code>check</code> is not in the '
             "pipeline. Add it after <code>emit</code>. The comparison in the 3D model is made "
             "at the position shown only.</p>"
         )

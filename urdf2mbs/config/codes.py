@@ -7,5 +7,6 @@ CODES = {
     "config-key-missing": "error: a key is missing",
     "config-key-doubled": "error: a key is there twice",
     "value-range": "error: a number is outside of the range of its option",
+    "variable-unset": "error: a path names a `$VARIABLE` that is not set",
     "unknown-key": "error: there is no such key",
 }

@@ -5,9 +5,10 @@ Errors name the file, the line and the key, and offer the nearest known one.
 
 # Without "from __future__ import annotations": msgspec would evaluate each text of a type, which
 # takes as long as a tenth of the passes.
+import os
+import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
-from os import PathLike, fspath
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -162,6 +163,22 @@ class Lines(msgspec.Struct):
             raise last
 
 
+def expand(given: str, lines: Lines, at: Key) -> str:
+    """A path of a config with ``~`` and ``$VARIABLE`` filled in, as a shell does."""
+    if lines.file is None:
+        return given
+    text = os.path.expanduser(given) if given.startswith("~") else given  # noqa: PTH111
+    for whole, name in re.findall(r"(\$\{?([A-Za-z_]\w*)\}?)", text):
+        if not os.environ.get(name):
+            raise lines.error(
+                "variable-unset",
+                f"'{given}' wants the variable {name}, which is not set",
+                at, f"for instance: export {name}=DIR; the config's comments may say which folder",
+            )  # fmt: skip
+        text = text.replace(whole, os.environ[name])
+    return text
+
+
 def load(file: Path) -> tuple[Config, Lines]:
     """Read a config file; raises ConfigError if it is no config.
 
@@ -198,7 +215,7 @@ def parse(text: str, file: Path | None) -> tuple[Config, Lines]:
 
 
 def config_of(
-    source: Config | Mapping[str, Any] | str | PathLike[str], **fields: Any
+    source: Config | Mapping[str, Any] | str | os.PathLike[str], **fields: Any
 ) -> tuple[Config, Lines]:
     """The config of a call from Python, with ``fields`` in it.
 
@@ -211,7 +228,7 @@ def config_of(
     values: Any = {"source": source}
     if isinstance(source, (Config, Mapping)):
         values = source
-    elif fspath(source).lower().endswith((".yaml", ".yml")):
+    elif os.fspath(source).lower().endswith((".yaml", ".yml")):
         values, lines = load(Path(source))
     if isinstance(values, Config):
         values = msgspec.structs.asdict(values)
@@ -230,8 +247,8 @@ def config_of(
 
 
 def _word_or_list(value: Any) -> Any:
-    if isinstance(value, PathLike):
-        return fspath(value)
+    if isinstance(value, os.PathLike):
+        return os.fspath(value)
     if isinstance(value, Mapping):
         return dict(value)
     try:

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from time import perf_counter
 from typing import Any
 
-from urdf2mbs.config.model import Config, Lines
+from urdf2mbs.config.model import Config, Lines, expand
 from urdf2mbs.conversion import Conversion, File
 from urdf2mbs.disk.files import is_file
 from urdf2mbs.engine.faults import (
@@ -24,7 +24,7 @@ from urdf2mbs.engine.plugins import hooks_of, plugins_of
 from urdf2mbs.engine.registered import Registered
 from urdf2mbs.engine.resolve import Configured, resolve
 from urdf2mbs.engine.sections import find_changed, look
-from urdf2mbs.engine.settings import check_output, expand, settings_of
+from urdf2mbs.engine.settings import check_output, settings_of
 from urdf2mbs.engine.tracebacks import FAILURES
 from urdf2mbs.engine.version_1 import keep_attributes
 from urdf2mbs.hookspecs import Pass

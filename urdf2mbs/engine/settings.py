@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import os
-import re
 from pathlib import Path
 from typing import Any
 
 import msgspec
 
-from urdf2mbs.config.model import Config, Key, Lines, Project
+from urdf2mbs.config.model import Config, Lines, Project, expand
 from urdf2mbs.conversion import Settings
 from urdf2mbs.disk.files import absolute, is_folder
 from urdf2mbs.mbs.names import identifiers
@@ -93,19 +92,3 @@ def _same(first: Path, second: Path) -> bool:
         return first.samefile(second)
     except OSError:
         return first == second
-
-
-def expand(given: str, lines: Lines, at: Key) -> str:
-    """A path of a config with ``~`` and ``$VARIABLE`` filled in, as a shell does."""
-    if lines.file is None:
-        return given
-    text = os.path.expanduser(given) if given.startswith("~") else given  # noqa: PTH111
-    for whole, name in re.findall(r"(\$\{?([A-Za-z_]\w*)\}?)", text):
-        if not os.environ.get(name):
-            raise lines.error(
-                "variable-unset",
-                f"'{given}' wants the variable {name}, which is not set",
-                at, f"for instance: export {name}=DIR; the config's comments may say which folder",
-            )  # fmt: skip
-        text = text.replace(whole, os.environ[name])
-    return text

@@ -122,17 +122,13 @@ _XY: Table = dict.fromkeys("xy", _PART)
 _XYZ: Table = dict.fromkeys("xyz", _PART)
 #: The children of an element, by the kind of the value that it holds.
 INSIDE: dict[str, Table] = {
-    "base": BASE,
-    "drawing": DRAWING,
-    "view": VIEW,
-    "xy": _XY,
-    "xyz": _XYZ,
+    "base": BASE, "drawing": DRAWING, "view": VIEW, "xy": _XY, "xyz": _XYZ,
     "coordinates": {"coordinates": ("", "xyz")},
     "control_points": {"control_point": ("", "xy")},
     "inertia": dict.fromkeys(["Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz"], _PART),
     "symbols": dict.fromkeys(["q", "qd", "qdd"], _PART),
     "place": dict.fromkeys(["bodyname", "pointname"], _PART),
-}
+}  # fmt: skip
 
 
 class Object(NamedTuple):
