@@ -19,21 +19,20 @@ enum { ALL = 2 * JOINTS + STATES + 1, ROWS = JOINTS + 1 };
 int accelerate(MbsData *s, double t, const double *y, double *f);
 void constrain(MbsData *s, double *h, double **Jac);
 void mbs_dirdyna(double **M, double *c, MbsData *s, double tsim);
+void mbs_invdyna(double *phi, MbsData *s, double tsim);
 void mbs_gensensor(MbsSensor *sens, MbsData *s, int isens);
 
 /* What acts on a joint (one speed) or on a body (six: of its anchor point, and of its rotation), about
-   the present state.  A row of a slope is what one motion, or one state, changes. */
+   the present state.  A row of a slope is what one place, then one speed, then one state changes. */
 typedef struct {
-    int count, state[OWN];                                   /* its user states */
-    double speed[6], force[6], rate[OWN];                    /* rate: of the states */
-    double by_place[6][6], by_speed[6][6], by_state[OWN][6]; /* slopes of the force */
-    double rate_by_place[6][OWN], rate_by_speed[6][OWN], rate_by_state[OWN][OWN];
+    int count, state[OWN]; /* its user states */
+    double speed[6], force[6], rate[OWN], by[12 + OWN][6], rate_by[12 + OWN][OWN];
     /* In a step h whose speeds change by dv, the force changes by push - resist dv, and the states by
        drift + follow dv. */
     double push[6], resist[6][6], drift[OWN], follow[OWN][6];
 } Act;
 
-static const double NEAR = 1e-7, still[6];
+static const double NEAR = 1e-7;
 static Act joint[ROWS], body[FORCES + 1];
 static int touches[FORCES + 1];
 static double reach[FORCES + 1][7][ROWS]; /* the Jacobian of each anchor point */
@@ -112,61 +111,64 @@ static void find_frame(MbsData *s, int number)
     }
 }
 
+/* Keep what an act does, or, behind a small change, what the change has done. */
+static void keep(const MbsData *s, Act *a, int speeds, int way, const double *force)
+{
+    for (int i = 0; i < speeds; i++) {
+        if (way < 0)
+            a->force[i] = force[i];
+        else
+            a->by[way][i] = (force[i] - a->force[i]) / NEAR;
+    }
+    for (int x = 0; x < a->count; x++) {
+        const double rate = s->uxd[a->state[x]];
+
+        if (way < 0)
+            a->rate[x] = rate;
+        else
+            a->rate_by[way][x] = (rate - a->rate[x]) / NEAR;
+    }
+}
+
 static void find_slopes_of_body(MbsData *s, int number)
 {
     Act *b = &body[number];
-    double force[6], one[6] = {0};
+    double force[6], place[12] = {0};
 
     find_frame(s, number);
-    pull(s, number, still, still, b->force);
-    for (int x = 0; x < b->count; x++)
-        b->rate[x] = s->uxd[b->state[x]];
+    pull(s, number, place, place + 6, force);
+    keep(s, b, 6, -1, force);
     for (int way = 0; way < 12 + b->count; way++) {
-        const int i = way % 6, x = way - 12;
-        double *by = x >= 0 ? b->by_state[x] : way < 6 ? b->by_place[i] : b->by_speed[i];
-        double *rate_by =
-            x >= 0 ? b->rate_by_state[x] : way < 6 ? b->rate_by_place[i] : b->rate_by_speed[i];
-        double *moved = x >= 0 ? &s->ux[b->state[x]] : &one[i];
+        double *moved = way < 12 ? &place[way] : &s->ux[b->state[way - 12]];
         const double before = *moved;
 
         *moved += NEAR;
-        pull(s, number, way < 6 ? one : still, way < 6 ? still : one, force);
+        pull(s, number, place, place + 6, force);
         *moved = before;
-        for (int k = 0; k < 6; k++)
-            by[k] = (force[k] - b->force[k]) / NEAR;
-        for (int k = 0; k < b->count; k++)
-            rate_by[k] = (s->uxd[b->state[k]] - b->rate[k]) / NEAR;
+        keep(s, b, 6, way, force);
     }
 }
 
 /* The force of a joint depends on this joint alone, so all joints are moved at once. */
 static void find_slopes_of_joints(MbsData *s)
 {
-    for (int way = 0; way < 4; way++) {
+    for (int way = -1; way < 3; way++) {
         for (int j = 1; j <= JOINTS; j++) {
-            s->q[j] += way == 1 ? NEAR : 0.0;
-            s->qd[j] += way == 2 ? NEAR : 0.0;
-            for (int x = 0; x < joint[j].count && way == 3; x++)
+            s->q[j] += way == 0 ? NEAR : 0.0;
+            s->qd[j] += way == 1 ? NEAR : 0.0;
+            for (int x = 0; x < joint[j].count && way == 2; x++)
                 s->ux[joint[j].state[x]] += NEAR;
         }
         user_JointForces(s, s->tsim);
         for (int j = 1; j <= JOINTS; j++) {
-            Act *a = &joint[j];
-            double *by[] = {a->force, a->by_place[0], a->by_speed[0], a->by_state[0]};
-            double *rate_by[] = {a->rate, a->rate_by_place[0], a->rate_by_speed[0], a->rate_by_state[0]};
-
-            by[way][0] = way ? (s->Qq[j] - a->force[0]) / NEAR : s->Qq[j];
-            if (way == 1 || way == 2) /* a force that drives its joint away is left explicit */
-                by[way][0] = fmin(by[way][0], 0.0);
-            s->q[j] -= way == 1 ? NEAR : 0.0;
-            s->qd[j] -= way == 2 ? NEAR : 0.0;
-            for (int x = 0; x < a->count; x++) {
-                const double rate = s->uxd[a->state[x]];
-
-                rate_by[way][x] = way ? (rate - a->rate[x]) / NEAR : rate;
-                s->ux[a->state[x]] -= way == 3 ? NEAR : 0.0;
-            }
-            a->speed[0] = s->qd[j];
+            keep(s, &joint[j], 1, way, &s->Qq[j]);
+            if (way == 0 || way == 1) /* a force that drives its joint away is left explicit */
+                joint[j].by[way][0] = fmin(joint[j].by[way][0], 0.0);
+            s->q[j] -= way == 0 ? NEAR : 0.0;
+            s->qd[j] -= way == 1 ? NEAR : 0.0;
+            for (int x = 0; x < joint[j].count && way == 2; x++)
+                s->ux[joint[j].state[x]] -= NEAR;
+            joint[j].speed[0] = s->qd[j];
         }
     }
 }
@@ -174,27 +176,26 @@ static void find_slopes_of_joints(MbsData *s)
 /* How each joint moves with the independent ones: leads[j][i] of the i-th, from 0. */
 static void find_leads(MbsData *s)
 {
-    enum { MOST = RUN_CUTS + RUN_USER_ROWS };
-    static double h[MOST + 1], table[MOST + 1][ROWS], *rows[MOST + 1];
-
     memset(leads, 0, sizeof leads);
     for (int i = 1; i <= s->nqu; i++)
         leads[s->qu[i]][i - 1] = 1.0;
-    if (s->nqv == 0)
-        return;
+#if RUN_CUTS + RUN_USER_ROWS
+    enum { MOST = RUN_CUTS + RUN_USER_ROWS };
+    static double h[MOST + 1], table[MOST + 1][ROWS], *rows[MOST + 1];
+
     memset(table, 0, sizeof table);
     for (int i = 0; i <= MOST; i++)
         rows[i] = table[i];
     constrain(s, h, rows);
     for (int k = 1; k <= s->nqv; k++) { /* Gauss and Jordan; spare rows are left over */
         const int column = s->qv[k];
+        double *pivot;
         int best = k;
 
         for (int i = k + 1; i <= MOST; i++)
             if (fabs(rows[i][column]) > fabs(rows[best][column]))
                 best = i;
-        double *pivot = rows[best];
-
+        pivot = rows[best];
         rows[best] = rows[k];
         rows[k] = pivot;
         for (int i = 1; i <= MOST; i++) {
@@ -207,6 +208,7 @@ static void find_leads(MbsData *s)
     for (int k = 1; k <= s->nqv; k++)
         for (int i = 1; i <= s->nqu; i++)
             leads[s->qv[k]][i - 1] = -rows[k][s->qu[i]] / rows[k][s->qv[k]];
+#endif
 }
 
 /* What the steps from a state need; 0 if the state has accelerations. */
@@ -269,30 +271,32 @@ static void solve(int n, int width, double *A, int m, double *b)
 static void resist(Act *a, int speeds, double h)
 {
     double A[OWN][OWN], b[OWN][7] = {{0}};
+    const int states = 2 * speeds; /* their first way */
 
     for (int x = 0; x < a->count; x++) {
         b[x][0] = h * a->rate[x];
         for (int k = 0; k < a->count; k++)
-            A[x][k] = (x == k) - h * a->rate_by_state[k][x];
+            A[x][k] = (x == k) - h * a->rate_by[states + k][x];
         for (int k = 0; k < speeds; k++) {
-            b[x][0] += h * h * a->rate_by_place[k][x] * a->speed[k];
-            b[x][1 + k] = h * (h * a->rate_by_place[k][x] + a->rate_by_speed[k][x]);
+            b[x][0] += h * h * a->rate_by[k][x] * a->speed[k];
+            b[x][1 + k] = h * (h * a->rate_by[k][x] + a->rate_by[speeds + k][x]);
         }
     }
     solve(a->count, OWN, A[0], 7, b[0]);
+    for (int i = 0; i < speeds; i++) {
+        a->push[i] = 0.0;
+        for (int k = 0; k < speeds; k++) {
+            a->push[i] += h * a->by[k][i] * a->speed[k];
+            a->resist[i][k] = -h * a->by[k][i] - a->by[speeds + k][i];
+        }
+    }
     for (int x = 0; x < a->count; x++) {
         a->drift[x] = b[x][0];
         memcpy(a->follow[x], b[x] + 1, sizeof a->follow[x]);
-    }
-    for (int i = 0; i < speeds; i++) {
-        a->push[i] = 0.0;
-        for (int x = 0; x < a->count; x++)
-            a->push[i] += a->by_state[x][i] * a->drift[x];
-        for (int k = 0; k < speeds; k++) {
-            a->push[i] += h * a->by_place[k][i] * a->speed[k];
-            a->resist[i][k] = -h * a->by_place[k][i] - a->by_speed[k][i];
-            for (int x = 0; x < a->count; x++)
-                a->resist[i][k] -= a->by_state[x][i] * a->follow[x][k];
+        for (int i = 0; i < speeds; i++) {
+            a->push[i] += a->by[states + x][i] * a->drift[x];
+            for (int k = 0; k < speeds; k++)
+                a->resist[i][k] -= a->by[states + x][i] * a->follow[x][k];
         }
     }
 }
@@ -409,6 +413,7 @@ static void step(const MbsData *s, double h, double *y)
 /* Find which states each force sets: call it once, in a state.  0 if there are not too many. */
 int find_states(MbsData *s)
 {
+    static const double still[6];
     double force[6], rate[STATES + 1], before[STATES + 1];
 
     memcpy(before, s->uxd, sizeof before);
@@ -506,6 +511,11 @@ int advance(MbsData *s, double *t, double end, double *h, double most, double *y
 #ifdef USER_IN_C
         if (loops) {
             accelerate(s, *t, y, here);
+            mbs_invdyna(here, s, *t); /* Qc of driven joints */
+            for (int j = 1; j <= JOINTS; j++)
+                s->Qc[j] = here[j] - s->Qq[j];
+            for (int i = 1; i <= s->nqu; i++)
+                s->Qc[s->qu[i]] = 0.0;
             user_dirdyn_loop(s, &dirdyn);
         }
 #endif
