@@ -179,6 +179,11 @@ def expand(given: str, lines: Lines, at: Key) -> str:
     return text
 
 
+def place(given: str, lines: Lines, at: Key) -> Path:
+    """The absolute path of a path of a config."""
+    return files.absolute(lines.folder / expand(given, lines, at))
+
+
 def load(file: Path) -> tuple[Config, Lines]:
     """Read a config file; raises ConfigError if it is no config.
 

@@ -45,7 +45,6 @@ class Pipeline:
     def __init__(
         self, config: Config, lines: Lines, *, installed_plugins: bool = True, fresh: bool = False
     ) -> None:
-        folder = lines.folder
         if config.sweep is not None:
             lines.check()
             raise lines.error(
@@ -55,7 +54,7 @@ class Pipeline:
         self._files = []
         for index, file in enumerate(config.plugins):
             with lines.gather():
-                path = folder / expand(file, lines, ("plugins", index))
+                path = lines.folder / expand(file, lines, ("plugins", index))
                 if not is_file(path):
                     raise lines.error(
                         "plugin-missing", f"plugin file '{path}' does not exist", ("plugins", index)
@@ -68,7 +67,7 @@ class Pipeline:
             lines.check()  # before a robot is fetched
             hook = self.plugins.hook
         with lines.gather():
-            self.settings = settings_of(config, lines, folder, hook, fresh=fresh)
+            self.settings = settings_of(config, lines, hook, fresh=fresh)
         lines.check()
         self._hooks: list[Any] = [self.plugins.hook]
         """The hooks of the plugins and of the observers."""

@@ -8,17 +8,15 @@ from typing import Any
 
 import msgspec
 
-from urdf2mbs.config.model import Config, Lines, Project, expand
+from urdf2mbs.config.model import Config, Lines, Project, place
 from urdf2mbs.conversion import Settings
 from urdf2mbs.disk.files import absolute, is_folder
 from urdf2mbs.mbs.names import identifiers
 from urdf2mbs.urdf.reader import stem
 
 
-def settings_of(
-    config: Config, lines: Lines, folder: Path, hook: Any = None, *, fresh: bool = False
-) -> Settings:
-    """What a config says, with absolute paths; ``folder`` is where its relative ones begin.
+def settings_of(config: Config, lines: Lines, hook: Any = None, *, fresh: bool = False) -> Settings:
+    """What a config says, with absolute paths.
 
     ``hook`` are the hooks of plugins, which know where a robot is that is no file but has a name.
     """
@@ -30,22 +28,22 @@ def settings_of(
         packages = located.packages
         xacro_args = {**located.xacro_args, **xacro_args}
     else:
-        source = absolute(folder / expand(config.source, lines, ("source",)))
+        source = place(config.source, lines, ("source",))
     project = None
     languages: tuple[str, ...] = ()
     if isinstance(config.output, Project):
-        project = absolute(folder / expand(config.output.project, lines, ("output", "project")))
+        project = place(config.output.project, lines, ("output", "project"))
         output = project / "dataR" / f"{identifiers([project.name])[0]}.mbs"
         language = config.output.language
         if language == "both":
             language = ["python", "c"]
         languages = (language,) if isinstance(language, str) else tuple(dict.fromkeys(language))
     elif config.output is not None:
-        output = absolute(folder / expand(config.output, lines, ("output",)))
+        output = place(config.output, lines, ("output",))
     else:
-        output = absolute(folder / f"{stem(source)}.mbs")
+        output = absolute(lines.folder / f"{stem(source)}.mbs")
     for name, directory in config.packages.items():
-        packages[name] = absolute(folder / expand(directory, lines, ("packages", name)))
+        packages[name] = place(directory, lines, ("packages", name))
         if not is_folder(packages[name]):
             raise lines.error(
                 "package-missing",
@@ -53,7 +51,8 @@ def settings_of(
                 ("packages", name),
             )
     config = msgspec.structs.replace(config, xacro_args=xacro_args)
-    return Settings(source, output, config, packages, project, languages, absolute(folder), fresh)
+    folder = absolute(lines.folder)
+    return Settings(source, output, config, packages, project, languages, folder, fresh)
 
 
 def check_output(settings: Settings, lines: Lines) -> None:
@@ -61,11 +60,8 @@ def check_output(settings: Settings, lines: Lines) -> None:
     if is_folder(settings.source):
         return
     if _same(settings.output, settings.source):
-        raise lines.error(
-            "output-is-source",
-            f"the output would overwrite the robot '{settings.source}'",
-            ("output",),
-        )
+        said = f"the output would overwrite the robot '{settings.source}'"
+        raise lines.error("output-is-source", said, ("output",))
     project = settings.project
     if project is not None and not is_folder(project / "dataR"):
         real = Path(os.path.realpath(project))

@@ -124,13 +124,13 @@ def test_a_value_is_one_name_on_every_system(value: str, name: str) -> None:
     (robot,) = swept(f"{{xacro_args: {{height: [{value}]}}}}", "{project: 'out/{height}/p'}")
     output: Any = robot.config.output
     assert output.project == f"out/{name}/p"
-    settings = settings_of(robot.config, Lines(file=Path("c.yaml")), Path("/there"))
+    settings = settings_of(robot.config, Lines(Path("c.yaml"), folder=Path("/there")))
     assert settings.project == Path("/there/out") / name / "p"
 
 
 def test_a_project_and_its_model_have_one_name() -> None:
     for job in swept("{xacro_args: {height: [0.7, 0.8]}}", "{project: 'out/biped_{height}'}"):
-        settings = settings_of(job.config, Lines(file=Path("c.yaml")), Path("/there"))
+        settings = settings_of(job.config, Lines(Path("c.yaml"), folder=Path("/there")))
         name = f"biped_{job.values['height']}".replace(".", "_")
         assert settings.output == Path(f"/there/out/{name}/dataR/{name}.mbs")
 
