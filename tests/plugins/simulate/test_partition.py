@@ -275,3 +275,23 @@ def test_what_is_chosen_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[st
     assert "cut 'cut_2' can never close: its ends are 0.6 m" in capsys.readouterr().out
     robot = load_equations(parallel(tmp_path, 2), language="python")
     assert np.isfinite(robot.forward_dynamics(robot.data.q0[1:], [0.0] * 4, [0.0] * 4)).all()
+
+
+def test_forces_are_asked_for_after_the_user_has_begun(tmp_path: Path) -> None:
+    """MbsPart asks for none, and user_dirdyn_init comes before the first."""
+    project = four_bar(tmp_path, [FREE, FOLLOWS, FOLLOWS], 1.0).parent.parent
+    user = project / "userfctR"
+    user.mkdir()
+    (user / "user_dirdyn.py").write_text(
+        "def user_dirdyn_init(mbs_data, mbs_dirdyn):\n    mbs_data.mine = 3.0\n"
+        "def user_dirdyn_loop(mbs_data, mbs_dirdyn):\n    pass\n"
+        "def user_dirdyn_finish(mbs_data, mbs_dirdyn):\n    pass\n"
+    )
+    (user / "user_JointForces.py").write_text(
+        "def user_JointForces(mbs_data, tsim):\n    mbs_data.Qq[1] = mbs_data.mine\n"
+    )
+    data = MbsData(project / "dataR" / "loops.mbs")
+    MbsPart(data).run()
+    dirdyn = MbsDirdyn(data)
+    dirdyn.set_options(tf=0.01, save2file=0, language="python")
+    assert dirdyn.run().Qq[-1, 1] == 3.0
