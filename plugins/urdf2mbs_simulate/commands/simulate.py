@@ -155,23 +155,25 @@ def make_project(arguments: argparse.Namespace) -> Path:
     alone = config.output is None and not config.passes
     named = None if is_page(arguments.output) else arguments.output
     folder = named or Path(f"{stem(Path(config.source))}_robotran")
+    before = None
     with Progress(arguments) as progress:
 
-        def run(config: Config) -> Conversion:
+        def run(config: Config, before: Conversion | None = None) -> Conversion:
             converter = Pipeline(config, lines, installed_plugins=not arguments.no_plugins)
             converter.watch(progress)
-            return converter.run()
+            return converter.run(before=before)
 
         if alone:
             if "pipeline" not in choose_fields(arguments, ALONE):
                 config = msgspec.structs.replace(config, pipeline="compact")
-            found = find(run(config))
+            before = run(config)
+            found = find(before)
             config = msgspec.structs.replace(config, passes=found.passes)
             if found.feet and not arguments.json:
                 print(f"it stands on {', '.join(found.feet)}, as init proposes")
             elif found.why_no_feet and not arguments.json:
                 print(f"it has no ground, and drops: {found.why_no_feet}")
-        conversion = run(with_project(config, folder))
+        conversion = run(with_project(config, folder), before)
     if not arguments.json and (alone or arguments.verbose):  # of a config, 'run' tells them
         tell_diagnostics(conversion.diagnostics, arguments.verbose)
     return make(conversion, force=arguments.force)
