@@ -32,8 +32,7 @@ CODES = {
     "loops": "note: how many cuts there are, and which joints they make dependent",
     "law-unknown": "note: a plugin adds a force law, which `TIME_STEP` does not know, and which "
     "nothing proves unless the plugin says what it should give",
-    "contacts-most": "note: the URDF states more friction, stiffness or damping of contacts than "
-    "is used",
+    "contacts-most": "note: the URDF states more friction of contacts than is used",
     "config-name": "error: the name of the file that `init` writes does not end in `.yaml`",
     "mimic-joints": "error: `mimic` names no joint that follows another",
     "actuators-joints": "error: `actuators` names no joint that moves",

@@ -7,17 +7,18 @@ still change a name, and then the new one is seen here.
 
 from __future__ import annotations
 
-from math import hypot
-from typing import Any
+from math import cos, hypot, sin
+from typing import Any, NamedTuple
 
 import msgspec
 
-from urdf2mbs.mbs.model import Connection, Joint, Mbs, Point, UserModel
-from urdf2mbs.spatial import IDENTITY, ZERO, Rot, Vec, cross, dot, rotate, unit
+from urdf2mbs.mbs.model import Body, Connection, Joint, Mbs, Point, UserModel
+from urdf2mbs.spatial import IDENTITY, ZERO, Pose, Rot, Vec, add, compose, cross, dot, rotate, unit
 
 #: What Robotran can compute at a point.  What is not asked for is zero there, or not set.
 MEASURES = ("Pos", "Rot", "Vit", "Om", "Acc", "Omp")
-#: The user models of the states of friction: one of each joint that rubs, two of each contact.
+#: The user models of the states of friction: one of each joint that rubs, three of each body that
+#: may touch the ground.
 JOINT_STATES, CONTACT_STATES = "friction_state", "contact_state"
 
 
@@ -52,26 +53,58 @@ class Coupling(msgspec.Struct):
             self.follower.qd = self.multiplier * self.leader.qd
 
 
-class Contact(msgspec.Struct):
-    """A point that may touch the ground."""
+class Spot(NamedTuple):
+    """What of a body may touch the ground: a point, a sphere, or a point of a cylinder's rim."""
 
-    link: str
-    """The URDF link it belongs to."""
-    point: Point
-    """The point that touches; the centre of a ball or a wheel, whose lowest point touches."""
+    at: Vec
+    """The point, or the centre of the sphere or the rim (m, in the body's frame)."""
     radius: float = 0.0
     """m"""
     axis: Vec = ZERO
-    """The direction of a wheel's axis in the body; zero for a ball."""
+    """The direction of a rim's axis in the body; zero for a sphere."""
+    turn: float = 0.0
+    """How far along its rim the point is from the lowest one (rad)."""
 
-    def arm(self, rot: Rot, up: Vec) -> Vec:
-        """From the point to where it touches (m), in the base; ``rot`` is that of the body."""
-        axis = rotate(rot, self.axis)
+    def moved(self, pose: Pose) -> Spot:
+        """The same in the frame in which its own one is at ``pose``."""
+        at, axis = compose(pose, Pose(self.at)).xyz, rotate(pose.rot, self.axis)
+        return Spot(at, self.radius, axis, self.turn)
+
+    def place(self, pose: Pose, up: Vec, level: Vec) -> Vec:
+        """Where it touches (m, in the base) for a body at ``pose``; ``level`` is a direction in the
+        ground, for an upright rim, which has no lowest point."""
+        centre, axis = compose(pose, Pose(self.at)).xyz, rotate(pose.rot, self.axis)
         along = dot(up, axis)
-        way = [one - along * part for one, part in zip(up, axis, strict=True)]
-        size = hypot(*way) or 1.0
-        x, y, z = (-self.radius * part / size for part in way)
-        return (x, y, z)
+        x, y, z = (part - along * own for part, own in zip(up, axis, strict=True))
+        lowest = unit((-x, -y, -z)) if hypot(x, y, z) > UPRIGHT else level
+        side = cross(axis, lowest)
+        forth, aside = self.radius * cos(self.turn), self.radius * sin(self.turn)
+        x, y, z = (forth * a + aside * b for a, b in zip(lowest, side, strict=True))
+        return add(centre, (x, y, z))
+
+
+#: The sine of the tilt up to which a rim is upright; the code of a project has the same.
+UPRIGHT = 1e-9
+
+
+class Contact(msgspec.Struct):
+    """The force of the ground on a body."""
+
+    body: Body
+    links: list[str]
+    """The URDF links whose shapes touch."""
+    point: Point
+    """Where the force acts: the body's origin."""
+    spots: list[Spot]
+
+    @property
+    def bound(self) -> float:
+        """No spot is further than this from the body's origin (m)."""
+        return max(hypot(*spot.at) + spot.radius for spot in self.spots)
+
+    def places(self, pose: Pose, up: Vec, level: Vec) -> list[Vec]:
+        """Where the spots touch (m, in the base) for the body at ``pose``; see ``Spot.place``."""
+        return [spot.place(pose, up, level) for spot in self.spots]
 
 
 class Wrench(msgspec.Struct):
@@ -152,6 +185,8 @@ class Simulation(msgspec.Struct):
     driven: list[Coupling] = []
     """Followers that are moved by user code instead of by a constraint."""
     contacts: list[Contact] = []
+    stance: list[tuple[str, Vec]] = []
+    """The bodies that the robot stands on at the start, and where (m, in the base)."""
     wrenches: list[Wrench] = []
     springs: list[Connection] = []
     """Springs and dampers between two points.  User models hold their laws."""

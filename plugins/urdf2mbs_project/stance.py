@@ -19,7 +19,7 @@ from urdf2mbs.mbs.kinematics import Placed, Placement, place
 from urdf2mbs.messages.diagnostics import some
 from urdf2mbs.spatial import HERE, ZERO, Vec, add, compose, cross, dot, rotate, transpose
 from urdf2mbs.urdf.model import Geometry, Link
-from urdf2mbs_project.passes.contacts import lowest_points
+from urdf2mbs_project.passes.contacts import spots_of
 from urdf2mbs_project.passes.posture import limits_of
 from urdf2mbs_project.places import floating, way
 from urdf2mbs_project.simulation import Simulation
@@ -102,9 +102,10 @@ def _lowest(conversion: Conversion, placement: Placement) -> dict[str, float]:
     for link, (segment, pose) in conversion.parts().items():
         if segment is not conversion.ground:
             at = compose(placement.bodies[segment.body.name], pose)
-            points = lowest_points(conversion, link, at, 0.0)
-            if points:
-                heights[link] = min(dot(up, add(at.xyz, rotate(at.rot, one))) for one in points)
+            level = conversion.state(Simulation).across[0]
+            spots = spots_of(conversion, link)
+            if spots:
+                heights[link] = min(dot(up, one.place(at, up, level)) for one in spots)
     return heights
 
 

@@ -13,7 +13,10 @@ def summarise(conversion: Conversion) -> Summary:
             (one.point.sensor, Use(f"{one.kind} '{one.name}'", one.link, one.rotation))
             for one in simulation.sensors
         ),
-        *((one.point.extforce, Use("contact", one.link)) for one in simulation.contacts),
+        *(
+            (one.point.extforce, Use("contact", ", ".join(one.links)))
+            for one in simulation.contacts
+        ),
         *(
             (one.point.extforce, Use(f"wrench, user model '{one.model.name}'"))
             for one in simulation.wrenches

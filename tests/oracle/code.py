@@ -15,6 +15,7 @@ import numpy as np
 from oracle import equations, followers, forces, ground, joints, sensors, start
 from oracle.case import Case
 from urdf2mbs.conversion import Conversion
+from urdf2mbs_project.simulation import CONTACT_STATES
 from urdf2mbs_simulate.c_code import CCode, SensorInC, vector
 from urdf2mbs_simulate.data import MbsData
 from urdf2mbs_simulate.python_code import PythonCode, loaded
@@ -102,6 +103,7 @@ def _compare_c(case: Case) -> None:
             case.compare(f"force '{name}' in C", python.SWr[number][1:], given, "N, N m, m")
         for name, number in python.link_id.items():
             case.compare(f"spring '{name}' in C", python.Fl[number], data.Fl[number], "N")
+    _compare_ground(case, code)
     q, qd, qdd = case.go(1)
     read = getattr(code.library, f"{python.mbs_name}_imu")
     for sensor in case.simulation.sensors:
@@ -115,3 +117,25 @@ def _compare_c(case: Case) -> None:
         read(ctypes.byref(measured), data.sensor_id[name], code.at, *map(vector, given))
         should = np.concatenate(case.imu(sensor.name, place))
         case.compare(f"sensor '{sensor.name}' in C", should, given[:, 1:].ravel(), "", 1.0)
+
+
+def _compare_ground(case: Case, code: CCode) -> None:
+    python, data = case.data, code.data
+    for contact in case.simulation.contacts:
+        force = f"{contact.body.name}_contact_force"
+        states, number = (
+            python.user_model[CONTACT_STATES][contact.body.name],
+            python.extforce_id[force],
+        )
+        for touch in ground.touches(case, force, contact.spots):
+            python.ux[states] = data.ux[states] = touch.bent
+            should = case.external(force, touch.at, touch.speed, axes=touch.axes, spin=touch.spin)
+            motion = SensorInC()
+            motion.P[1:4], motion.V[1:4], motion.OM[1:4] = touch.at, touch.speed, touch.spin
+            for k, axis in enumerate(touch.axes, start=1):
+                motion.R[4 * k + 1 : 4 * k + 4] = axis
+            parts = (getattr(motion, name) for name in ("P", "R", "V", "OM", "A", "OMP"))
+            code.library.user_ExtForces(*parts, code.at, ctypes.c_double(0.0), number)
+            case.compare(f"force '{force}' in C", should, data.SWr[number][1:], "N, N m, m")
+            rates = python.uxd[states], data.uxd[states]
+            case.compare("the rates of bristles in C", *rates, "m/s or rad/s")

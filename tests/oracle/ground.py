@@ -1,132 +1,183 @@
 """The ground: a push along the normal that grows with depth and rate, and friction.
 
-The ground pushes with ``stiffness depth (1 + rate / speed)``, never pulls, and rubs against the
-slip with ``friction`` times the push, by a bristle that bends with the slip.  Friction and height
-are those asked for; the other numbers, which urdf2mbs chooses, are those of the .mbs.
+What touches first of a body, however it is turned, is the lowest point of the shapes that were
+asked for.  Each spot is pushed with ``stiffness depth (1 + rate / speed)``, never pulled, and rubs
+with at most ``friction`` times the push, by its bristle; the bristles of a body move as the body
+does.  Friction and height are those asked for; the other numbers, which urdf2mbs chooses, are those
+of the .mbs.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from fnmatch import fnmatchcase
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from oracle.case import Case
-from urdf2mbs.spatial import ZERO, rotate
-from urdf2mbs.urdf.model import Cylinder, Sphere
+from urdf2mbs.urdf.model import Box, Cylinder, Sphere
 from urdf2mbs_project.simulation import CONTACT_STATES
 
-#: Depth (m), rate and slip, in parts of the law's speeds.
-STATES = ((-0.1, 0.0, 1.0), (0.01, 0.0, 0.0), (0.02, 0.5, 40.0), (0.03, -0.5, 0.5), (0.01, -2, 1))
+#: Depth of the lowest spot (m), its rate and the slip of the body, in parts of the law's speeds.
+STATES = ((-0.1, 0.0, 1.0), (0.01, 0.0, 0.0), (0.02, 0.5, 40.0), (0.03, -0.5, 0.5), (0.3, -2, 1))
+
+
+class Touch(NamedTuple):
+    """A body in the ground: where its origin is, and how fast it moves."""
+
+    force: str
+    at: Any
+    axes: Any
+    """Rows are the axes of the body."""
+    speed: Any
+    spin: Any
+    bent: Any
 
 
 def prove(case: Case) -> None:
     options = case.asked.get("contacts")
-    contacts = {c.point.extforce.name: c.link for c in case.simulation.contacts if c.point.extforce}
+    contacts = {c.point.extforce.name: c for c in case.simulation.contacts if c.point.extforce}
     patterns = (*options.links, *options.roll, *options.points) if options else ()
-    rolling: dict[str, tuple[float, Any]] = {}
-    wanted = [n for n in case.robot.links if any(fnmatchcase(n, pattern) for pattern in patterns)]
-    for link in wanted:
-        forces = [force for force, of in contacts.items() if of == link]
-        meant = options.points.get(link)
-        if any(fnmatchcase(link, pattern) for pattern in options.roll):
-            shapes = _round(case, link)
-            meant = [part.origin.pose.xyz for part in shapes]
-            for force, part in zip(forces, shapes, strict=False):
-                rolling[force] = part.geometry.radius, _axis(case, link, force, part)
-        _prove_places(case, link, forces, meant)
-    if wanted:
-        friction = options.friction
-        if friction is None:  # the URDF's, of the link with the least
-            stated = [e.numbers for e in case.robot.extensions if e.reference in wanted]
-            numbers = [of["mu1"] for of in stated if of.get("mu1", -1.0) >= 0.0]
-            friction = min(*numbers, 100.0) if numbers else 0.8
-        law = {"ground": options.ground, "friction": friction}
-        case.compare("contact law", [*law.values()], [case.get("contact", k) for k in law], "", 1.0)
-    up = -np.array(case.gravity) if any(case.gravity) else np.array((0.0, 0.0, 1.0))
-    bristles = case.data.user_model.get(CONTACT_STATES, {}).get("slip", [])
-    for k, force in enumerate(contacts):
-        own = bristles[2 * k : 2 * k + 2]
-        _prove_law(case, force, up / np.linalg.norm(up), own, *rolling.get(force, (0.0, ZERO)))
-
-
-def _round(case: Case, link: str) -> list[Any]:
-    """The spheres and cylinders of a link."""
-    element = case.robot.links[link]
-    parts = [*(element.collisions or element.visuals)]
-    return [part for part in parts if isinstance(part.geometry, Sphere | Cylinder)]
-
-
-def _axis(case: Case, link: str, force: str, part: Any) -> Any:
-    """The direction of a cylinder's axis in the body; zero for a sphere."""
-    case.go(1)
-    own = rotate(part.origin.pose.rot, (0.0, 0.0, float(isinstance(part.geometry, Cylinder))))
-    return case.in_mbs(force).R @ case.on_link(link).R.T @ np.array(own)
-
-
-def _prove_places(case: Case, link: str, forces: list[str], meant: Any) -> None:
-    """The contact points are where they were asked for; without that, they move with the link."""
-    if not forces or (meant and len(meant) != len(forces)):
-        case.differ(f"link '{link}'", f"has {len(forces)} contact points")
+    if not patterns:
         return
-    for force, at in zip(forces, meant or [None] * len(forces), strict=True):
-        what = f"contact '{force}'"
-        if at is not None:
-            body, point = case.points[force]
-            case.compare_place(what, (body, point.name), link, at)
-            continue
-        places = []
-        for state in (1, 2):
-            case.go(state)
+    wanted = [n for n in case.robot.links if any(fnmatchcase(n, pattern) for pattern in patterns)]
+    touching = [link for contact in contacts.values() for link in contact.links]
+    for link in wanted:
+        if link not in touching:
+            case.differ(f"link '{link}'", "does not touch the ground")
+    friction = options.friction
+    if friction is None:  # the URDF's, of the link with the least
+        stated = [e.numbers for e in case.robot.extensions if e.reference in touching]
+        numbers = [of["mu1"] for of in stated if of.get("mu1", -1.0) >= 0.0]
+        friction = min(*numbers, 100.0) if numbers else 0.8
+    law = {"ground": options.ground, "friction": friction}
+    case.compare("contact law", [*law.values()], [case.get("contact", k) for k in law], "", 1.0)
+    up = _up(case)
+    axes = np.array([up, *case.simulation.across])
+    case.compare("the directions of bristles", np.eye(3), axes @ axes.T, "")
+    for force, contact in contacts.items():
+        _prove_places(case, force, contact.links, options)
+        for touch in touches(case, force, contact.spots):
+            _prove_law(case, touch, contact.spots)
+
+
+def lowest(case: Case, contact: Any) -> float:
+    """How high the lowest spot of a body is at the present state (m)."""
+    here = case.in_mbs(contact.point.extforce.name)
+    return float(min((here.P + _arms(contact.spots, here.R, _up(case))) @ _up(case)))
+
+
+def _up(case: Case) -> Any:
+    up = -np.array(case.gravity) if any(case.gravity) else np.array((0.0, 0.0, 1.0))
+    return up / np.linalg.norm(up)
+
+
+def touches(case: Case, force: str, spots: Any) -> Iterator[Touch]:
+    """A body in the ground at random, deep and less deep, fast and slow."""
+    up, ground = _up(case), case.get("contact", "ground")
+    speed, most = case.get("contact", "speed"), case.get("contact", "friction")
+    most *= case.get("contact", "bristle")
+    for depth, rate, fast in STATES:
+        axes = np.linalg.qr(case.random.normal(size=(3, 3)))[0]
+        axes[0] *= np.linalg.det(axes)
+        lowest = min(_arms(spots, axes, up) @ up)
+        at = case.random.uniform(-1.0, 1.0, 3)
+        at += (ground - depth - lowest - at @ up) * up
+        slip = fast * most / case.get("contact", "bristle_time") * case.random.normal(size=3)
+        spin = case.random.normal(size=3) * (np.linalg.norm(slip) + abs(rate) * speed)
+        bent = case.random.uniform(-1.0, 1.0, 3) * most * (2.0, 2.0, 20.0)
+        yield Touch(force, at, axes, slip - (slip @ up + rate * speed) * up, spin, bent)
+
+
+def _prove_places(case: Case, force: str, links: list[str], options: Any) -> None:
+    """The push begins where the lowest point of the shapes of the links is on the ground."""
+    case.go(1)
+    up, body = _up(case), case.in_mbs(force)
+    ground = case.get("contact", "ground")
+    for _ in range(20):
+        axes = np.linalg.qr(case.random.normal(size=(3, 3)))[0]
+        lowest = np.inf
+        for link in links:
             here = case.on_link(link)
-            places.append(here.R @ (case.in_mbs(force).P - here.P))
-        case.compare(f"{what}, seen from its link", places[0], places[1], "m", case.size)
+            turned = axes.T @ body.R @ here.R.T  # from the link's axes to the base's
+            origin = axes.T @ body.R @ (here.P - body.P)
+            lowest = min(lowest, origin @ up + _lowest(case, link, options, turned.T @ up))
+        for above, touches in ((1e-7, False), (-1e-7, True)):
+            at = (ground + above - lowest) * up
+            push = case.external(force, at, np.zeros(3), axes=axes)[:3] @ up
+            if bool(push > 0.0) != touches:
+                said = "pushes before" if push > 0.0 else "does not push when"
+                case.differ(f"contact '{force}'", f"the ground {said} a shape touches")
 
 
-def _prove_law(
-    case: Case, force: str, up: Any, bristle: list[int], radius: float, axis: Any
-) -> None:
-    """``bristle``: the places of its two numbers in ux.  ``radius``: of a ball, or of a wheel with
-    an axis in the body, whose lowest point touches."""
+def _lowest(case: Case, link: str, options: Any, up: Any) -> float:
+    """How high the lowest point of a link's shapes is above its origin (m)."""
+    if link in options.points:
+        return float(min(np.array(options.points[link]) @ up))
+    element = case.robot.links[link]
+    heights = []
+    for part in element.collisions or element.visuals:
+        own = np.array(part.origin.pose.rot).reshape(3, 3).T @ up
+        shape, middle = part.geometry, np.array(part.origin.pose.xyz) @ up
+        if isinstance(shape, Sphere):
+            heights.append(middle - shape.radius)
+        elif isinstance(shape, Cylinder):
+            flat = shape.length / 2 * abs(own[2])
+            heights.append(middle - flat - shape.radius * np.hypot(own[0], own[1]))
+        elif isinstance(shape, Box) and not any(fnmatchcase(link, p) for p in options.roll):
+            heights.append(middle - np.abs(own) @ np.array(shape.size) / 2)
+    return float(min(heights))
+
+
+def _arms(spots: Any, axes: Any, up: Any) -> Any:
+    """(spots, 3): from the body's origin to where they touch (m)."""
+    arms = []
+    for spot in spots:
+        arm, axis = np.array(spot.at) @ axes, np.array(spot.axis) @ axes
+        down = (up @ axis) * axis - up
+        size = np.linalg.norm(down)
+        forth = spot.radius * (down / size if size > 1e-9 else np.zeros(3))
+        arms.append(arm + np.cos(spot.turn) * forth + np.sin(spot.turn) * np.cross(axis, forth))
+    return np.array(arms)
+
+
+def _prove_law(case: Case, touch: Touch, spots: Any) -> None:
     names = ("ground", "stiffness", "speed", "friction", "bristle", "bristle_time")
     ground, stiffness, speed, friction, length, time = (case.get("contact", n) for n in names)
-    axes = _axes(case, force, up, bristle)
-    most = friction * length
-    for depth, rate, fast in STATES:
-        across = np.cross(case.random.uniform(-1.0, 1.0, 3), up)
-        way = across / np.linalg.norm(across)
-        normal = stiffness * max(depth, 0.0) * max(1.0 + rate, 0.0)
-        bent = case.random.uniform(-1.0, 1.0, 2) @ axes * 2.0 * most
-        case.data.ux[bristle] = axes @ bent
-        sliding = fast * most / time * way
-        pull = _shortened(bent + time * sliding, most) / length
-        rot, spin = np.linalg.qr(case.random.normal(size=(3, 3)))[0], case.random.normal(size=3)
-        own = np.array(axis) @ rot
-        arm = -radius * (up - (up @ own) * own) / np.linalg.norm(up - (up @ own) * own)
-        push = normal * (up - pull)
-        should = [*push, *np.cross(arm, push), *case.points[force][1].coordinates]
-        at = (ground - depth) * up + across - arm
-        velocity = sliding - rate * speed * up - np.cross(spin, arm)
-        found = case.external(force, at, velocity, axes=rot, spin=spin)
-        case.compare(f"contact '{force}'", should, found, "N, N m, m")
-        kept, moves = (_shortened(bent, most), sliding) if normal else (0.0 * bent, 0.0 * bent)
-        rates = axes @ (moves - (bent - kept) / time)
-        case.compare(f"bristle of '{force}'", rates, case.data.uxd[bristle], "m/s")
-
-
-def _axes(case: Case, force: str, up: Any, bristle: list[int]) -> Any:
-    """(2, 3): the directions of a bristle's two numbers, along the ground."""
-    ground, friction, length = (case.get("contact", n) for n in ("ground", "friction", "bristle"))
-    axes = np.zeros((2, 3))
-    for k in range(2):
-        case.data.ux[bristle] = np.eye(2)[k] * friction * length / 2
-        push = case.external(force, (ground - 0.01) * up, ZERO)[:3]
-        normal = push @ up
-        axes[k] = 2.0 / friction * (up - push / normal) if normal else ZERO
-    together = np.array([up, *axes])
-    case.compare(f"axes of the bristle of '{force}'", np.eye(3), together @ together.T, "")
-    return axes
+    up, across = _up(case), np.array(case.simulation.across)
+    contact = next(c for c in case.simulation.contacts if c.spots is spots)
+    states = case.data.user_model[CONTACT_STATES][contact.body.name]
+    force, torque, moves = np.zeros(3), np.zeros(3), []
+    for arm in _arms(spots, touch.axes, up):
+        depth = ground - (touch.at + arm) @ up
+        velocity = touch.speed + np.cross(touch.spin, arm)
+        normal = stiffness * max(depth, 0.0) * max(1.0 - velocity @ up / speed, 0.0)
+        bent = touch.bent[:2] + touch.bent[2] * (across @ np.cross(up, arm))
+        slip = across @ velocity
+        push = normal * (up - _shortened(bent + time * slip, friction * length) @ across / length)
+        force, torque = force + push, torque + np.cross(arm, push)
+        if normal:
+            rate = slip - (bent - _shortened(bent, friction * length)) / time
+            moves.append((np.sqrt(normal), across @ np.cross(up, arm), rate))
+    case.data.ux[states] = touch.bent
+    given = case.external(touch.force, touch.at, touch.speed, axes=touch.axes, spin=touch.spin)
+    should = [*force, *torque, *case.points[touch.force][1].coordinates]
+    case.compare(f"contact '{touch.force}'", should, given, "N, N m, m")
+    rates = -np.array(touch.bent) / time
+    if moves:  # the shift and the turn that are nearest to the rates, by the pushes
+        root, turned, wanted = (np.array(each) for each in zip(*moves, strict=True))
+        centre = root**2 @ turned / (root @ root)
+        spread = root**2 @ ((turned - centre) ** 2).sum(axis=1) / (root @ root)
+        part = min(max(spread / length**2 - 1.0, 0.0), 1.0)
+        rows = np.concatenate(
+            [weight * np.column_stack([np.eye(2), turn])
+             for weight, turn in zip(root, turned - centre, strict=True)]
+        )  # fmt: skip
+        fit = np.linalg.lstsq(rows, (root[:, None] * wanted).ravel(), rcond=None)[0]
+        turn = part * fit[2] + (1.0 - part) * rates[2]
+        rates = [*(fit[:2] - turn * centre), turn]
+    case.compare(f"bristles of '{touch.force}'", rates, case.data.uxd[states], "m/s, rad/s")
 
 
 def _shortened(vector: Any, most: float) -> Any:

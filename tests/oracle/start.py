@@ -6,6 +6,7 @@ from fnmatch import fnmatchcase
 from math import inf
 
 from oracle import followers
+from oracle import ground as ground_law
 from oracle.case import Case
 from urdf2mbs.proof.parameters import stated
 
@@ -34,10 +35,5 @@ def prove(case: Case) -> None:
     contacts = case.simulation.contacts
     if case.conversion.base.inserted is not None and ground and ground.stand and contacts:
         case.go(0)
-        up = case.simulation.up
-        places = [case.in_mbs(c.point.extforce.name) for c in contacts if c.point.extforce]
-        low = min(
-            (place.P + contact.arm(tuple(place.R.T.ravel()), up)) @ up
-            for contact, place in zip(contacts, places, strict=True)
-        )
+        low = min(ground_law.lowest(case, c) for c in contacts)
         case.compare("the lowest contact at start", ground.ground, low, "m", case.size)

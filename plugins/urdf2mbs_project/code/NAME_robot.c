@@ -11,6 +11,8 @@
 /* The place of a number in the struct of the user models; NONE: this robot has no such number. */
 #define AT(number) offsetof(UserModel, number)
 enum { NONE = -1 };
+/* The sine of the tilt up to which a rim is upright. */
+#define UPRIGHT 1e-9
 
 typedef struct { int follower, leader; double multiplier, offset; } Coupling;
 typedef struct {
@@ -25,9 +27,11 @@ typedef struct { int joint; size_t most; } Effort;
 typedef struct {
     size_t ground, stiffness, speed, friction, bristle, bristle_time;
 } Ground;
-/* state: the place of its bristle in ux. A ball or a wheel has a radius, and a wheel an axis in
- * the body: its lowest point touches. */
-typedef struct { int force, state; double radius, axis[3]; } Contact;
+/* What may touch of a body, in its frame: a point; a sphere, which has a radius; or a point of a rim,
+ * which has an axis, too, and is turned away from the lowest point of the rim (rad). */
+typedef struct { double radius, at[3], axis[3], turn; } Spot;
+/* state: the place of its bristles in ux. No spot is further from the body's origin than bound. */
+typedef struct { int force, state, first, count; double bound; } Contact;
 typedef struct { int force; size_t start, stop, parts[6]; } Wrench;
 typedef struct { int link; size_t stiffness, length, damping; } Spring;
 typedef struct { int isens; double axes[9]; } Sensor; /* its axes in the body, row by row */
@@ -94,32 +98,20 @@ static double stop_force(double depth, double rate, double stiffness, double spe
     return fmax(0.0, stiffness * depth * (1.0 + rate / speed));
 }
 
-/* The part of a vector that is not longer than most. */
-static double shortened(int n, const double *vector, double most)
+static double between(double low, double value, double high)
 {
-    const double size = n == 1 ? fabs(vector[0]) : hypot(vector[0], vector[1]);
-
-    return size <= most ? 1.0 : most / size;
+    return fmax(low, fmin(high, value));
 }
 
-/* How far a bristle is bent (rad or m; n is 1 or 2), as it pulls: at most by most. ux[state] and on
- * is how far it is bent. What is more than most slips back within time. So friction keeps a joint
- * or a foot at rest that is pulled by less than friction. */
-static void bristle(MbsData *mbs_data, int state, int n, const double *rates, double most,
-    double time, double *pull)
+/* How far the bristle of a joint is bent (rad or m), as it pulls: at most by most. ux[state] is how
+ * far it is bent. What is more than most slips back within time. So friction keeps a joint at rest
+ * that is pulled by less than friction. */
+static double bristle(MbsData *mbs_data, int state, double rate, double most, double time)
 {
-    const double *bent = mbs_data->ux + state;
-    const double lost = 1.0 - shortened(n, bent, most);
-    double part;
+    const double bent = mbs_data->ux[state];
 
-    for (int k = 0; k < n; k++) {
-        mbs_data->uxd[state + k] = rates[k] - lost * bent[k] / time;
-        pull[k] = bent[k] + time * rates[k];
-    }
-    part = shortened(n, pull, most);
-    for (int k = 0; k < n; k++) {
-        pull[k] *= part;
-    }
+    mbs_data->uxd[state] = rate - (bent - between(-most, bent, most)) / time;
+    return between(-most, bent + time * rate, most);
 }
 
 double NAME_within_effort(const MbsData *mbs_data, int joint, double push)
@@ -130,7 +122,7 @@ double NAME_within_effort(const MbsData *mbs_data, int joint, double push)
         e++;
     }
     if (e->joint != 0 && number(mbs_data, e->most) > 0.0) {
-        return fmax(-number(mbs_data, e->most), fmin(number(mbs_data, e->most), push));
+        return between(-number(mbs_data, e->most), push, number(mbs_data, e->most));
     }
     return push;
 }
@@ -154,12 +146,10 @@ void NAME_joint_forces(MbsData *mbs_data)
     if (number(mbs_data, joint_forces.friction) != 0.0) {
         for (const Friction *f = frictions; f->joint != 0; f++) {
             const double stiffness = number(mbs_data, f->stiffness);
-            double pull;
+            const double most = number(mbs_data, f->coefficient) / stiffness;
 
-            bristle(mbs_data, f->state, 1, qd + f->joint,
-                number(mbs_data, f->coefficient) / stiffness,
-                number(mbs_data, joint_forces.friction_time), &pull);
-            Qq[f->joint] -= stiffness * pull;
+            Qq[f->joint] -= stiffness * bristle(mbs_data, f->state, qd[f->joint], most,
+                number(mbs_data, joint_forces.friction_time));
         }
     }
     if (number(mbs_data, joint_forces.stops) != 0.0) {
@@ -187,36 +177,12 @@ void NAME_joint_forces(MbsData *mbs_data)
 
 /* --- external forces --- */
 
-/* The force of the ground on a point: a compliant normal force, and friction up to friction times
- * the normal force by a bristle. */
-static void ground_force(const double P[4], const double V[4], MbsData *mbs_data, int state,
-    double force[7])
+static double dot(const double *a, const double *b)
 {
-    const double depth = number(mbs_data, ground.ground)
-        - (up[1] * P[1] + up[2] * P[2] + up[3] * P[3]);
-    const double rise = up[1] * V[1] + up[2] * V[2] + up[3] * V[3];
-    const double normal = number(mbs_data, ground.stiffness) * depth
-        * (1.0 - rise / number(mbs_data, ground.speed));
-    const int touches = depth > 0.0 && normal > 0.0; /* the ground pushes and never pulls */
-    const double friction = touches ? number(mbs_data, ground.friction) : 0.0;
-    const double length = number(mbs_data, ground.bristle);
-    double slip[2], pull[2];
-
-    for (int i = 0; i < 2; i++) {
-        const double *way = across + 3 * i;
-
-        /* in the air, the bristle springs back */
-        slip[i] = touches ? way[0] * V[1] + way[1] * V[2] + way[2] * V[3] : 0.0;
-    }
-    bristle(mbs_data, state, 2, slip, friction * length, number(mbs_data, ground.bristle_time),
-        pull);
-    for (int i = 1; i <= 3 && touches; i++) {
-        force[i] = normal
-            * (up[i] - (pull[0] * across[i - 1] + pull[1] * across[i + 2]) / length);
-    }
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/* c[0] to c[2]: the vector product of two vectors. */
+/* c: the vector product of two vectors. */
 static void cross(const double *a, const double *b, double *c)
 {
     c[0] = a[1] * b[2] - a[2] * b[1];
@@ -224,31 +190,138 @@ static void cross(const double *a, const double *b, double *c)
     c[2] = a[0] * b[1] - a[1] * b[0];
 }
 
-/* The force of the ground on a contact, and the torque about the centre of a ball or a wheel. */
-static void contact_force(const Contact *contact, double P[4], double R[4][4], double V[4],
-    double OM[4], MbsData *mbs_data, double force[7])
+/* From a body's origin to where a spot touches (m), in the axes of the base. */
+static void reach(const Spot *spot, double R[4][4], double *arm)
 {
-    double axis[4], arm[4], spin[4], at[4], speed[4], along = 0.0, size = 0.0;
+    double axis[3], lowest[3], side[3], along, size;
 
-    for (int i = 1; i <= 3; i++) { /* the rows of R are the axes of the body */
-        axis[i] = contact->axis[0] * R[1][i] + contact->axis[1] * R[2][i]
-            + contact->axis[2] * R[3][i];
-        along += up[i] * axis[i];
+    for (int i = 0; i < 3; i++) { /* the rows of R are the axes of the body */
+        arm[i] = spot->at[0] * R[1][i + 1] + spot->at[1] * R[2][i + 1] + spot->at[2] * R[3][i + 1];
+        axis[i] = spot->axis[0] * R[1][i + 1] + spot->axis[1] * R[2][i + 1]
+            + spot->axis[2] * R[3][i + 1];
     }
-    for (int i = 1; i <= 3; i++) {
-        arm[i] = up[i] - along * axis[i];
-        size = hypot(size, arm[i]);
+    if (spot->radius == 0.0) {
+        return;
     }
-    for (int i = 1; i <= 3; i++) {
-        arm[i] *= size > 0.0 ? -contact->radius / size : 0.0;
+    along = dot(up, axis);
+    for (int i = 0; i < 3; i++) {
+        lowest[i] = along * axis[i] - up[i];
     }
-    cross(OM + 1, arm + 1, spin + 1);
-    for (int i = 1; i <= 3; i++) {
-        at[i] = P[i] + arm[i];
-        speed[i] = V[i] + spin[i];
+    size = sqrt(dot(lowest, lowest));
+    for (int i = 0; i < 3; i++) { /* an upright rim has no lowest point */
+        lowest[i] = size > UPRIGHT ? lowest[i] / size : across[i];
     }
-    ground_force(at, speed, mbs_data, contact->state, force);
-    cross(arm + 1, force + 1, force + 4);
+    cross(axis, lowest, side);
+    for (int i = 0; i < 3; i++) {
+        arm[i] += spot->radius * (cos(spot->turn) * lowest[i] + sin(spot->turn) * side[i]);
+    }
+}
+
+/* What the ground does to a body, by sums over its spots that are pushed: their normal force n; n by
+ * up x arm (turned) and its square; n by the rate of the bristle, and by both. */
+typedef struct { double n, turned[2], square, rate[2], both, force[6]; } Sums;
+
+/* How far a bristle is bent, shortened to the length most. */
+static void shorten(double *bent, double most)
+{
+    const double size = hypot(bent[0], bent[1]);
+
+    if (size > most) {
+        bent[0] *= most / size;
+        bent[1] *= most / size;
+    }
+}
+
+/* A spot below the ground is pushed with n = stiffness depth (1 - rise / speed), never pulled, and
+ * rubs by a bristle, up to friction times n. The bristles of a body move as the body does, by two
+ * shifts and a turn, which are its states: that of a spot is bent by shift + turn up x arm. */
+static void add_spot(const double *arm, double depth, const double *speed, MbsData *mbs_data,
+    const double *bent, Sums *sums)
+{
+    const double length = number(mbs_data, ground.bristle);
+    const double time = number(mbs_data, ground.bristle_time);
+    const double most = number(mbs_data, ground.friction) * length;
+    const double n = number(mbs_data, ground.stiffness) * depth
+        * (1.0 - dot(up, speed) / number(mbs_data, ground.speed));
+    const double turned[2] = {-dot(across + 3, arm), dot(across, arm)};
+    double here[2], kept[2], pull[2], rate[2], force[3], torque[3];
+
+    if (n <= 0.0) {
+        return;
+    }
+    for (int i = 0; i < 2; i++) {
+        rate[i] = dot(across + 3 * i, speed);
+        kept[i] = here[i] = bent[i] + bent[2] * turned[i];
+        pull[i] = here[i] + time * rate[i];
+    }
+    shorten(kept, most); /* what is bent too far slips back within bristle_time */
+    shorten(pull, most);
+    for (int i = 0; i < 2; i++) {
+        rate[i] -= (here[i] - kept[i]) / time;
+        sums->turned[i] += n * turned[i];
+        sums->rate[i] += n * rate[i];
+    }
+    sums->n += n;
+    sums->square += n * (turned[0] * turned[0] + turned[1] * turned[1]);
+    sums->both += n * (turned[0] * rate[0] + turned[1] * rate[1]);
+    for (int i = 0; i < 3; i++) {
+        force[i] = n * (up[i] - (pull[0] * across[i] + pull[1] * across[i + 3]) / length);
+    }
+    cross(arm, force, torque);
+    for (int i = 0; i < 3; i++) {
+        sums->force[i] += force[i];
+        sums->force[i + 3] += torque[i];
+    }
+}
+
+/* The force and torque of the ground on a body, at its origin, and the rates of its bristles: the
+ * shift and the turn that are nearest to how they would move, each by itself. */
+static void ground_force(const Contact *contact, const double P[4], double R[4][4],
+    const double V[4], const double OM[4], MbsData *mbs_data, double force[7])
+{
+    const double time = number(mbs_data, ground.bristle_time);
+    const double *bent = mbs_data->ux + contact->state;
+    double *rates = mbs_data->uxd + contact->state;
+    const double above = dot(up, P + 1) - number(mbs_data, ground.ground);
+    double arm[3], speed[3], centre[2], spread, part;
+    Sums sums = {0};
+
+    for (int i = 0; i < 3; i++) { /* in the air, the bristles spring back */
+        rates[i] = -bent[i] / time;
+    }
+    for (int k = 0; k < contact->count && above < contact->bound; k++) {
+        double depth;
+
+        reach(&spots[contact->first + k], R, arm);
+        depth = -(above + dot(up, arm));
+        if (depth > 0.0) {
+            cross(OM + 1, arm, speed);
+            for (int i = 0; i < 3; i++) {
+                speed[i] += V[i + 1];
+            }
+            add_spot(arm, depth, speed, mbs_data, bent, &sums);
+        }
+    }
+    if (sums.n == 0.0) {
+        return;
+    }
+    for (int i = 0; i < 6; i++) {
+        force[i + 1] = sums.force[i];
+    }
+    for (int i = 0; i < 2; i++) {
+        centre[i] = sums.turned[i] / sums.n;
+        rates[i] = sums.rate[i] / sums.n;
+        sums.both -= centre[i] * sums.rate[i];
+    }
+    spread = sums.square / sums.n - centre[0] * centre[0] - centre[1] * centre[1];
+    /* one spot alone does not resist a turn */
+    part = between(0.0, spread / pow(number(mbs_data, ground.bristle), 2.0) - 1.0, 1.0);
+    rates[2] *= 1.0 - part;
+    if (part > 0.0) {
+        rates[2] += part * sums.both / (sums.n * spread);
+    }
+    rates[0] -= rates[2] * centre[0];
+    rates[1] -= rates[2] * centre[1];
 }
 
 void NAME_external_force(double PxF[4], double RxF[4][4], double VxF[4], double OMxF[4],
@@ -259,7 +332,7 @@ void NAME_external_force(double PxF[4], double RxF[4][4], double VxF[4], double 
     }
     for (const Contact *c = contacts; c->force != 0; c++) {
         if (c->force == ixF) {
-            contact_force(c, PxF, RxF, VxF, OMxF, mbs_data, force);
+            ground_force(c, PxF, RxF, VxF, OMxF, mbs_data, force);
         }
     }
     for (const Wrench *w = wrenches; w->force != 0; w++) {

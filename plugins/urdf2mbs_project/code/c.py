@@ -78,10 +78,10 @@ def _tables(mbs: Mbs, simulation: Simulation) -> str:
             _table("Stop", "stops", numbers.stops()),
             _table("Hold", "holds", rows("hold_stiffness", "hold_damping")),
             _table("Effort", "efforts", rows("effort")),
-            f"static const double up[4] = {{0.0, {_row(simulation.up)}}};\n",
+            f"static const double up[3] = {{{_row(simulation.up)}}};\n",
             f"static const double across[6] = {{{_row(sum(simulation.across, ()))}}};\n",
             f"static const Ground ground = {{{ground}}};\n\n",
-            _table("Contact", "contacts", _contacts(mbs, simulation)),
+            _contacts(mbs, simulation),
             _table("Wrench", "wrenches", map(numbers.wrench, simulation.wrenches)),
             _table("Spring", "springs", rows("link_stiffness", "link_length", "link_damping")),
             _table("Sensor", "sensors", sensors, f"{{0, {{{_row(IDENTITY)}}}}}"),
@@ -133,13 +133,21 @@ class _Numbers:
         return f"{force_of(wrench.point)}_id", start, stop, f"{{{', '.join(parts)}}}"
 
 
-def _contacts(mbs: Mbs, simulation: Simulation) -> list[tuple[str, ...]]:
-    """The force of each contact, the first of its two states, and what rolls."""
-    first = state_numbers(mbs, CONTACT_STATES).get("slip", 0)
-    return [
-        (f"{force_of(one.point)}_id", str(first + 2 * k), repr(one.radius), f"{{{_row(one.axis)}}}")
-        for k, one in enumerate(simulation.contacts)
-    ]
+def _contacts(mbs: Mbs, simulation: Simulation) -> str:
+    """What of each body may touch the ground, and the force of the ground on it."""
+    states, spots = state_numbers(mbs, CONTACT_STATES), 0
+    rows: list[tuple[str, ...]] = []
+    for one in simulation.contacts:
+        state = states.get(one.body.name, 0)
+        first = (str(state), str(spots), str(len(one.spots)))
+        rows.append((f"{force_of(one.point)}_id", *first, repr(one.bound)))
+        spots += len(one.spots)
+    all_spots = (
+        (repr(s.radius), f"{{{_row(s.at)}}}", f"{{{_row(s.axis)}}}", repr(s.turn))
+        for one in simulation.contacts
+        for s in one.spots
+    )
+    return _table("Spot", "spots", all_spots) + _table("Contact", "contacts", rows)
 
 
 def _laws(simulation: Simulation) -> str:

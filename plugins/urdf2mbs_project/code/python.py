@@ -37,7 +37,6 @@ def _tables(mbs: Mbs, simulation: Simulation) -> str:
         f.name: (tuple(joint.name for joint in f.joints), f.rotation)
         for f in simulation.force_torques
     }
-    rolling = [contact for contact in simulation.contacts if contact.radius]
     step = (
         "# A step (s) that a Runge-Kutta integrator can take with these numbers. What bounds it:\n"
     )
@@ -49,15 +48,15 @@ def _tables(mbs: Mbs, simulation: Simulation) -> str:
         _assign("DRIVEN", couplings(simulation.driven)),
         "\n# Joints that follow from the constraints.\n",
         _assign("DEPENDENT", dependent(mbs)),
-        "\n# External forces from the ground, and the URDF link of each.\n",
-        _assign("CONTACTS", {force_of(c.point): c.link for c in simulation.contacts}),
-        "# Balls and wheels, whose lowest point touches: radius, and a wheel's axis in the body.\n",
-        _assign("ROLLING", {force_of(c.point): (c.radius, c.axis) for c in rolling}),
-        f"UP = {simulation.up!r}\n",
-        f"ACROSS = {tuple(tuple(x + 0.0 for x in way) for way in simulation.across)!r}\n",
-        "\n# Friction: where its states are in ux, two for each contact.\n",
+        "\n# External forces of the ground, each with the links of its body, and what of them may\n"
+        "# touch, in the body (m): points; spheres, with a radius; points of rims, with a\n"
+        "# radius, the axis, and the turn from the lowest point (rad).\n",
+        _contacts(simulation),
+        f"UP = np.array({simulation.up!r})\n",
+        f"ACROSS = np.array({tuple(tuple(x + 0.0 for x in way) for way in simulation.across)!r})\n",
+        "\n# Friction: where its states are in ux, three for each body that may touch.\n",
         _assign("FRICTION_STATES", state_numbers(mbs, JOINT_STATES)),
-        f"CONTACT_STATE = {state_numbers(mbs, CONTACT_STATES).get('slip', 0)}\n",
+        f"CONTACT_STATE = {min(state_numbers(mbs, CONTACT_STATES).values(), default=0)}\n",
         "\n# Other external forces, each with the user model that says how large it is.\n",
         _assign("WRENCHES", {force_of(w.point): w.model.name for w in simulation.wrenches}),
         "\n# Springs and dampers between two points.\n",
@@ -72,6 +71,19 @@ def _tables(mbs: Mbs, simulation: Simulation) -> str:
         _assign("PLOTTED", plotted(mbs)),
     ]
     return "".join(parts)
+
+
+def _contacts(simulation: Simulation) -> str:
+    """The forces of the ground, a spot on each line."""
+    lines = ["CONTACTS = {\n"]
+    for contact in simulation.contacts:
+        links = _literal(tuple(contact.links))
+        lines.append(f"    {_literal(force_of(contact.point))}: ({links}, [\n")
+        for at, radius, axis, turn in contact.spots:
+            rim = (*axis, turn) if any(axis) else ()
+            lines.append(f"        {_literal((*at, radius, *rim) if radius else at)},\n")
+        lines.append("    ]),\n")
+    return "".join([*lines, "}\n"])
 
 
 def _laws(simulation: Simulation) -> str:

@@ -23,7 +23,6 @@ from urdf2mbs.conversion import Conversion
 from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.model import Parameter, UserModel
 from urdf2mbs.ranges import rounded
-from urdf2mbs.spatial import add
 from urdf2mbs_project.places import floating, point_at, way
 from urdf2mbs_project.simulation import CONTACT_STATES, JOINT_STATES, Simulation
 
@@ -115,8 +114,7 @@ def _add_hold(conversion: Conversion, mass: Mass, reduction: Array) -> None:
 
 def _carry(simulation: Simulation, mass: Mass, reduction: Array) -> list[float]:
     """The inertia that each joint carries (kg m^2, kg), with all that follows it."""
-    owners = {id(point): body.name for body in mass.mbs.bodies for point in body.points}
-    feet = {owners[id(contact.point)] for contact in simulation.contacts}
+    feet = {body for body, _ in simulation.stance}
     reduced = reduction.T @ mass.matrix @ reduction
     whole = mass.behind[[placed.before < 0 for placed in mass.placement.joints]].sum(axis=0)
     floats = floating(mass.mbs) is not None
@@ -188,25 +186,20 @@ def _slopes(
         yield Slope("spring", name, reduction[index[name]], max(value, 0.0), 0.0)
     for name, value in models.get("hold_stiffness", {}).items():
         yield Slope("hold", name, reduction[index[name]], value, models["hold_damping"][name])
-    contacts = conversion.state(Simulation).contacts
-    if contacts:
+    stance = conversion.state(Simulation).stance
+    if stance:
         law = models["contact"]
         up = np.array(conversion.state(Simulation).up)
         total = sum(body.mass or 0.0 for body in mass.mbs.bodies)
-        share = total * hypot(*mass.mbs.base.gravity) / len(contacts)
-        owners = {id(point): body.name for body in mass.mbs.bodies for point in body.points}
+        share = total * hypot(*mass.mbs.base.gravity) / len(stance)
         _, _, plane = np.linalg.svd(up[None])
-        for contact in contacts:
-            body = owners[id(contact.point)]
-            at = point_at(mass.placement, mass.mbs, body, contact.point.name)
-            rot = mass.placement.bodies[body].rot
-            at = add(at, contact.arm(rot, conversion.state(Simulation).up))
+        for body, at in stance:
             moved = mass.point(body, at) @ reduction
-            yield Slope("contact", contact.link, up @ moved, law["stiffness"], share / law["speed"])
+            yield Slope("contact", body, up @ moved, law["stiffness"], share / law["speed"])
             stiffness = share / law["bristle"]
             damping = stiffness * law["bristle_time"]
             for way in plane[1:]:
-                yield Slope("slip", contact.link, way @ moved, stiffness, damping)
+                yield Slope("slip", body, way @ moved, stiffness, damping)
     for link in conversion.state(Simulation).springs:
         (one, here), (two, there) = (
             (at, mass.point(end[0], at))
@@ -255,10 +248,10 @@ def _write(conversion: Conversion, models: Models) -> list[str]:
 def _add_states(conversion: Conversion, models: Models) -> None:
     """Add the states of bristles, last of all: a struct of C keeps its places in front of them."""
     rubbing = models.get("friction_stiffness", {})
-    feet = len(conversion.state(Simulation).contacts)
+    touching = [contact.body.name for contact in conversion.state(Simulation).contacts]
     for name, states in (
         (JOINT_STATES, [Parameter(joint, "state", ("0.0",)) for joint in rubbing]),
-        (CONTACT_STATES, [Parameter("slip", "state", ("0.0",) * 2 * feet)] if feet else []),
+        (CONTACT_STATES, [Parameter(body, "state", ("0.0",) * 3) for body in touching]),
     ):
         if states:
             conversion.mbs.user_models.append(UserModel(name, states))

@@ -18,8 +18,16 @@ from urdf2mbs.mbs.model import (
     Sensor,
     UserModel,
 )
+from urdf2mbs.spatial import ZERO
 from urdf2mbs_project.code import c, python
-from urdf2mbs_project.simulation import CONTACT_STATES, JOINT_STATES, Contact, Coupling, Simulation
+from urdf2mbs_project.simulation import (
+    CONTACT_STATES,
+    JOINT_STATES,
+    Contact,
+    Coupling,
+    Simulation,
+    Spot,
+)
 from urdf2mbs_project.stability import Slope, fastest, longest_steps
 
 FLOATING = [f"base_{kind}" for kind in ("T1", "T2", "T3", "R1", "R2", "R3")]
@@ -39,12 +47,15 @@ def robot() -> tuple[Mbs, Simulation]:
         user_models=[
             UserModel.of("friction", {"lift": 1.0, "a_swing": 2.0}),
             UserModel(JOINT_STATES, [Parameter("a_swing", "state", ("0.0",))]),
-            UserModel(CONTACT_STATES, [Parameter("slip", "state", ("0.0",) * 4)]),
+            UserModel(CONTACT_STATES, [Parameter(n, "state", ("0.0",) * 3) for n in "ab"]),
         ],
     )  # fmt: skip
     simulation = Simulation(
         couplings=[Coupling(mbs.bodies[1].joints[0], mbs.bodies[0].joints[0], 2.0, -0.0)],
-        contacts=[Contact("a", foot) for foot in feet],
+        contacts=[
+            Contact(body, [body.name], foot, [Spot((1.0, 2.0, 2.0)), Spot(ZERO, 0.5)])
+            for body, foot in zip(mbs.bodies, feet, strict=True)
+        ],
     )
     return mbs, simulation
 
@@ -53,8 +64,9 @@ def test_states_of_friction_are_named_by_their_places() -> None:
     """In C 0 is none: a joint without a state has no friction."""
     text = c.generated(*robot())["r_tables.h"].decode()
     rows = re.findall(r"\{(\w+)_id, AT\(friction.*, (\d)\},\n", text)
-    rows += re.findall(r"\{(touch\d)_id, (\d), 0.0, \{0.0, 0.0, 0.0\}\},\n", text)
-    assert rows == [("a_swing", "1"), ("touch1", "2"), ("touch2", "4")]
+    rows += re.findall(r"\{(touch\d)_id, (\d), (\d, 2, 3.0)\},\n", text)
+    assert rows == [("a_swing", "1"), ("touch1", "2", "0, 2, 3.0"), ("touch2", "5", "2, 2, 3.0")]
+    assert "{0.5, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, 0.0},\n" in text
     assert "{still_id, lift_id, 2.0, 0.0},\n" in text  # not -0.0
     module = python.robot_module(*robot()).decode()
     assert "CONTACT_STATE = 2\n" in module

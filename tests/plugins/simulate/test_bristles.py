@@ -85,36 +85,72 @@ def test_a_ladder_stands_by_friction_alone(tmp_path: Path) -> None:
 
 @settings(max_examples=60, deadline=None)
 @given(
-    motion=st.lists(
-        st.tuples(st.floats(-3, 3), st.floats(-3, 3), st.floats(0.001, 0.02)), min_size=1,
-        max_size=8,
-    ),
-    most=st.floats(1e-4, 0.1), plane=st.booleans(),
-)  # fmt: skip
+    motion=st.lists(st.tuples(st.floats(-3, 3), st.floats(0.001, 0.02)), min_size=1, max_size=8),
+    most=st.floats(1e-4, 0.1),
+)
 def test_a_bristle_gives_back_no_more_than_it_took(
-    bristle: Any, motion: list[tuple[float, float, float]], most: float, plane: bool
+    robot: Any, motion: list[tuple[float, float]], most: float
 ) -> None:
     """Its work is at least what it holds, spring energy up to ``most``; no pull is above most."""
-    size, time, work = 2 if plane else 1, 0.005, 0.0
-    data = SimpleNamespace(ux=np.zeros(size + 1), uxd=np.zeros(size + 1))
-    for *speeds, duration in motion:
+    time, work = 0.005, 0.0
+    data = SimpleNamespace(ux=np.zeros(2), uxd=np.zeros(2))
+    for rate, duration in motion:
         for _ in range(200):
-            rates = speeds[:size]
-            pull = bristle(data, 1, rates, most, time)
-            assert np.hypot.reduce(pull) <= most * (1 + 1e-12)
-            work += np.dot(pull, rates) * duration / 200
+            pull = robot.bristle(data, 1, rate, most, time)
+            assert abs(pull) <= most * (1 + 1e-12)
+            work += pull * rate * duration / 200
             data.ux += data.uxd * duration / 200
-    bent = min(float(np.hypot.reduce(data.ux[1:])), most)
-    way = sum(np.hypot.reduce(speeds[:size]) * duration for *speeds, duration in motion)
+    bent = min(abs(data.ux[1]), most)
+    way = sum(abs(rate) * duration for rate, duration in motion)
     assert np.isfinite(work)
     assert work >= bent**2 / 2 - 0.02 * most * way - 1e-12
 
 
+@settings(max_examples=40, deadline=None)
+@given(
+    motion=st.lists(
+        st.tuples(*[st.floats(-0.5, 0.5)] * 2, st.floats(-5, 5), st.floats(0.001, 0.02)),
+        min_size=1, max_size=6,
+    ),
+    tilt=st.floats(-0.004, 0.004),
+)  # fmt: skip
+def test_the_bristles_of_a_body_give_back_no_more_than_they_took(
+    robot: Any, motion: list[tuple[float, float, float, float]], tilt: float
+) -> None:
+    """A plate slides and turns on the ground, pressed unevenly; each spot holds N bent^2 / 2."""
+    data = SimpleNamespace(ux=np.zeros(4), uxd=np.zeros(4), user_model={"contact": GROUND})
+    corners = [(x, y, tilt * (x + 2 * y)) for x in (-0.1, 0.1) for y in (-0.05, 0.05)]
+    plate, P, R = robot.contact(1, corners), np.array([0.0, 0.0, 0.0, -0.001]), np.eye(4)
+    work = way = 0.0
+    for vx, vy, spin, duration in motion:
+        V, OM = np.array([0.0, vx, vy, 0.0]), np.array([0.0, 0.0, 0.0, spin])
+        for _ in range(100):
+            force = np.array(robot.ground_force(plate, P, R, V, OM, data))
+            turned = spin * duration / 100
+            power = -(force[:3] @ V[1:] + force[3:] @ OM[1:])
+            work += power * duration / 100
+            way += (np.hypot(vx, vy) + abs(spin) * 0.12) * duration / 100
+            assert np.hypot(force[0], force[1]) <= 0.8 * force[2] * (1 + 1e-9)
+            data.ux += data.uxd * duration / 100
+            R[1:, 1:] = R[1:, 1:] @ [
+                [np.cos(turned), np.sin(turned), 0.0], [-np.sin(turned), np.cos(turned), 0.0],
+                [0.0, 0.0, 1.0],
+            ]  # fmt: skip
+    assert np.isfinite(work)
+    assert work >= -0.02 * 0.8 * force[2] * way - 1e-9
+
+
+GROUND = {
+    "ground": 0.0, "stiffness": 1e4, "speed": 0.05, "friction": 0.8, "bristle": 0.001,
+    "bristle_time": 0.02,
+}  # fmt: skip
+
+
 @pytest.fixture(scope="module")
-def bristle(tmp_path_factory: pytest.TempPathFactory) -> Any:
+def robot(tmp_path_factory: pytest.TempPathFactory) -> Any:
     project = make(tmp_path_factory.mktemp("bristle"), TINY)
     with user_functions(project) as user:
-        return user["user_JointForces"].robot.bristle
+        return user["user_JointForces"].robot
 
 
 def test_states_stand_last_and_are_found(tmp_path: Path) -> None:
@@ -130,7 +166,7 @@ def test_states_stand_last_and_are_found(tmp_path: Path) -> None:
     names = [model.name for model in data.mbs.user_models]
     assert names[-2:] == ["friction_state", "contact_state"]
     assert data.user_model["friction_state"] == {"axle_1": 1}
-    assert data.user_model["contact_state"] == {"slip": [2, 3, 4, 5]}
+    assert data.user_model["contact_state"] == {"arm": [2, 3, 4]}
     plain = convert_text(text, base="fixed", passes={"contacts": {"points": points}})
     assert not [p for m in plain.mbs.user_models for p in m.parameters if p.type == "state"]
 

@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 import re
-from itertools import pairwise
-from math import sin, sqrt
+from math import cos, sin, sqrt
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from proving import SOLID, codes, joint, link, models, robot
 from urdf2mbs import Result, convert
 from urdf2mbs.mbs.kinematics import place
-from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.spatial import Vec, dot
 from urdf2mbs.testing import TINY, convert_text
-from urdf2mbs_project.places import point_at
+from urdf2mbs_project.simulation import Contact, Simulation, Spot
 
 ROOT = Path(__file__).resolve().parents[4]
 BIPED = ROOT / "configs" / "biped.urdf.xacro"
@@ -25,26 +26,23 @@ STANCE = {"*_hip_pitch": -0.3, "*_knee": 0.6, "*_ankle": -0.3}
 HAND = {"points": {"hand": [[0, 0, 0]]}}
 
 
-def touching(result: Result) -> list[tuple[float, ...]]:
-    """The contact points, each in its body."""
-    points = (point for body in result.mbs.bodies for point in body.points)
-    return [point.coordinates for point in points if point.extforce is not None]
+def contacts(result: Result) -> list[Contact]:
+    return result.conversion.state(Simulation).contacts
 
 
-def heights(mbs: Mbs, up: Vec = (0.0, 0.0, 1.0)) -> list[float]:
-    """How high the contact points are."""
-    placement = place(mbs)
-    return [
-        dot(up, point_at(placement, mbs, body.name, point.name))
-        for body in mbs.bodies
-        for point in body.points
-        if point.extforce is not None
-    ]
+def points(result: Result) -> list[tuple[float, ...]]:
+    """The points that touch, each in its body; not what is round."""
+    return [spot.at for one in contacts(result) for spot in one.spots if not spot.radius]
+
+
+def heights(result: Result, up: Vec = (0.0, 0.0, 1.0)) -> list[float]:
+    """How high the places are on which the robot stands."""
+    return [dot(up, at) for _, at in result.conversion.state(Simulation).stance]
 
 
 def test_the_robot_stands_on_its_lowest_points() -> None:
     passes = {"posture": {"joints": STANCE}, "contacts": {"links": ["*_foot"]}}
-    found = heights(convert(BIPED, passes=passes).mbs)
+    found = heights(convert(BIPED, passes=passes))
     assert len(found) == 8
     assert min(found) == pytest.approx(0.0, abs=1e-12)
     assert max(found) < 1e-9, "the feet are level in this position"
@@ -70,27 +68,20 @@ def test_a_robot_that_floats_by_its_own_joint_is_raised_once() -> None:
 def test_up_is_against_gravity(gravity: tuple[float, float, float]) -> None:
     passes = {"contacts": {"links": ["*_foot"], "ground": 0.25}}
     x, y, z = (-c / 9.81 for c in gravity)
-    found = heights(convert(BIPED, passes=passes, gravity=gravity).mbs, (x, y, z))
+    found = heights(convert(BIPED, passes=passes, gravity=gravity), (x, y, z))
     assert min(found) == pytest.approx(0.25, abs=1e-12)
 
 
-#: What TINY's body looks like, and by what gravity its points lie deepest.
-BODY = '<geometry><box size="0.2 0.1 0.3"/>'
 DOWN = (0.0, 0.0, -9.81)
-#: A sole with a pointed heel, and an ankle far above it that does not count.
-FOOT = "0 0 0;0.2 0.05 0;0.2 -0.05 0;-0.1 0.03 0;-0.1 -0.03 0;0 0 0.3"
-#: Each quarter counts by the foot's own length and width: the toe is between two corners.
-LONG = "0.2 0.01 0;0.2 -0.01 0;-0.1 0.01 0;-0.1 -0.01 0;0.23 0 0;0 0 0.3"
-ROUND = '<geometry><cylinder radius="0.1" length="0.4"/>'
-BRICK = '<geometry><box size="0.2 0.4 0.6"/>'
+#: What TINY's body looks like.
+BODY = '<geometry><box size="0.2 0.1 0.3"/>'
 MESH = '<geometry><mesh filename="foot.obj"/>'
-WIDE_MESH = MESH.replace("/>", ' scale="1 2 1"/>')
-RIM = [(0.1, 0.0), (0.0, 0.1), (-0.1, 0.0), (0.0, -0.1)]
-SQUARE = [(1, 1), (1, -1), (-1, -1), (-1, 1)]
+#: Five corners, and places inside.
+FOOT = "0.2 0.05 0;0.2 -0.05 0;-0.1 0.05 0;-0.1 -0.05 0;0 0 0.3;0 0 0.1;0.01 0 0.1;0 0 0.02;0 0 0"
 
 
 def on_body(folder: Path, shape: str, corners: str = FOOT, **settings: Any) -> Result:
-    """TINY with this shape on its body, whose lowest points touch; ``corners`` of its mesh."""
+    """TINY with this shape on its body, which touches; ``corners`` of its mesh."""
     at = corners.split(";")
     faces = "".join(f"f 1 2 {k}\n" for k in range(3, len(at) + 1))
     (folder / "foot.obj").write_text("".join(f"v {corner}\n" for corner in at) + faces)
@@ -99,50 +90,90 @@ def on_body(folder: Path, shape: str, corners: str = FOOT, **settings: Any) -> R
     return convert(source, passes={"contacts": {"links": ["body"]}}, **settings)
 
 
-@pytest.mark.parametrize(
-    ("shape", "gravity", "points"),
-    [
-        ('<geometry><sphere radius="0.1"/>', DOWN, [(0.0, 0.0, -0.1)]),
-        (ROUND, DOWN, [(*at, -0.2) for at in RIM]),
-        (ROUND, (0.0, 0.6, 0.8), [(*at, 0.2) for at in RIM]),
-        (ROUND, (0.48, 0.64, -0.6), [(0.06, 0.08, 0.2), (0.06, 0.08, -0.2)]),
-        (f'<origin rpy="1.5707963267948966 0 0"/>{ROUND}', DOWN,
-         [(0.0, -0.2, -0.1), (0.0, 0.2, -0.1)]),
-        (BRICK, (0.2, -0.3, -0.9), [(0.1 * a, 0.2 * b, -0.3) for a, b in SQUARE]),
-        (BRICK, (0.0, 0.0, 1.0), [(0.1 * a, 0.2 * b, 0.3) for a, b in SQUARE]),
-        (BRICK, (-0.8, 0.5, 0.3), [(-0.1, 0.2 * a, 0.3 * b) for a, b in SQUARE]),
-        (BRICK, (0.0, 1.0, 0.0), [(0.1 * a, 0.2, 0.3 * b) for a, b in SQUARE]),
-        (WIDE_MESH, DOWN, [(0.2, 0.1, 0.0), (0.2, -0.1, 0.0), (-0.1, -0.06, 0.0),
-                           (-0.1, 0.06, 0.0)]),
-        (f"{MESH}{LONG}", DOWN, [(0.2, 0.01, 0.0), (0.2, -0.01, 0.0), (-0.1, -0.01, 0.0),
-                                 (-0.1, 0.01, 0.0)]),
-    ],
-)  # fmt: skip
-def test_points_of_shapes(
-    tmp_path: Path, shape: str, gravity: Vec, points: list[tuple[float, ...]]
-) -> None:
-    """They stand in order round the face, as a polygon."""
-    shape, own, _ = shape.partition(LONG)
-    found = touching(on_body(tmp_path, shape, own or FOOT, gravity=gravity, base="fixed"))
-    assert sorted(found) == [pytest.approx(at, abs=1e-7) for at in sorted(points)]
-    if len(found) == 4 and "box" in shape:
-        for one, two in pairwise([*found, found[0]]):
-            assert sum(a != b for a, b in zip(one, two, strict=True)) == 1
+def test_what_of_shapes_may_touch(tmp_path: Path) -> None:
+    """The corners of boxes, those of hulls that count, spheres, and eight points of each rim."""
+    made = on_body(tmp_path, BODY)
+    assert sorted(points(made)) == [
+        (x, y, z) for x in (-0.1, 0.1) for y in (-0.05, 0.05) for z in (-0.15, 0.15)
+    ]
+    assert len(points(on_body(tmp_path, MESH))) == 5
+    turns = [k / 32 for k in range(200)]
+    fine = ";".join(f"{0.1 * cos(t)} {0.1 * sin(t)} {z}" for t in turns for z in (0, 1))
+    assert len(points(on_body(tmp_path, MESH, fine))) < 60
+    (ball,) = contacts(on_body(tmp_path, '<geometry><sphere radius="0.1"/>'))
+    assert [(spot.at, spot.radius) for spot in ball.spots] == [((0.0, 0.0, 0.0), 0.1)]
+    roller = '<origin rpy="1.5707963267948966 0 0"/><geometry><cylinder radius="0.1" length="0.4"/>'
+    (wheel,) = contacts(on_body(tmp_path, roller))
+    assert len(wheel.spots) == 16
+    for spot in wheel.spots:
+        assert spot.axis == pytest.approx((0.0, -1.0, 0.0))
+        assert abs(spot.at[1]) == pytest.approx(0.2)
+    assert wheel.bound == pytest.approx(0.3)
 
 
-def test_a_link_that_rolls_touches_by_its_lowest_point() -> None:
-    """The point is the centre; the base stands on the rim, which the tilt brings nearer."""
+def test_a_sheet_touches_by_the_corners_of_its_box(tmp_path: Path) -> None:
+    flat = ";".join(f"{x} {y} 0" for x in range(4) for y in range(3))
+    found = points(on_body(tmp_path, MESH, flat))
+    assert sorted(found) == [(0.0, 0.0, 0.0), (0.0, 2.0, 0.0), (3.0, 0.0, 0.0), (3.0, 2.0, 0.0)]
+
+
+@settings(max_examples=20, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1), count=st.integers(9, 200), size=st.floats(0.01, 2.0))
+def test_no_corner_is_far_outside_the_hull(seed: int, count: int, size: float) -> None:
+    """What is left out is at most 3 mm, or a twentieth of a small body, below what touches
+    along a corner's own normal; elsewhere it may be a little more."""
+    from urdf2mbs_project.passes.contacts import thin
+
+    random = np.random.default_rng(seed)
+    cloud = size * random.normal(size=(count, 3)) * (1.0, 0.5, 0.3)
+    kept = np.array([spot.at for spot in thin([Spot(tuple(at)) for at in cloud.tolist()])])
+    assert len(kept) <= count
+    allowed = min(0.003, 0.05 * np.ptp(cloud, axis=0).max()) + 1e-6
+    for way in random.normal(size=(50, 3)):
+        way /= np.linalg.norm(way)
+        assert 0.0 <= (cloud @ way).max() - (kept @ way).max() + 1e-6 <= 2 * allowed
+
+
+def test_all_that_is_solid_and_moves_touches() -> None:
+    """Links without shapes do not, and nothing that stands still; what is named must."""
+    shape = '<collision><geometry><sphere radius="0.1"/></geometry></collision>'
+    text = robot(
+        link("world"),
+        link("table", shape),
+        link("arm", SOLID + shape),
+        link("tip", shape),
+        link("bare", SOLID),
+        joint("world", "table", "fixed"),
+        joint("table", "arm"),
+        joint("arm", "tip", "fixed", xyz="0 0 1"),
+        joint("arm", "bare"),
+    )
+    (found,) = contacts(
+        convert_text(text, passes={"contacts": {"links": ["*"]}}, pipeline="compact")
+    )
+    assert found.links == ["arm", "tip"]
+    assert [spot.at for spot in found.spots] == [(0.0, 0.0, 0.0), (0.0, 0.0, 1.0)]
+    named = {"contacts": {"links": ["bare"]}}
+    with pytest.raises(ConfigError, match="no shape to take points of"):
+        convert_text(text, passes=named)
+    plain = robot(link("a", SOLID), link("b", SOLID), joint("a", "b"))
+    with pytest.raises(ConfigError, match="no link that moves has a shape"):
+        convert_text(plain, passes={"contacts": {"links": ["*"]}})
+
+
+def test_a_robot_stands_on_what_is_round() -> None:
+    """A floating base is shifted until the tilted rim, or the ball, is on the ground."""
     text = (
         '<robot name="r"><link name="wheel"><inertial><mass value="1"/><inertia ixx="1" ixy="0" '
         'ixz="0" iyy="1" iyz="0" izz="1"/></inertial><collision><origin xyz="0.1 0 0" '
         'rpy="1.2 0 0"/><geometry>{}</geometry></collision></link></robot>'
     )
     cylinder, ball = '<cylinder radius="0.3" length="1"/>', '<sphere radius="0.3"/>'
-    for shape, height in ((cylinder, 0.3 * sin(1.2)), (ball, 0.3)):
+    for shape, height in ((cylinder, 0.3 * sin(1.2) + 0.5 * cos(1.2)), (ball, 0.3)):
         passes = {"contacts": {"roll": ["wheel"]}}
         result = convert_text(text.format(shape), base="floating", passes=passes)
         (found,) = result.report.passes["contacts"]
-        assert found["point"].coordinates == (0.1, 0.0, 0.0)
+        assert found["point"].coordinates == (0.0, 0.0, 0.0)
         assert place(result.mbs).bodies["wheel"].xyz[2] == pytest.approx(height)
     for ground, said in ((-0.3, []), (-0.4, ["0.1 m lower"]), (0.0, ["0.3 m higher"])):
         passes = {"contacts": {"roll": ["wheel"], "ground": ground}}
@@ -157,14 +188,11 @@ WEIGHTLESS = (0.0, 0.0, 0.0)
 @pytest.mark.parametrize(
     ("stated", "options", "gravity", "law"),
     [
-        # with m = 2.6 kg: speed (g d)^(1/2) / 2 with d = m g / kp; or m g / kd where it damps more
-        ("<kp>1e5</kp>", {}, DOWN, {"stiffness": 1e5, "speed": 0.025}),
-        ("<kp>1e5</kp><kd>1</kd>", {}, DOWN, {"stiffness": 1e5, "speed": 0.025}),
-        ("<kp>1e5</kp><kd>1e4</kd>", {}, DOWN, {"stiffness": 1e5, "speed": 0.0026}),
-        ("<kp>1e5</kp><kd>1e4</kd>", {"stiffness": 2e4, "speed": 0.1}, DOWN,
-         {"stiffness": 2e4, "speed": 0.1}),
-        ("<kp>0</kp><kd>0</kd><kd>-1</kd>", {"depth": 0.01}, DOWN,
-         {"stiffness": 2600.0, "speed": 0.16}),
+        # with m = 2.6 kg / 4: speed (g d)^(1/2) / 2 with d = m g / stiffness
+        ("", {"stiffness": 1e5}, DOWN, {"stiffness": 1e5, "speed": 0.013}),
+        ("", {"stiffness": 2e4, "speed": 0.1}, DOWN, {"stiffness": 2e4, "speed": 0.1}),
+        # kp and kd are numbers of Gazebo's solver
+        ("<kp>1e9</kp><kd>1e9</kd>", {"depth": 0.01}, DOWN, {"stiffness": 640.0, "speed": 0.16}),
         ("", {"depth": 0.25}, WEIGHTLESS, {"stiffness": 1000.0, "speed": 0.1, "bristle": 0.25}),
         ("", {"stiffness": 5e4}, WEIGHTLESS, {"stiffness": 5e4, "speed": 0.1, "bristle": 0.001}),
         # the smallest friction; that of TINY's own hand is 0.9
@@ -212,7 +240,7 @@ def test_a_robot_without_mass_has_no_balance() -> None:
 
 def test_what_no_ground_has_is_cut_and_said(tmp_path: Path) -> None:
     """TurtleBot3 states mu1 = 10000."""
-    stated = "<mu1>1e4</mu1><kp>1e15</kp><kd>1e13</kd>"
+    stated = "<mu1>1e4</mu1>"
     own = TINY.replace("mu1", "mu2")
     text = own.replace("</robot>", f'<gazebo reference="hand">{stated}</gazebo></robot>')
     result = convert_text(text, passes={"contacts": HAND}, output={"project": tmp_path / "p"})
@@ -220,21 +248,7 @@ def test_what_no_ground_has_is_cut_and_said(tmp_path: Path) -> None:
     assert result.report.proof.same
     assert models(result.mbs)["contact"]["friction"] == 100.0
     told = [said.message for said in result.diagnostics if said.code == "contacts-most"]
-    numbers = [(words[1], float(words[3].rstrip(","))) for words in map(str.split, told)]
-    assert numbers == [("mu1", 100.0), ("kp", 1e12), ("kd", 1e12)]
-
-
-@pytest.mark.parametrize("shift", range(3))
-def test_the_corners_of_a_mesh_wherever_down_is(shift: int, tmp_path: Path) -> None:
-    def turned(at: tuple[float, ...]) -> tuple[float, ...]:
-        return (at * 2)[shift : shift + 3]
-
-    sole = [(0.0, 0.3, 0.1), (0.0, 0.3, -0.1), (0.0, -0.2, -0.15), (0.0, -0.2, 0.15)]
-    points = [*sole, (0.0, 0.31, 0.0), (-0.5, 0.0, 0.0), (0.0, 0.0, 0.0)]
-    corners = ";".join(" ".join(map(str, turned(at))) for at in points)
-    x, y, z = turned((-1.0, 0.0, 0.0))
-    found = touching(on_body(tmp_path, MESH, corners, gravity=(-x, -y, -z)))
-    assert sorted(found) == [pytest.approx(at, abs=1e-7) for at in sorted(map(turned, sole))]
+    assert told == ["contacts: mu1 is 100, not 10000 as in the URDF"]
 
 
 def test_a_mesh_that_cannot_be_used_is_told(tmp_path: Path) -> None:
@@ -251,7 +265,7 @@ def test_a_mesh_that_cannot_be_used_is_told(tmp_path: Path) -> None:
     source.write_text(text)
     result = convert(source, passes=options)
     assert "contacts-mesh" in codes(result)
-    assert touching(result) == [(0.0, 0.0, -1.0)]
+    assert [spot.radius for one in contacts(result) for spot in one.spots] == [1.0]
 
 
 @pytest.mark.parametrize(
@@ -280,7 +294,7 @@ def test_a_robot_falls_whose_mass_is_not_over_the_polygon(
         assert f"it must come ({away:.3g}, 0, 0) m" in (found.hint or "")
     if base == "floating" and any(gravity):  # without a leg, it sinks in by a thousandth of a metre
         stiffness = models(result.mbs)["contact"]["stiffness"]
-        assert stiffness == pytest.approx(2 * 9.81 / len(at) / 0.001, rel=0.05)
+        assert stiffness == pytest.approx(2 * 9.81 / 4 / 0.001, rel=0.05)
 
 
 @pytest.mark.parametrize(
@@ -298,13 +312,3 @@ def test_a_robot_must_step_whose_mass_is_near_the_edge(places: str, away: float)
     [said] = [found.message for found in result.diagnostics if found.code == "contacts-balance"]
     assert f"is only {away:.3g} m from the edge" in said
     assert "cannot stand without a controller that steps" in said
-
-
-@pytest.mark.parametrize(("height", "count"), [(0.008, 4), (0.016, 3)])
-@pytest.mark.parametrize("x", [0.0, 7.0])
-def test_a_corner_counts_up_to_a_fiftieth_of_the_mesh_above_the_lowest(
-    x: float, height: float, count: int, tmp_path: Path
-) -> None:
-    low, high = x - 0.3, x + 0.3
-    corners = f"{high} 0.1 0;{high} -0.1 0;{low} -0.1 0;{low} 0.1 {height};{x} 0 0.3"
-    assert len(touching(on_body(tmp_path, MESH, corners))) == count
