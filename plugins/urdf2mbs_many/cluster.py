@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Generator
 from typing import Any
 
-from urdf2mbs.messages.diagnostics import ConfigError, Diagnostic
+from urdf2mbs.messages.diagnostics import ConfigError, Diagnostic, not_installed
 from urdf2mbs_many.job import Job, Outcome, convert_one, died, failed
 
 #: Seconds until a scheduler that does not answer is not there.
@@ -21,10 +21,7 @@ def on_cluster(jobs: list[Job], address: str) -> Generator[Outcome]:
     try:
         import distributed
     except ImportError as error:
-        raise ConfigError(
-            "extra-missing", f"a cluster needs the package '{error.name or 'distributed'}'",
-            hint="pip install distributed",
-        ) from None  # fmt: skip
+        raise not_installed("a cluster", error.name or "distributed") from None
     dask: Any = distributed  # whose functions have no types
     try:
         client = dask.Client(address, timeout=PATIENCE, set_as_default=False)

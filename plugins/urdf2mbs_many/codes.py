@@ -11,5 +11,4 @@ CODES = {
     "cluster-unreachable": "error: no Dask scheduler answers at the address",
     "cluster-failed": "error: the workers of the cluster cannot convert",
     "worker-died": "error: the system ended the process of a robot twice",
-    "extra-missing": "error: a package is not installed",
 }

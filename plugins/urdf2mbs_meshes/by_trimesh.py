@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import io
 import logging
+from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
-import PIL.Image  # noqa: F401  (without it trimesh drops textures in silence)
 import trimesh
 
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs_meshes import gltf
-from urdf2mbs_meshes.model import UP_AXES, Material, Mesh, add
+from urdf2mbs_meshes.model import NO_PILLOW, UP_AXES, Material, Mesh, add
 
 # What is wrong with a file is said by us; without a handler its log goes to standard error.
 logging.getLogger("trimesh").addHandler(logging.NullHandler())
@@ -38,6 +38,13 @@ def read(mesh: Mesh, data: bytes, ending: str) -> None:
         io.BytesIO(_utf_8(data) if ending == ".obj" else data),
         file_type=ending[1:], resolver=Resolver(str(mesh.path)), process=False,
     )  # fmt: skip
+    pillow = find_spec("PIL") is not None
+    if not pillow and any(
+        b"map_Kd" in text or b"TextureFile" in text or b'"images"' in text
+        for text in (data, *mesh.sources.values())
+        if text
+    ):  # trimesh says nothing
+        mesh.problems.append(NO_PILLOW)
     for node in scene.graph.nodes_geometry:
         matrix, name = scene.graph[node]
         geometry = scene.geometry[name]
@@ -49,7 +56,8 @@ def read(mesh: Mesh, data: bytes, ending: str) -> None:
             raise
         except Exception as error:
             look, colors, uv = Material(), None, None
-            mesh.problems.append(f"the colours of '{name}' cannot be read ({error})")
+            told = f"the colours of '{name}' cannot be read ({error})"
+            mesh.problems.append(told if pillow else NO_PILLOW)
         add(
             mesh, frame @ matrix, geometry.vertices, geometry.faces,
             material=look, smooth=ending != ".stl", colors=colors, uv=uv,

@@ -26,6 +26,8 @@ RGB = tuple[float, float, float]
 #: a few bytes can ask for any number.
 MOST_PARTS, MOST_TRIANGLES = 100_000, 20_000_000
 
+NO_PILLOW = "textures are left out, as the package 'pillow' is not installed: pip install pillow"
+
 #: An image of a few bytes can say that it has any number of pixels.
 MOST_PIXELS = 2**26
 
@@ -108,8 +110,11 @@ class Mesh:
 
     def texture(self, data: bytes, name: str) -> str | None:
         """Keep an image under a name of its own, as PNG where VRML97 cannot show its format."""
-        from PIL import Image
-
+        try:
+            from PIL import Image
+        except ImportError:
+            self.problems.append(NO_PILLOW)
+            return None
         try:
             with Image.open(io.BytesIO(data)) as image:
                 if image.width * image.height > MOST_PIXELS:

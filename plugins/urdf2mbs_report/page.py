@@ -210,8 +210,12 @@ def _joined_modules() -> str:
 def _viewer() -> tuple[str, str]:
     """three.js and its licence."""
     package = distribution(THREE[0])
-    text = Path(str(package.locate_file(THREE[1]))).read_text("utf-8")
-    return text, package.read_text("LICENSE") or ""
+    try:
+        text = Path(str(package.locate_file(THREE[1]))).read_text("utf-8")
+    except OSError:
+        what = f"the installed {THREE[0]} does not have {THREE[1]}"
+        raise ConfigError("viewer-missing", what, hint=f"pip install {THREE[0]}==130") from None
+    return text, files("urdf2mbs_report").joinpath("LICENSE.three.txt").read_text("utf-8")
 
 
 def _script(text: str) -> str:

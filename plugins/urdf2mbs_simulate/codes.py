@@ -10,6 +10,5 @@ CODES = {
     "joint-without-mass": "error: a force acts along a joint that moves nothing that has mass",
     "no-equilibrium": "error: no pose is found in which nothing accelerates",
     "user-function-failed": "error: a user function has raised an exception",
-    "pandas-missing": "error: a table of results needs pandas, which is not installed",
     "step-failed": "error: no step of the integrator is short enough",
 }

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from urdf2mbs.engine.output import write_files
-from urdf2mbs.messages.diagnostics import ConfigError
+from urdf2mbs.messages.diagnostics import not_installed
 from urdf2mbs_simulate.data import MbsData, MbsSensor
 from urdf2mbs_simulate.push import columns_of_pushes
 from urdf2mbs_simulate.python_code import loaded
@@ -124,10 +124,7 @@ class Results:
         try:
             import pandas as pd
         except ImportError:
-            raise ConfigError(
-                "pandas-missing", "a table of results needs the package 'pandas'",
-                hint="pip install pandas; or take 'columns()', numpy arrays by the same names",
-            ) from None  # fmt: skip
+            raise not_installed("a table of results", "pandas") from None
         return pd.DataFrame(self.columns())
 
     def write(

@@ -12,7 +12,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from urdf2mbs.messages.diagnostics import ConfigError, nearest
+from urdf2mbs.messages.diagnostics import ConfigError, nearest, not_installed
 from urdf2mbs.urdf.reader import Located
 from urdf2mbs_xacro import PREFIX
 
@@ -27,6 +27,8 @@ def locate(source: str) -> Located:
 
     name = source.removeprefix(PREFIX)
     module = f"robot_descriptions.{name}"
+    if find_spec("robot_descriptions") is None:
+        raise not_installed("a robot by its name", "robot_descriptions")
     if not name.isidentifier() or find_spec(module) is None:
         known = _names()
         raise ConfigError(

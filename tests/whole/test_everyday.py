@@ -188,15 +188,23 @@ def test_each_result_ends_with_what_to_do_next(
     assert said in out
 
 
+@pytest.mark.parametrize(
+    ("package", "words"),
+    [
+        ("distributed", ["run", "tiny.yaml", "tiny.yaml", "--cluster", "nobody:1"]),
+        ("robot_descriptions", ["init", "robot_descriptions:atlas_v4_description"]),
+        ("shtab", ["completion", "bash"]),
+    ],
+)
 def test_a_missing_extra_says_what_to_install(
-    here: Path, capsys: Any, monkeypatch: pytest.MonkeyPatch
+    package: str, words: list[str], here: Path, capsys: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setitem(sys.modules, "distributed", None)
+    monkeypatch.setitem(sys.modules, package, None)
     (here / "tiny.yaml").write_text("source: tiny.urdf")
-    assert main(["run", "tiny.yaml", "tiny.yaml", "--cluster", "nobody:1"]) == 2
+    assert main(words) == 2
     said = capsys.readouterr().err
     assert "error[extra-missing]" in said
-    assert "pip install distributed\n" in said
+    assert f"pip install {package}\n" in said
 
 
 ROOT = Path(__file__).resolve().parents[2]

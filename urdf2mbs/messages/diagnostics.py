@@ -63,6 +63,12 @@ def memory_full(what: str) -> ConversionError:
     )  # fmt: skip
 
 
+def not_installed(what: str, package: str) -> ConfigError:
+    """The error for a package that is an extra."""
+    text = f"{what} needs the package '{package}', which is not installed"
+    return ConfigError("extra-missing", text, hint=f"pip install {package}")
+
+
 class Diagnostic(msgspec.Struct, frozen=True, omit_defaults=True):
     """A warning (something of the robot is not in the .mbs as a user would expect) or a note
     (a decision that the program took).

@@ -9,6 +9,7 @@ import argparse
 import re
 
 from urdf2mbs.commands import parser
+from urdf2mbs.messages.diagnostics import not_installed
 
 EXAMPLES = (
     "urdf2mbs completion bash > ~/.local/share/bash-completion/completions/urdf2mbs",
@@ -22,8 +23,10 @@ def add_options(command: argparse.ArgumentParser) -> None:
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
-    import shtab
-
+    try:
+        import shtab
+    except ImportError:
+        raise not_installed("completion", "shtab") from None
     words = parser()
     for command in _commands(words):
         for action in command._actions:

@@ -21,6 +21,12 @@ from urdf2mbs.commands.settings import add_json, add_no_plugins
 from urdf2mbs.engine.plugins import Plugins
 from urdf2mbs.engine.registered import version_of
 
+#: Packages that a user installs when they are needed, and what for.
+EXTRAS = {
+    "distributed": "run --cluster", "pillow": "textures of meshes",
+    "robot_descriptions": "robots by their names", "shtab": "completion",
+}  # fmt: skip
+
 EXAMPLES = (
     "urdf2mbs doctor",
     "urdf2mbs doctor --json",
@@ -62,7 +68,10 @@ def examine(*, installed_plugins: bool = True) -> dict[str, dict[str, str]]:
             "system": f"{platform.system()} {platform.machine()}",
             "C compiler": (compiler and compiler()) or "none: simulations run in Python",
             **{name: version_of(name) or "MISSING" for name in names},
-            "distributed": version_of("distributed") or "not installed, for run --cluster",
+            **{
+                name: version_of(name) or f"not installed, for {use}"
+                for name, use in EXTRAS.items()
+            },
         },
         "plugins": listed or {"none": "no package has an entry point 'urdf2mbs'"},
         # packages around a robot's file are found without ROS

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -30,7 +31,7 @@ from plugins.meshes.samples import (
     stl_binary_data,
 )
 from plugins.meshes.samples import write as write_sample
-from urdf2mbs_meshes.model import Mesh, MeshError
+from urdf2mbs_meshes.model import NO_PILLOW, Mesh, MeshError
 from urdf2mbs_meshes.reader import read
 from urdf2mbs_meshes.vrml import write
 
@@ -74,6 +75,20 @@ def test_texture_coordinates_start_in_the_lower_left(tmp_path: Path, name: str, 
     points = shape.points[shape.faces]
     np.testing.assert_array_equal(shape.uv[..., 0], points[..., 0] == HIGH[0])
     np.testing.assert_array_equal(shape.uv[..., 1], (points[..., 1] == HIGH[1]) != flip)
+
+
+@pytest.mark.parametrize("name", ["obj_texture_jpg", "glb_texture"])
+def test_without_pillow_a_mesh_has_no_texture(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """trimesh, which says nothing of it, has its own import of pillow."""
+    monkeypatch.setitem(sys.modules, "PIL", None)
+    for module in [one for one in sys.modules if one.partition(".")[0] == "trimesh"]:
+        monkeypatch.delitem(sys.modules, module)
+    monkeypatch.delitem(sys.modules, "urdf2mbs_meshes.by_trimesh", raising=False)
+    found = read(write_sample(name, tmp_path))
+    assert found.parts
+    assert (found.textures, set(found.problems)) == ({}, {NO_PILLOW})
 
 
 def test_a_texture_keeps_its_bytes_or_its_pixels(tmp_path: Path) -> None:

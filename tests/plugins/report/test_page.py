@@ -13,6 +13,7 @@ from lxml.html import HTMLParser, document_fromstring
 from oracle.mbs import Evaluator
 from plugins.report.shown import EVIL, HOSTILE, SHOWN, data, edit, run, shown
 from urdf2mbs.cli import main
+from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.proof.verdict import Difference
 from urdf2mbs.testing import TINY
 from urdf2mbs_report import page
@@ -137,6 +138,15 @@ def test_sizes_and_the_licence_of_the_viewer_are_stated(tiny: Path, tmp_path: Pa
     assert made.sizes["viewer"] < made.sizes["all"] < made.sizes["viewer"] + 200_000
     assert f"three.js {made.sizes['viewer'] / 1e6:.2f} MB" in visible
     assert "three.js authors" in visible.lower()
+
+
+def test_another_three_js_is_refused(
+    tiny: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(page, "THREE", (page.THREE[0], "jupyter_threejs_sage/r999.js"))
+    with pytest.raises(ConfigError, match="does not have jupyter_threejs_sage/r999") as error:
+        make(run(tiny, tmp_path / "p"))
+    assert error.value.code == "viewer-missing"
 
 
 def test_the_modules_of_the_script_fit() -> None:
