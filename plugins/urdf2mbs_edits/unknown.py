@@ -14,9 +14,6 @@ from urdf2mbs.mbs.reader import read_again
 if TYPE_CHECKING:
     from lxml.etree import _Element
 
-    #: An element, or the value of an attribute.
-    Unknown = _Element | str
-
 #: The attributes that the model knows, in each element; all others are unknown.
 _SENSOR = frozenset(["name", *SENSOR_MEASURES])
 ATTRIBUTES = {"color": frozenset("RGB"), "sensor": _SENSOR, "extforce": _SENSOR}
@@ -25,30 +22,21 @@ IGNORED = frozenset(["x3D_frame"])
 
 
 def unknown(mbs: Mbs) -> dict[int, dict[str, str]]:
-    """What ``unknown_elements`` has as text: the canonical XML, where numbers have one spelling.
-    Comments and white space say nothing."""
-    return {
-        number: {path: _canonical(value) for path, value in there.items()}
-        for number, there in unknown_elements(mbs).items()
-    }
+    """The unknown elements and attributes of the file from which a model was read, as canonical XML
+    where numbers have one spelling; none of a model that was not read.
 
-
-def unknown_elements(mbs: Mbs) -> dict[int, dict[str, Unknown]]:
-    """The unknown elements and attributes of the file from which a model was read; none of a model
-    that was not read.
-
-    By the number of the nearest object's ``origin``, then by the path from its element.
+    By the number of the nearest object's ``origin``, then by the path from its element.  Comments
+    and white space say nothing.
     """
     if mbs.origin is None:
         return {}
     _, elements = read_again(mbs.origin.source)
     numbers = {element: number for number, element in enumerate(elements)}
-    texts: dict[int, dict[str, Unknown]] = {}
+    texts: dict[int, dict[str, str]] = {}
 
-    def note(number: int, path: str, text: Unknown) -> None:
+    def note(number: int, path: str, text: str) -> None:
         there = texts.setdefault(number, {})
-        count = sum(key.split("[")[0] == path for key in there)
-        there[f"{path}[{count + 1}]" if count else path] = text
+        there[path] = there.get(path, "") + text
 
     def walk(element: _Element, table: Table, number: int, path: str) -> None:
         attributes: Any = element.items()
@@ -65,16 +53,14 @@ def unknown_elements(mbs: Mbs) -> dict[int, dict[str, Unknown]]:
                     entry = INSIDE.get(str(entry[1]), {})
                 walk(child, entry, number, f"{path}{child.tag}/")
             elif child.tag not in IGNORED:
-                note(number, f"{path}{child.tag}", child)
+                note(number, f"{path}{child.tag}", _canonical(child))
 
     walk(elements[0], MBS, 0, "")
     return texts
 
 
-def _canonical(element: Unknown) -> str:
-    """The canonical XML of an element, with one spelling for each number; an attribute as it is."""
-    if isinstance(element, str):
-        return element
+def _canonical(element: _Element) -> str:
+    """The canonical XML of an element, with one spelling for each number."""
     plain = deepcopy(element)
     plain.tail = None
     for part in plain.iter("*"):

@@ -7,8 +7,8 @@ import pytest
 from mbs.models import everything
 from urdf2mbs.mbs.model import Point, Sensor
 from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.writer import write
 from urdf2mbs.messages.diagnostics import ConversionError
-from urdf2mbs_edits.rewrite import write
 from urdf2mbs_equations.files import generate
 from urdf2mbs_report.draw import draw
 
@@ -22,8 +22,6 @@ def test_it_is_read_and_kept() -> None:
     mbs = read(DRAFT, "m.mbs")
     assert [cut.is_draft for cut in mbs.cuts] == [True, False, False]
     assert not any(cut.is_draft for cut in everything().cuts)
-    assert write(mbs) == DRAFT
-    mbs.origin = None
     assert read(write(mbs), "m.mbs") == mbs
 
 

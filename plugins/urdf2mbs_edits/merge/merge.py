@@ -3,24 +3,26 @@
 from __future__ import annotations
 
 import re
-from copy import deepcopy
+from typing import TYPE_CHECKING
 
 import msgspec
 from lxml import etree
 
+from urdf2mbs.mbs import writer
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.reader import read, read_again
-from urdf2mbs_edits.diff.flat import Thing, Version, flat, things
+from urdf2mbs_edits.diff.flat import HELD, Thing, Version, flat, things
 from urdf2mbs_edits.diff.matching import match, match_added
-from urdf2mbs_edits.merge.build import build
 from urdf2mbs_edits.merge.keep import keep
 from urdf2mbs_edits.merge.plan import Left, Plan, plan_of
 from urdf2mbs_edits.merge.settle import Prefer, Settled, Side
-from urdf2mbs_edits.rewrite import write
-from urdf2mbs_edits.unknown import unknown_elements
+from urdf2mbs_edits.merge.write import write
 
-#: The element of each thing in its file, by the numbers of both; a tag, where it has no number.
-Places = dict[int, int | str]
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from urdf2mbs_edits.diff.changes import Path
+    from urdf2mbs_edits.merge.write import Elements
 
 
 class Merged(msgspec.Struct):
@@ -38,43 +40,44 @@ def merge(base: Mbs, edited: Mbs, new: Mbs, prefer: Prefer | None = "urdf") -> M
     """Apply to ``new`` what people changed from ``base`` to ``edited``.
 
     ``prefer`` says who wins where both changed the same thing; None: people made both, the edited
-    wins, and all but places in the diagram is a conflict.  ``new`` becomes the merged model.  The
-    file is the edited one, in which only what the plan says is another.
+    wins, and all but places in the diagram is a conflict.  ``new``, which was made, or read and not
+    changed since, becomes the merged model.  The file is the edited one, in which only what the
+    plan says is another.
 
     Raises ConversionError where the merged file would be none that can be read.
     """
     assert edited.origin is not None
-    other = new.origin.source if new.origin else None
     before, ours, theirs = versions(base, edited, new)
     settled = Settled(before, ours, theirs, prefer)
-    sources: dict[Side, bytes | None] = {"edited": edited.origin.source, "urdf": other}
-    mine, there = ({n: _place(t) for n, t in side.things.items()} for side in (ours, theirs))
-    unknown = unknown_elements(new)
-    numbers = build(settled, new)
-    new.origin, new.version = edited.origin, edited.version
+    orders = settled.orders()
     if settled.moved:
-        drawn = {part: ours.things[n].part for part, n in numbers.items() if n in ours.things}
-        keep(new, drawn)
-    brought = [
-        (int(mine[n]), field[1:], unknown.get(int(there[n]), {}).get(field[1:]))
-        for n, field in sorted(settled.taken)
-        if field[0] == "?" and n in settled.there
-    ]
-    data = write(new, other=other, unknown=brought)
+        parts = ((thing.part, ours.things.get(n)) for n, thing in theirs.things.items())
+        keep(new, {id(part): mine.part for part, mine in parts if mine})
+    files = [edited.origin.source, new.origin.source if new.origin else writer.write(new)]
+    mine, other = (
+        elements(source, side) for source, side in zip(files, (ours, theirs), strict=True)
+    )
+    data = write(settled, orders, files[0], mine, other)
     final = read(data, "the merged file")
     written = things(final)
-    for thing, then in zip(things(new), written, strict=True):
-        then.number = numbers[id(thing.part)]
+    first = next(iter(settled.there))
+    for thing, number in zip(written, _in_order(settled, orders, first), strict=True):
+        thing.number = number
     result = flat(final, written)
-    if other is None:
+    if new.origin is None:
         theirs.know(result)
     plan, left = plan_of(settled, result)
     names = {
-        (thing.kind, thing.name): settled.name(n) if n in settled.there else None
-        for n, thing in theirs.things.items()
+        (thing.kind, thing.name): settled.name(number) if number in settled.there else None
+        for number, thing in theirs.things.items()
         if thing.kind in ("body", "joint")
     }
-    return Merged(data, plan, names, _fragments(left, sources, {"edited": mine, "urdf": there}))
+    sources: dict[Side, tuple[bytes, Version]] = {"edited": (files[0], ours)}
+    if new.origin is not None:  # a conversion is kept as the next base
+        sources["urdf"] = files[1], theirs
+    fragments = _fragments(left, sources)
+    _become(theirs, written)
+    return Merged(data, plan, names, fragments)
 
 
 def versions(base: Mbs, edited: Mbs, new: Mbs) -> list[Version]:
@@ -91,33 +94,53 @@ def versions(base: Mbs, edited: Mbs, new: Mbs) -> list[Version]:
     return versions
 
 
-def _place(thing: Thing) -> int | str:
-    """The number of a thing's element in its file; of the base and the view, the tag."""
-    if thing.kind in ("base", "view"):
-        return "base" if thing.kind == "base" else "x3D"
-    return thing.part.origin.number if thing.part.origin else 0
+def elements(source: bytes, version: Version) -> Elements:
+    """The elements of a version's things in its file."""
+    mbs, found = read_again(source)
+    its: Elements = {}
+    for number, thing in zip(version.things, things(mbs), strict=True):
+        tag = {"base": "base", "view": "x3D"}.get(thing.kind)
+        one = found[0].find(tag) if tag else found[thing.part.origin.number]
+        assert one is not None
+        its[number] = one
+    return its
 
 
-def _fragments(
-    left: list[Left], sources: dict[Side, bytes | None], places: dict[Side, Places]
-) -> bytes | None:
-    """The elements of things that are left out of their files, each behind the lines that say why;
-    a model that was not read has none."""
+def _in_order(settled: Settled, orders: dict[Path, list[int]], number: int) -> Iterator[int]:
+    """A thing and what it holds, in the order of ``things``."""
+    yield number
+    for field in settled.there[number].part.__struct_fields__:
+        for inner in orders.get((number, f"[{HELD.get(field)}]"), ()):
+            yield from _in_order(settled, orders, inner)
+
+
+def _become(theirs: Version, written: list[Thing]) -> None:
+    """Make the model of theirs the merged one: who knows an object of it knows it there, too."""
+    known = theirs.things
+    parts = {id(t.part): known[t.number].part if t.number in known else t.part for t in written}
+    for thing in written:
+        for field in thing.part.__struct_fields__:
+            value = getattr(thing.part, field)
+            if isinstance(value, list):
+                value = [parts[id(one)] for one in value]
+            setattr(parts[id(thing.part)], field, parts.get(id(value), value))
+
+
+def _fragments(left: list[Left], files: dict[Side, tuple[bytes, Version]]) -> bytes | None:
+    """The elements of things that are left out of their files, each behind the lines that say
+    why."""
     root = etree.Element("mbsDescR7")
-    for side, source in sources.items():
-        elements = read_again(source)[1] if source else []
-        why: dict[int | str, list[str]] = {}
-        for _, number, said in [one for one in left if one[0] == side and elements]:
-            why.setdefault(places[side][number], []).append(said)
-        for place, words in why.items():
+    for side, (source, version) in files.items():
+        why: dict[int, list[str]] = {}
+        for _, number, said in [one for one in left if one[0] == side]:
+            why.setdefault(number, []).append(said)
+        found = elements(source, version) if why else {}
+        for number, words in why.items():
             # two hyphens end a comment
             root.extend([etree.Comment(f" {re.sub('-(?=-)', '- ', said)} ") for said in words])
-            if place:  # else it is the whole file
-                found = elements[place] if isinstance(place, int) else elements[0].find(place)
-                assert found is not None
-                element = deepcopy(found)
-                element.tail = None
-                root.append(element)
+            if version.things[number].kind != "model":  # else it is the whole file
+                root.append(found[number])
+                found[number].tail = None
     if not len(root):
         return None
     etree.indent(root)

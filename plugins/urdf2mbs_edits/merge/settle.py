@@ -72,11 +72,11 @@ class Settled:
         kind = self.ours.things[number].kind
         for field in dict.fromkeys([*own, *other]):
             before, mine, then = was.get(field), own.get(field), other.get(field)
-            if self.moved and is_place(kind, field):
-                self.taken.add((number, field))  # until ``keep`` has seen where it stands
-            elif field[0] == "[" or then in (mine, before):
+            if self.moved and mine is not None and is_place(kind, field):
                 continue
-            elif mine == before or self._theirs_wins(number, field):
+            if field[0] == "[" or then in (mine, before):
+                continue
+            if mine == before or self._theirs_wins(number, field):
                 self.taken.add((number, field))
 
     def _moves_the_diagram(self) -> bool:
@@ -287,7 +287,21 @@ class Settled:
         for number, thing in self.there.items():
             if thing.owner is not None:
                 held.setdefault((self.value(number, "owner"), f"[{thing.kind}]"), set()).add(number)
-        return {path: self._ordered(path, here) for path, here in held.items()}
+        orders = {path: self._ordered(path, here) for path, here in held.items()}
+        for path in [path for path in orders if path[1] == "[body]"]:
+            orders[path] = self._parents_first(orders[path])
+        return orders
+
+    def _parents_first(self, bodies: list[int]) -> list[int]:
+        """The bodies as a file has them: each behind its parent."""
+        order: dict[int, None] = {}
+        for body in bodies:
+            way: list[int] = []
+            while body in self.there and body not in order and self.there[body].kind == "body":
+                way.append(body)
+                body = self.value(body, "place")[0]
+            order |= dict.fromkeys(reversed(way))
+        return list(order)
 
     def _ordered(self, path: Path, here: set[int]) -> list[int]:
         """What both sides have, as each side moved it, and what one side has alone behind what it

@@ -16,9 +16,9 @@ from lxml import etree
 from mbs.models import everything, few
 from urdf2mbs.mbs.model import Body, Connection, Joint, Mbs, Parameter, Point, Sensor, Shape, View
 from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.writer import write
 from urdf2mbs_edits.diff.changes import Change, Differences, differences
 from urdf2mbs_edits.diff.words import in_words, line
-from urdf2mbs_edits.rewrite import write
 
 SHARED = Path(__file__).resolve().parents[4] / "shared" / "mbs-samples"
 real = pytest.mark.skipif(not SHARED.exists(), reason=f"the real files are not here: {SHARED}")

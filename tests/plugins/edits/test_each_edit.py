@@ -23,8 +23,8 @@ from urdf2mbs.mbs.model import (
     UserModel,
 )
 from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.writer import write
 from urdf2mbs_edits.merge.merge import Merged, merge
-from urdf2mbs_edits.rewrite import write
 
 Edit = Callable[[Mbs], Any]
 

@@ -8,11 +8,11 @@ import pytest
 
 from urdf2mbs import convert
 from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.writer import write
 from urdf2mbs.testing import TINY
 from urdf2mbs_edits.diff.flat import things
 from urdf2mbs_edits.diff.matching import match
 from urdf2mbs_edits.merge.keep import keep
-from urdf2mbs_edits.rewrite import write
 
 if TYPE_CHECKING:
     from pathlib import Path

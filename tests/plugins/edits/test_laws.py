@@ -27,10 +27,10 @@ from urdf2mbs.mbs.model import (
     UserVariable,
 )
 from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.writer import write
 from urdf2mbs_edits.diff.changes import differences
 from urdf2mbs_edits.diff.flat import things
 from urdf2mbs_edits.merge.merge import Merged, merge
-from urdf2mbs_edits.rewrite import write
 
 SAMPLES = sorted((SHARED / "mbs-samples").glob("*.mbs"))
 

@@ -17,10 +17,10 @@ from plugins.edits.edits import BESIDE, CHANGES, MECHANICS, as_saved, no_leaf, r
 from urdf2mbs import convert
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.reader import read, read_again
+from urdf2mbs.mbs.writer import write
 from urdf2mbs_edits.diff.changes import compare, differences
 from urdf2mbs_edits.diff.flat import is_place, things
 from urdf2mbs_edits.merge.merge import Merged, merge, versions
-from urdf2mbs_edits.rewrite import write
 
 CONFIGS = Path(__file__).resolve().parents[3] / "configs"
 ROBOTS = ("lamp.urdf", "biped.urdf.xacro", "arm.urdf.xacro", "hexapod.urdf.xacro")
@@ -147,10 +147,10 @@ def check(
     random = Random(seed)
     texts = [urdf(robot), changed(urdf(robot), changes, random)]
     data = [fresh(text, preset, folder) for text in (texts[::-1] if backwards else texts)]
-    edited = read(as_saved(data[0]), "edited.mbs")
+    edited = read(data[0], "edited.mbs")
     for edit in edits:
         edit(edited, random)
-    saved = write(edited).replace(b"<bodytree>", b"<bodytree><!-- mine -->")
+    saved = as_saved(write(edited)).replace(b"<bodytree>", b"<bodytree><!-- mine -->")
     edited = read(saved, "edited.mbs")
     base, new = read(data[0], "base.mbs"), model(data[1])
     merged = merge(base, edited, new)

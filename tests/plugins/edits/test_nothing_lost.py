@@ -25,9 +25,9 @@ from plugins.edits.test_each_edit import (
 from urdf2mbs.cli import main
 from urdf2mbs.mbs.model import Body, Connection, Drawing, Joint, Light, Mbs, Point, Sensor
 from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.writer import write
 from urdf2mbs_edits.diff.changes import differences
 from urdf2mbs_edits.merge.merge import Merged, merge
-from urdf2mbs_edits.rewrite import write
 
 SAMPLES = sorted((SHARED / "mbs-samples").glob("*.mbs"))
 PAIRS = [

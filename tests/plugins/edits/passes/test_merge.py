@@ -14,8 +14,8 @@ from plugins.edits import edits
 from urdf2mbs.cli import main
 from urdf2mbs.disk.record import is_ours
 from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.writer import write
 from urdf2mbs_edits.merge.base import is_base
-from urdf2mbs_edits.rewrite import write
 
 ROBOT = """<robot name="one">
   <link name="body"><inertial><mass value="1"/>
@@ -43,10 +43,10 @@ def robot(old: str, new: str) -> None:
 def edit(file: str, *made: Any) -> None:
     """Edit and save a file as people do it in MBSysPad."""
     path = Path(file)
-    mbs = read(edits.as_saved(path.read_bytes()), file)
+    mbs = read(path.read_bytes(), file)
     for change in made:
         change(mbs, Random(1))
-    path.write_bytes(write(mbs))
+    path.write_bytes(edits.as_saved(write(mbs)))
 
 
 def convert(*words: str) -> int:
