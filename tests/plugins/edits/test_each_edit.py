@@ -390,6 +390,13 @@ def test_which_of_two_new_joints_moves_the_other_is_for_people(prefer: Any, orde
     assert len(done.plan.conflicts) == 1
 
 
+def test_what_both_sides_add_at_one_place_has_one_order_whoever_is_ours() -> None:
+    one, two = (add("bodies.0.points", Point(name, (1.0, 0.0, 0.0))) for name in "ab")
+    results = [merged(mine, theirs, None)[0] for mine, theirs in ((one, two), (two, one))]
+    for result in results:
+        assert [point.name for point in result.bodies[0].points][2:] == ["a", "b"]
+
+
 def test_the_diagram_stays_as_people_have_it() -> None:
     """A new body is as far from the body that carries it as the new layout puts it."""
 
