@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from copy import deepcopy
 from typing import TYPE_CHECKING
 
 import msgspec
@@ -139,8 +140,8 @@ def _fragments(left: list[Left], files: dict[Side, tuple[bytes, Version]]) -> by
             # two hyphens end a comment
             root.extend([etree.Comment(f" {re.sub('-(?=-)', '- ', said)} ") for said in words])
             if version.things[number].kind != "model":  # else it is the whole file
-                root.append(found[number])
-                found[number].tail = None
+                root.append(deepcopy(found[number]))
+                root[-1].tail = None
     if not len(root):
         return None
     etree.indent(root)

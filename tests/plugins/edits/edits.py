@@ -9,21 +9,7 @@ from typing import Any
 
 from lxml import etree
 
-from urdf2mbs.mbs.model import (
-    Body,
-    Connection,
-    Drawing,
-    Joint,
-    Light,
-    Mbs,
-    Parameter,
-    Point,
-    Sensor,
-    Shape,
-    UserModel,
-    UserVariable,
-    Viewpoint,
-)
+from urdf2mbs.mbs import model as m
 
 MEASURES = ("Pos", "Rot", "Vit", "Om", "Acc", "Omp")
 
@@ -46,104 +32,104 @@ def as_saved(data: bytes) -> bytes:
     return text.replace(b"\n", b"\r\n").replace(b"/>", b" />")
 
 
-def places(mbs: Mbs, random: Random) -> None:
+def places(mbs: m.Mbs, random: Random) -> None:
     for body in mbs.bodies:
         for joint in body.joints:
             if joint.position:
                 joint.position = (joint.position[0] + 40.0, joint.position[1] + 7.0)
 
 
-def colour(mbs: Mbs, random: Random) -> None:
+def colour(mbs: m.Mbs, random: Random) -> None:
     for body in mbs.bodies:
         if body.shapes:
             random.choice(body.shapes).color = (1, 2, random.randrange(200))
             return
 
 
-def a_shape(mbs: Mbs, random: Random) -> None:
-    one = Shape("box", "New_Shape", size=(0.5, 0.25, random.random()))
+def a_shape(mbs: m.Mbs, random: Random) -> None:
+    one = m.Shape("box", "New_Shape", size=(0.5, 0.25, random.random()))
     random.choice(mbs.bodies).shapes.append(one)
 
 
-def own_point(mbs: Mbs, random: Random) -> None:
-    random.choice(mbs.bodies).points.append(Point("mine", (random.random(), 0.0, 0.5)))
+def own_point(mbs: m.Mbs, random: Random) -> None:
+    random.choice(mbs.bodies).points.append(m.Point("mine", (random.random(), 0.0, 0.5)))
 
 
-def sensor(mbs: Mbs, random: Random) -> None:
-    point = Point("eye", (0.0, 0.125, random.random()), sensor=Sensor("my_sensor", MEASURES))
+def sensor(mbs: m.Mbs, random: Random) -> None:
+    point = m.Point("eye", (0.0, 0.125, random.random()), sensor=m.Sensor("my_sensor", MEASURES))
     random.choice(mbs.bodies).points.append(point)
 
 
-def force_at_origin(mbs: Mbs, random: Random) -> None:
+def force_at_origin(mbs: m.Mbs, random: Random) -> None:
     body = random.choice([b for b in mbs.bodies if not any(p.name == "origin" for p in b.points)])
-    body.points.insert(0, Point("origin", extforce=Sensor("my_force", MEASURES)))
+    body.points.insert(0, m.Point("origin", extforce=m.Sensor("my_force", MEASURES)))
 
 
-def link(mbs: Mbs, random: Random) -> None:
+def link(mbs: m.Mbs, random: Random) -> None:
     one, two = random.sample(mbs.bodies, 2)
-    mbs.links.append(Connection("link", "my_link", (one.name, None), (two.name, None)))
+    mbs.links.append(m.Connection("link", "my_link", (one.name, None), (two.name, None)))
 
 
-def cut(mbs: Mbs, random: Random) -> None:
+def cut(mbs: m.Mbs, random: Random) -> None:
     one = random.choice(mbs.bodies)
-    mbs.cuts.append(Connection("rod", "my_rod", (one.name, None), (None, None), 1.5))
+    mbs.cuts.append(m.Connection("rod", "my_rod", (one.name, None), (None, None), 1.5))
 
 
-def user_model(mbs: Mbs, random: Random) -> None:
-    mbs.user_models.append(UserModel("Mine", [Parameter("gain", "scalar", ("0.5",))]))
+def user_model(mbs: m.Mbs, random: Random) -> None:
+    mbs.user_models.append(m.UserModel("Mine", [m.Parameter("gain", "scalar", ("0.5",))]))
 
 
-def variable(mbs: Mbs, random: Random) -> None:
-    mbs.user_variables.append(UserVariable("mine", "in", "3"))
+def variable(mbs: m.Mbs, random: Random) -> None:
+    mbs.user_variables.append(m.UserVariable("mine", "in", "3"))
 
 
-def start(mbs: Mbs, random: Random) -> None:
+def start(mbs: m.Mbs, random: Random) -> None:
     free = [j for b in mbs.bodies for j in b.joints if j.nature == "independent"]
     random.choice(free).q = 0.125 + random.random() / 8
 
 
-def nature(mbs: Mbs, random: Random) -> None:
+def nature(mbs: m.Mbs, random: Random) -> None:
     joint = random.choice([j for b in mbs.bodies for j in b.joints])
     joint.nature = "driven" if joint.nature == "independent" else "independent"
     joint.symbols = ("q", "qd", "qdd")
 
 
-def camera(mbs: Mbs, random: Random) -> None:
+def camera(mbs: m.Mbs, random: Random) -> None:
     assert mbs.view is not None
-    mbs.view.viewpoints.append(Viewpoint("mine", (1.0, random.random(), 0.0), (0.0, 0.0, 0.0)))
+    mbs.view.viewpoints.append(m.Viewpoint("mine", (1.0, random.random(), 0.0), (0.0, 0.0, 0.0)))
     joint = random.choice(mbs.bodies).joints[-1].name
-    mbs.view.lights.append(Light("lamp_of_mine", (0.0, 0.0, -1.0), joint))
+    mbs.view.lights.append(m.Light("lamp_of_mine", (0.0, 0.0, -1.0), joint))
     mbs.view.background = (9, 9, 9)
 
 
-def mass(mbs: Mbs, random: Random) -> None:
+def mass(mbs: m.Mbs, random: Random) -> None:
     random.choice([body for body in mbs.bodies if body.mass]).mass = 33.25 + random.random()
 
 
-def centre(mbs: Mbs, random: Random) -> None:
+def centre(mbs: m.Mbs, random: Random) -> None:
     random.choice([body for body in mbs.bodies if body.mass]).com = (0.0, random.random(), 0.25)
 
 
-def point_moved(mbs: Mbs, random: Random) -> None:
+def point_moved(mbs: m.Mbs, random: Random) -> None:
     points = [p for b in mbs.bodies for p in b.points if p.name != "origin"]
     if points:
         random.choice(points).coordinates = (3.0, random.random(), 0.5)
 
 
-def renamed_joint(mbs: Mbs, random: Random) -> None:
+def renamed_joint(mbs: m.Mbs, random: Random) -> None:
     joint = random.choice(mbs.bodies).joints[0]
     for part in (
         *mbs.user_constraints,
         *([*mbs.view.viewpoints, *mbs.view.lights] if mbs.view else []),
     ):
-        if isinstance(part, Viewpoint | Light):
+        if isinstance(part, m.Viewpoint | m.Light):
             part.joint = "my_joint" if part.joint == joint.name else part.joint
         else:
             part.joints = tuple("my_joint" if n == joint.name else n for n in part.joints)
     joint.name = "my_joint"
 
 
-def renamed_body(mbs: Mbs, random: Random) -> None:
+def renamed_body(mbs: m.Mbs, random: Random) -> None:
     body = random.choice(mbs.bodies)
     for child in mbs.bodies:
         child.parent = "my_body" if child.parent == body.name else child.parent
@@ -154,30 +140,30 @@ def renamed_body(mbs: Mbs, random: Random) -> None:
     body.name = "my_body"
 
 
-def a_body(mbs: Mbs, random: Random) -> None:
+def a_body(mbs: m.Mbs, random: Random) -> None:
     on = random.choice(mbs.bodies)
     mbs.bodies.append(
-        Body("payload", on.name, None, [Joint("swing", "R2", position=(50.0, 60.0))], 1.25,
-             points=[Point("hook", (0.0, 0.0, -0.5), (55.0, 66.0))],
-             drawing=Drawing((0.0, 0.0), (20.0, 20.0), ((20.0, 0.0),) * 4))
+        m.Body("payload", on.name, None, [m.Joint("swing", "R2", position=(50.0, 60.0))], 1.25,
+             points=[m.Point("hook", (0.0, 0.0, -0.5), (55.0, 66.0))],
+             drawing=m.Drawing((0.0, 0.0), (20.0, 20.0), ((20.0, 0.0),) * 4))
     )  # fmt: skip
-    mbs.links.append(Connection("link", "rope", ("payload", "hook"), (None, None)))
+    mbs.links.append(m.Connection("link", "rope", ("payload", "hook"), (None, None)))
     mbs.bodies = mbs.depth_first()
 
 
-def a_joint(mbs: Mbs, random: Random) -> None:
+def a_joint(mbs: m.Mbs, random: Random) -> None:
     body = random.choice(mbs.bodies)
     place = random.randrange(len(body.joints) + 1)
-    body.joints.insert(place, Joint("my_slide", "T3", position=(70.0, 80.0)))
+    body.joints.insert(place, m.Joint("my_slide", "T3", position=(70.0, 80.0)))
 
 
-def no_shape(mbs: Mbs, random: Random) -> None:
+def no_shape(mbs: m.Mbs, random: Random) -> None:
     bodies = [body for body in mbs.bodies if body.shapes]
     if bodies:
         random.choice(bodies).shapes.pop()
 
 
-def no_leaf(mbs: Mbs, random: Random) -> None:
+def no_leaf(mbs: m.Mbs, random: Random) -> None:
     """Remove a body that carries nothing."""
     used = {body.parent for body in mbs.bodies}
     used |= {end[0] for c in (*mbs.cuts, *mbs.links) for end in (c.endpoint1, c.endpoint2)}
@@ -190,10 +176,10 @@ def no_leaf(mbs: Mbs, random: Random) -> None:
 
 
 #: Of them, the edits that make it another robot.
-MECHANICS: list[Callable[[Mbs, Random], None]] = [
+MECHANICS: list[Callable[[m.Mbs, Random], None]] = [
     cut, nature, mass, centre, point_moved, a_body, a_joint, no_leaf,
 ]  # fmt: skip
-BESIDE: list[Callable[[Mbs, Random], None]] = [
+BESIDE: list[Callable[[m.Mbs, Random], None]] = [
     places, colour, a_shape, own_point, sensor, force_at_origin, link, user_model, variable,
     start, camera, renamed_joint, renamed_body, no_shape,
 ]  # fmt: skip

@@ -13,19 +13,7 @@ from hypothesis import strategies as st
 
 from conftest import SHARED
 from mbs.models import everything, few, models
-from urdf2mbs.mbs.model import (
-    Body,
-    Connection,
-    Joint,
-    Light,
-    Mbs,
-    Parameter,
-    Point,
-    Sensor,
-    Shape,
-    UserModel,
-    UserVariable,
-)
+from urdf2mbs.mbs import model as m
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.mbs.writer import write
 from urdf2mbs_edits.diff.changes import differences
@@ -50,11 +38,11 @@ def some(random: Random, parts: Iterable[Any]) -> Any:
     return random.choice(parts) if parts else None
 
 
-def joints(mbs: Mbs) -> list[Joint]:
+def joints(mbs: m.Mbs) -> list[m.Joint]:
     return [joint for body in mbs.bodies for joint in body.joints]
 
 
-def a_value(mbs: Mbs, random: Random) -> None:
+def a_value(mbs: m.Mbs, random: Random) -> None:
     """Another number for something that has one."""
     owners: list[Any] = [*mbs.bodies, mbs.base]
     found = [(body, field) for body in mbs.bodies for field in ("mass", "com")]
@@ -69,68 +57,70 @@ def a_value(mbs: Mbs, random: Random) -> None:
     setattr(part, field, value if field not in ("mass", "q", "qd") else value[0])
 
 
-def a_word(mbs: Mbs, random: Random) -> None:
+def a_word(mbs: m.Mbs, random: Random) -> None:
     joint = some(random, joints(mbs))
     if joint:
         joint.type = random.choice(["R1", "R2", "R3", "T1", "T2", "T3"])
         joint.nature = random.choice(["independent", "dependent", "driven"])
 
 
-def a_place(mbs: Mbs, random: Random) -> None:
+def a_place(mbs: m.Mbs, random: Random) -> None:
     for joint in joints(mbs)[: random.randrange(3)]:
         joint.position = (float(random.randrange(900)), float(random.randrange(900)))
 
 
-def body_on_a_new_point(mbs: Mbs, random: Random) -> None:
+def body_on_a_new_point(mbs: m.Mbs, random: Random) -> None:
     on = some(random, mbs.bodies) or mbs.base
-    point = Point(new(random, "hook"), vector(random))
+    point = m.Point(new(random, "hook"), vector(random))
     on.points.append(point)
-    parent = on.name if isinstance(on, Body) else None
+    parent = on.name if isinstance(on, m.Body) else None
     joint, body = (new(random, word) for word in ("turn", "load"))
-    mbs.bodies.append(Body(body, parent, point.name, [Joint(joint, "R2")], 1.5))
-    mbs.links.append(Connection("link", new(random, "rope"), (body, None), (parent, point.name)))
+    mbs.bodies.append(m.Body(body, parent, point.name, [m.Joint(joint, "R2")], 1.5))
+    mbs.links.append(m.Connection("link", new(random, "rope"), (body, None), (parent, point.name)))
 
 
-def a_point(mbs: Mbs, random: Random) -> None:
+def a_point(mbs: m.Mbs, random: Random) -> None:
     body = some(random, mbs.bodies)
     if body:
-        point = Point(new(random, "eye"), vector(random))
-        setattr(point, random.choice(["sensor", "extforce"]), Sensor(new(random, "feel"), ("Pos",)))
+        point = m.Point(new(random, "eye"), vector(random))
+        setattr(
+            point, random.choice(["sensor", "extforce"]), m.Sensor(new(random, "feel"), ("Pos",))
+        )
         body.points.insert(random.randrange(len(body.points) + 1), point)
 
 
-def a_joint(mbs: Mbs, random: Random) -> None:
+def a_joint(mbs: m.Mbs, random: Random) -> None:
     body = some(random, mbs.bodies)
     if body:
         place = random.randrange(len(body.joints) + 1)
-        body.joints.insert(place, Joint(new(random, "slide"), "T2"))
+        body.joints.insert(place, m.Joint(new(random, "slide"), "T2"))
 
 
-def a_shape(mbs: Mbs, random: Random) -> None:
-    shape = Shape("box", "New_Shape", size=vector(random))
+def a_shape(mbs: m.Mbs, random: Random) -> None:
+    shape = m.Shape("box", "New_Shape", size=vector(random))
     (some(random, mbs.bodies) or mbs.base).shapes.append(shape)
 
 
-def a_model(mbs: Mbs, random: Random) -> None:
-    parameter = Parameter(new(random, "gain"), "scalar", ("0.5",))
+def a_model(mbs: m.Mbs, random: Random) -> None:
+    parameter = m.Parameter(new(random, "gain"), "scalar", ("0.5",))
     own = some(random, mbs.user_models)
     if own and random.random() < 0.5:
         own.parameters.append(parameter)
     else:
-        mbs.user_models.append(UserModel(new(random, "Mine"), [parameter]))
-    mbs.user_variables.append(UserVariable(new(random, "mine"), "in", "3"))
+        mbs.user_models.append(m.UserModel(new(random, "Mine"), [parameter]))
+    mbs.user_variables.append(m.UserVariable(new(random, "mine"), "in", "3"))
     if mbs.view is not None:
-        light = Light(new(random, "lamp"), vector(random))
+        light = m.Light(new(random, "lamp"), vector(random))
         mbs.view.lights.append(light)
 
 
-def a_cut(mbs: Mbs, random: Random) -> None:
+def a_cut(mbs: m.Mbs, random: Random) -> None:
     one, two = (some(random, [None, *mbs.bodies]) for _ in range(2))
     ends = [(body.name, None) if body else (None, None) for body in (one, two)]
-    mbs.cuts.append(Connection("rod", new(random, "rod"), *ends, 1.5))
+    mbs.cuts.append(m.Connection("rod", new(random, "rod"), *ends, 1.5))
 
 
-def no_thing(mbs: Mbs, random: Random) -> None:
+def no_thing(mbs: m.Mbs, random: Random) -> None:
     """A thing goes, of those that nothing needs."""
     ends = [end for c in (*mbs.cuts, *mbs.links) for end in (c.endpoint1, c.endpoint2)]
     used = {body.place for body in mbs.bodies} | {*ends}
@@ -153,7 +143,7 @@ def no_thing(mbs: Mbs, random: Random) -> None:
         parts[:] = [one for one in parts if one is not part]
 
 
-def sensors_change_places(mbs: Mbs, random: Random) -> None:
+def sensors_change_places(mbs: m.Mbs, random: Random) -> None:
     points = [point for body in mbs.bodies for point in body.points]
     if len(points) > 1:
         one, two = random.sample(points, 2)
@@ -163,7 +153,7 @@ def sensors_change_places(mbs: Mbs, random: Random) -> None:
         setattr(two, field, here)
 
 
-def joint_moves(mbs: Mbs, random: Random) -> None:
+def joint_moves(mbs: m.Mbs, random: Random) -> None:
     body = some(random, [body for body in mbs.bodies if len(body.joints) > 1])
     if body:
         joint = body.joints.pop(random.randrange(len(body.joints)))
@@ -171,7 +161,7 @@ def joint_moves(mbs: Mbs, random: Random) -> None:
         other.joints.insert(random.randrange(len(other.joints) + 1), joint)
 
 
-def body_hangs_elsewhere(mbs: Mbs, random: Random) -> None:
+def body_hangs_elsewhere(mbs: m.Mbs, random: Random) -> None:
     body = some(random, mbs.bodies)
     if body is None:
         return
@@ -179,12 +169,12 @@ def body_hangs_elsewhere(mbs: Mbs, random: Random) -> None:
     for other in mbs.bodies:
         below |= {other.name} if other.parent in below else set()
     on = random.choice([mbs.base, *[b for b in mbs.bodies if b.name not in below]])
-    body.parent = on.name if isinstance(on, Body) else None
+    body.parent = on.name if isinstance(on, m.Body) else None
     body.point = random.choice([None, *[p.name for p in on.points if p.name != "origin"]])
     mbs.bodies = mbs.depth_first()
 
 
-def order(mbs: Mbs, random: Random) -> None:
+def order(mbs: m.Mbs, random: Random) -> None:
     lists = [mbs.cuts, mbs.links, mbs.user_models]
     lists += [parts for b in mbs.bodies for parts in (b.joints, b.points, b.shapes)]
     parts: Any = some(random, [parts for parts in lists if len(parts) > 1])
@@ -192,7 +182,7 @@ def order(mbs: Mbs, random: Random) -> None:
         parts.insert(random.randrange(len(parts)), parts.pop(random.randrange(len(parts))))
 
 
-def rename(mbs: Mbs, random: Random) -> None:
+def rename(mbs: m.Mbs, random: Random) -> None:
     """Call a body, joint or point otherwise wherever it is named."""
     found = things(mbs)
     thing = some(random, [t for t in found if t.kind in ("body", "joint", "sensor", "point")])
@@ -211,7 +201,7 @@ def rename(mbs: Mbs, random: Random) -> None:
     thing.part.name = name
 
 
-EDITS: list[Callable[[Mbs, Random], None]] = [
+EDITS: list[Callable[[m.Mbs, Random], None]] = [
     a_value, a_word, a_place, body_on_a_new_point, a_point, a_joint, a_shape, a_model, a_cut,
     no_thing, sensors_change_places, joint_moves, body_hangs_elsewhere, order, rename,
 ]  # fmt: skip
@@ -276,7 +266,7 @@ def check_both(base: bytes, ours: bytes, theirs: bytes) -> None:
 
 @settings(few, max_examples=12)
 @given(models(), models(), st.integers(0, 10**6))
-def test_the_laws_hold_whatever_the_models_are(base: Mbs, other: Mbs, seed: int) -> None:
+def test_the_laws_hold_whatever_the_models_are(base: m.Mbs, other: m.Mbs, seed: int) -> None:
     check_one_side_alone(write(base), write(other))
     random = Random(seed)
     ours, theirs = (edited(write(everything()), random, 4) for _ in range(2))

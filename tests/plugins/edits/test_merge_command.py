@@ -125,6 +125,9 @@ def test_a_conflict_is_named_and_ours_stays(here: Path, capsys: Any) -> None:
         "arm.mbs: conflict: joint 'lift' of body 'trunk': type 'T3' -> 'T1'; theirs has 'T2'"
         in (said.err)
     )
+    beside = (here / "arm.orphaned.mbs").read_text()
+    assert "theirs has 'T2' now: ours wins -->\n  <joint>\n    <jointname>lift<" in beside
+    assert "<type>T2</type>" in beside
     text = (here / "ours.mbs").read_text()
     assert "<type>T1</type>" in text
     assert text.count("<type>R2</type>") == 3

@@ -13,6 +13,7 @@ from lxml import etree
 from plugins.edits import edits
 from urdf2mbs.cli import main
 from urdf2mbs.disk.record import is_ours
+from urdf2mbs.mbs.model import Point
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.mbs.writer import write
 from urdf2mbs_edits.merge.base import is_base
@@ -122,7 +123,7 @@ def test_what_cannot_stand_is_kept_beside(here: Path, capsys: Any) -> None:
         Path("one.urdf").write_text(ROBOT)
         assert convert("-q") == 0
         mbs = read((here / "one.mbs").read_bytes(), "one")
-        mbs.bodies[-1].points.append(edits.Point(point, (0.5, 0.0, 0.0)))
+        mbs.bodies[-1].points.append(Point(point, (0.5, 0.0, 0.0)))
         (here / "one.mbs").write_bytes(write(mbs))
         Path("one.urdf").write_text(shorter)
         capsys.readouterr()
