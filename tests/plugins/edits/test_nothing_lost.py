@@ -9,7 +9,6 @@ from typing import Any
 
 import pytest
 
-from conftest import SHARED
 from mbs.models import everything
 from plugins.edits.test_each_edit import (
     Edit,
@@ -22,21 +21,17 @@ from plugins.edits.test_each_edit import (
     nothing,
     put,
 )
+from plugins.edits.test_laws import SAMPLES, check_one_side_alone, three
 from urdf2mbs.cli import main
 from urdf2mbs.mbs.model import Body, Connection, Drawing, Joint, Light, Mbs, Point, Sensor
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.mbs.writer import write
 from urdf2mbs_edits.diff.changes import differences
-from urdf2mbs_edits.merge.merge import Merged, merge
+from urdf2mbs_edits.merge.merge import Merged
 
-SAMPLES = sorted((SHARED / "mbs-samples").glob("*.mbs"))
 PAIRS = [
     pair for pair in permutations(SAMPLES, 2) if len({f.name.split(".")[0] for f in pair}) == 1
 ]  # fmt: skip
-
-
-def three(base: bytes, ours: bytes, theirs: bytes) -> Merged:
-    return merge(read(base, "base"), read(ours, "ours"), read(theirs, "theirs"), None)
 
 
 def check_says_nothing(done: Merged) -> None:
@@ -269,13 +264,7 @@ def test_what_nobody_knows_goes_along_if_ours_did_not_change_it(old: str, new: s
 @pytest.mark.skipif(not PAIRS, reason="the real files are not there")
 @pytest.mark.parametrize("pair", PAIRS, ids=lambda pair: "-".join(file.stem for file in pair))
 def test_one_side_alone_wins_in_real_histories(pair: tuple[Path, Path]) -> None:
-    before, after = (file.read_bytes() for file in pair)
-    for ours, theirs in ((after, before), (before, after), (after, after)):
-        done = three(before, ours, theirs)
-        check_says_nothing(done)
-        assert not differences(read(done.data, "m"), read(after, "m")).changes
-        if ours == after:
-            assert done.data == after
+    check_one_side_alone(*(file.read_bytes() for file in pair))
 
 
 # --- convert again ---
