@@ -57,14 +57,25 @@ def test_the_commands_of_the_core_need_no_plugin(
         assert f"  {command} " in said
 
 
-def test_a_project_without_its_plugin_is_an_error(tmp_path: Path) -> None:
-    (tmp_path / "plain.urdf").write_text(TINY)
+@pytest.mark.parametrize(
+    ("plugin", "inside", "says"),
+    [
+        ("project", "", "error[plugin-missing]: this is work for the plugin 'project'"),
+        ("xacro", "<xacro:arm/>", "error[plugin-missing]: this is xacro, and the plugin 'xacro'"),
+    ],
+)
+def test_work_without_its_plugin_is_an_error(
+    plugin: str, inside: str, says: str, tmp_path: Path
+) -> None:
+    xmlns = 'xmlns:xacro="http://www.ros.org/wiki/xacro"'
+    text = TINY.replace("</robot>", f"{inside}</robot>").replace("<robot ", f"<robot {xmlns} ")
+    (tmp_path / "plain.urdf").write_text(text)
     done = subprocess.run(
         [sys.executable, "-m", "urdf2mbs", "convert", "plain.urdf", "-o", "p/"], cwd=tmp_path,
-        env=environment("project"), check=False, capture_output=True, text=True,
+        env=environment(plugin), check=False, capture_output=True, text=True,
     )  # fmt: skip
     assert done.returncode == 2
-    assert "error[plugin-missing]: this is work for the plugin 'project'" in done.stderr
+    assert says in done.stderr
     assert not (tmp_path / "p").exists()
 
 

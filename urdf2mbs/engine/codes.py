@@ -20,7 +20,7 @@ CODES = {
     "output-unwritable": "error: a file cannot be written; no file was written",
     "project-in-source": "error: a new project would be in the folder of the robot",
     "sweep-many": "error: the config makes many robots, and the command wants one",
-    "plugin-missing": "error: the file of the plugin does not exist",
+    "plugin-missing": "error: a plugin, or the file of a plugin, is not there",
     "plugin-broken": "error: the plugin cannot be loaded; an installed plugin is left out",
     "plugin-empty": "error: the plugin has no function marked `@hookimpl`",
     "plugin-doubled": "error: two plugins have one name",

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.hookspecs import Pass
+from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.urdf.reader import read_file, read_text
 
 
@@ -24,6 +25,10 @@ class Expand(Pass):
                 source=settings.source, data=given.data, packages=conversion.packages,
                 args=args, trust=trust,
             )  # fmt: skip
+            if b"<xacro:" in given.data and not conversion.hook.urdf2mbs_read.get_hookimpls():
+                what = "this is xacro, and the plugin 'xacro' is not installed"
+                hint = "install urdf2mbs whole, or convert what xacro makes of the file"
+                raise ConfigError("plugin-missing", what, file=str(settings.source), hint=hint)
         conversion.robot, diagnostics = read_text(
             settings.source, given.data, given.expansion, args, conversion.hook.urdf2mbs_extension,
         )  # fmt: skip
