@@ -33,8 +33,8 @@ HEADERS = HERE / "mbsysc"
 #: Equations of 2025 and later call ``user_call_X``, which here is ``user_X``.
 FLAGS = (
     "-std=gnu99", "-O2", "-w", "-shared", "-fPIC",
-    *(f"-Duser_call_{name}=user_{name}" for name in (
-        "ExtForces", "Link3DForces", "LinkForces", "DrivenJoints", "cons_hJ", "cons_jdqd")),
+    "-Duser_call_ExtForces=run_ExtForces", *(f"-Duser_call_{name}=user_{name}" for name in (
+        "Link3DForces", "LinkForces", "DrivenJoints", "cons_hJ", "cons_jdqd")),
 )  # fmt: skip
 
 _double, _int = ctypes.c_double, ctypes.c_int
@@ -157,6 +157,13 @@ class CCode(PythonCode):
         ctypes.memset(ctypes.byref(self.hooks), 0, ctypes.sizeof(self.hooks))  # of an earlier run
         self._set_hooks()
         self._find_bodies()
+        self.take_axes()
+
+    def take_axes(self) -> None:
+        """Tell C in which axes the base is."""
+        _int.in_dll(self.library, "can_turn").value = self.data.can_turn
+        _int.in_dll(self.library, "turned").value = self.data.turned
+        (_double * 3).in_dll(self.library, "own_angles")[:] = [*map(float, self.data.own_angles)]
 
     def repartition(self, kept: Any) -> None:
         super().repartition(kept)
@@ -304,7 +311,7 @@ def _library(data: MbsData, rows: tuple[int, int], sources: list[Path], *, chose
     defines += [f"-DRUN_FORCES={data.Nxfrc}", f"-DRUN_STATES={data.Nux}"]
     defines += ["-DUSER_IN_C"] * bool(sources)
     files = equations(data, ["invdyna"] if chosen else ["accelred", "invdyna"], "c")
-    own = [HERE / "runtime.c", HERE / "steps.c", *sources]
+    own = [HERE / "runtime.c", HERE / "steps.c", HERE / "turn.c", *sources]
     if chosen:
         writer = CWriter(data.mbs)
         facts = {**writer.facts(), "ANY_DRIVEN": bool(data.nqc)}

@@ -61,6 +61,8 @@ class MbsData:
         """How many there are, once somebody has said it."""
         self.held: list[int] = []
         """Joints that move nothing that has mass."""
+        self.can_turn, self.turned, self.own_angles = False, False, np.zeros(3)
+        """Whether the base is in other axes near its singular place, and its own angles (rad)."""
         self.process, self.flag_stop, self.DonePart, self.tsim = 0, 0, 0, 0.0
 
     def _joints(self) -> None:

@@ -23,6 +23,7 @@ from urdf2mbs_simulate.push import add_pushes
 from urdf2mbs_simulate.python_code import PythonCode, loaded, shown
 from urdf2mbs_simulate.results import Recorder, Results
 from urdf2mbs_simulate.steps import STEPS, Rosenbrock
+from urdf2mbs_simulate.turn import can_turn, own_axes, show, turn_if_near
 
 if TYPE_CHECKING:
     from urdf2mbs_simulate.c_code import CCode
@@ -178,8 +179,11 @@ def integrate(
     data.tsim = time
     if not np.isfinite(data.q + data.qd).all():
         raise _no_partition(data)
+    data.can_turn, data.turned = getattr(code, "in_c", False) and can_turn(data), False
+    turn_if_near(code)
     part(code)
-    code.call("user_dirdyn_init", dirdyn)
+    with own_axes(data):
+        code.call("user_dirdyn_init", dirdyn)
     if not close(data, code):
         raise _no_partition(data)
     recorder, y = Recorder(data, code), code.state()
@@ -205,7 +209,8 @@ def integrate(
             code.guess[:] = data.q[code.dependent]
             if code.has_loop and not (isinstance(solver, Rosenbrock) and solver.loops):
                 code.react()
-                code.call("user_dirdyn_loop", dirdyn)
+                with own_axes(data):
+                    code.call("user_dirdyn_loop", dirdyn)
                 if hasattr(solver, "f"):
                     solver.f = code.accelerate(time, y)  # the loop may have changed the forces
             passed = int(np.searchsorted(frames, time, side="right"))
@@ -214,7 +219,8 @@ def integrate(
                     recorder.add(float(frame), y if frame == time else solver.dense_output()(frame))
                 count = passed
                 check_held(data)
-            if steps % 10 == 0 and choose_again(code):
+            turns = turn_if_near(code, (time, y))
+            if turns or (steps % 10 == 0 and choose_again(code)):
                 y = code.state()
                 solver = make_solver(code, time, y, last, options, frames)
         if data.flag_stop:
@@ -223,6 +229,9 @@ def integrate(
         if count < len(frames) and frames[count] <= time:
             recorder.add(time, y)
             count += 1
+    show(data)
+    data.turned = False
+    code.take_axes()
     code.call("user_dirdyn_finish", dirdyn)
     return recorder.results()
 

@@ -12,6 +12,7 @@ from urdf2mbs.messages.diagnostics import ConfigError, nearest
 from urdf2mbs.spatial import ZERO, Vec
 from urdf2mbs_simulate.data import MbsData, MbsSensor
 from urdf2mbs_simulate.python_code import default
+from urdf2mbs_simulate.turn import in_state_axes
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _FORM = re.compile(
@@ -55,8 +56,9 @@ def add_pushes(data: MbsData) -> None:
             if push.start <= tsim < push.stop:
                 frame = MbsSensor(data)
                 frame.comp_gen_sensor(data.body_id[body])
-                moment = np.cross(frame.R[1:, 1:].T @ at, push.force)
-                data.Qq[1:] += frame.J[1:, 1:].T @ [*push.force, *moment]
+                force = in_state_axes(data, push.force)
+                moment = np.cross(frame.R[1:, 1:].T @ at, force)
+                data.Qq[1:] += frame.J[1:, 1:].T @ [*force, *moment]
 
     def user_joint_forces(mbs_data: MbsData, tsim: float) -> None:
         if user is default(data, "user_JointForces"):  # which leaves the last pushes in Qq

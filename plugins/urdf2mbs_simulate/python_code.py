@@ -174,6 +174,9 @@ class PythonCode:
             data.user_derivatives(data)
         return np.concatenate([data.qd[free], data.qdd[free], data.uxd[1:]])
 
+    def take_axes(self) -> None:
+        """Take the axes in which the base is."""
+
     def take_parameters(self) -> None:
         """Take the parameters of user models anew."""
 

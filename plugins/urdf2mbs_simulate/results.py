@@ -15,6 +15,7 @@ from urdf2mbs.messages.diagnostics import not_installed
 from urdf2mbs_simulate.data import MbsData, MbsSensor
 from urdf2mbs_simulate.push import columns_of_pushes
 from urdf2mbs_simulate.python_code import loaded
+from urdf2mbs_simulate.turn import own_axes
 
 if TYPE_CHECKING:
     from urdf2mbs_simulate.python_code import PythonCode
@@ -180,11 +181,12 @@ class Recorder:
         """Compute a state, and keep it."""
         self.code.accelerate(time, y)
         self.code.react()
-        for name in KEPT:
-            values = getattr(self.data, name).copy()
-            if values.ndim == 1:
-                values[0] = time
-            self.frames[name].append(values)
+        with own_axes(self.data):
+            for name in KEPT:
+                values = getattr(self.data, name).copy()
+                if values.ndim == 1:
+                    values[0] = time
+                self.frames[name].append(values)
         self.frames["time"].append(time)
 
     def results(self) -> Results:

@@ -14,6 +14,9 @@
 #define RUN_ACCELRED mbs_accelred
 #endif
 int RUN_ACCELRED(MbsData *s, double tsim);
+double *run_JointForces(MbsData *s, double tsim);
+void show_base(MbsData *s);
+void hide_base(MbsData *s);
 void mbs_cons_hJ(double *h, double **Jac, MbsData *s, double tsim);
 
 /* Functions of Python: each works on the arrays of MbsData, and on what is beside them here. */
@@ -112,7 +115,7 @@ void user_cons_jdqd(double *jdqd, MbsData *s, double tsim)
 /* What equations of 2025 and later call; the compiler is told that the others are user_X. */
 double *user_call_JointForces(MbsData *s, double tsim)
 {
-    user_JointForces(s, tsim);
+    run_JointForces(s, tsim);
     if (hooks.pushes)
         hooks.pushes(tsim);
     return s->Qq;
@@ -133,8 +136,11 @@ int accelerate(MbsData *s, double t, const double *y, double *f)
     memcpy(s->ux + 1, y + 2 * n, s->Nux * sizeof *y);
     if (RUN_ACCELRED(s, t))
         return -1;
-    if (s->Nux)
+    if (s->Nux) {
+        show_base(s);
         user_Derivative(s);
+        hide_base(s);
+    }
     for (int i = 0; i < n; i++) {
         f[i] = s->qd[s->qu[i + 1]];
         f[n + i] = s->qdd[s->qu[i + 1]];

@@ -21,6 +21,12 @@ void constrain(MbsData *s, double *h, double **Jac);
 void mbs_dirdyna(double **M, double *c, MbsData *s, double tsim);
 void mbs_invdyna(double *phi, MbsData *s, double tsim);
 void mbs_gensensor(MbsSensor *sens, MbsData *s, int isens);
+double *run_ExtForces(double P[4], double R[4][4], double V[4], double OM[4], double A[4],
+                      double OMP[4], MbsData *s, double tsim, int number);
+double *run_JointForces(MbsData *s, double tsim);
+void show_base(MbsData *s);
+void hide_base(MbsData *s);
+int must_turn(const double *y);
 
 /* What acts on a joint (one speed) or on a body (six: of its anchor point, and of its rotation), about
    the present state.  A row of a slope is what one place, then one speed, then one state changes. */
@@ -79,7 +85,7 @@ static void pull(MbsData *s, int number, const double *place, const double *spee
         for (int k = 1; k <= 3; k++)
             R[k][i] = frame.R[k][i] + cross(turn, frame.R[k], i);
     }
-    w = user_ExtForces(P, R, V, OM, A, OMP, s, s->tsim, number);
+    w = run_ExtForces(P, R, V, OM, A, OMP, s, s->tsim, number);
     for (int i = 1; i <= 3; i++)
         for (int k = 1; k <= 3; k++)
             lever[i] += R[k][i] * (w[6 + k] - s->dpt[k][s->xfidpt[number]]);
@@ -159,7 +165,7 @@ static void find_slopes_of_joints(MbsData *s)
             for (int x = 0; x < joint[j].count && way == 2; x++)
                 s->ux[joint[j].state[x]] += NEAR;
         }
-        user_JointForces(s, s->tsim);
+        run_JointForces(s, s->tsim);
         for (int j = 1; j <= JOINTS; j++) {
             keep(s, &joint[j], 1, way, &s->Qq[j]);
             if (way == 0 || way == 1) /* a force that drives its joint away is left explicit */
@@ -432,11 +438,11 @@ int find_states(MbsData *s)
             return -1;
     }
     memcpy(s->uxd, before, sizeof before);
-    user_JointForces(s, s->tsim);
+    run_JointForces(s, s->tsim);
     memcpy(rate, s->uxd, sizeof rate);
     for (int j = 1; j <= JOINTS; j++) {
         s->qd[j] += 1.0;
-        user_JointForces(s, s->tsim);
+        run_JointForces(s, s->tsim);
         s->qd[j] -= 1.0;
         joint[j].count = 0;
         for (int k = 1; k <= STATES; k++)
@@ -494,7 +500,7 @@ int advance(MbsData *s, double *t, double end, double *h, double most, double *y
     int taken = 0;
 
     (void) loops;
-    while (*t < end && taken < count && !s->flag_stop) {
+    while (*t < end && taken < count && !s->flag_stop && !(taken > 0 && must_turn(y))) {
         const double left = end - *t, now = fmin(fmin(*h, most), left);
         const double error = extrapolate(s, *t, now, y, rtol, atol);
         const double next = now * fmin(4.0, fmax(0.2, 0.9 / cbrt(error)));
@@ -516,7 +522,9 @@ int advance(MbsData *s, double *t, double end, double *h, double most, double *y
                 s->Qc[j] = here[j] - s->Qq[j];
             for (int i = 1; i <= s->nqu; i++)
                 s->Qc[s->qu[i]] = 0.0;
+            show_base(s);
             user_dirdyn_loop(s, &dirdyn);
+            hide_base(s);
         }
 #endif
     }

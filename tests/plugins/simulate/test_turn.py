@@ -1,0 +1,76 @@
+"""A base passes the angle at which its three angles have no solution, in C."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from plugins.project.standin import make
+from urdf2mbs_simulate.runtime import MbsData, MbsDirdyn
+from urdf2mbs_simulate.turn import _rates, _rotation
+
+pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
+MOMENTS = np.diag([0.02, 0.03, 0.04])
+BOX = (
+    '<robot name="box"><link name="box"><inertial><mass value="2"/><inertia ixx="0.02" iyy="0.03" '
+    'izz="0.04" ixy="0" ixz="0" iyz="0"/></inertial><collision><geometry><box size="0.3 0.2 0.1"/>'
+    "</geometry></collision></link></robot>"
+)
+
+
+def thrown(project: Path, q: Any, qd: Any, time: float, **options: Any) -> Any:
+    data = MbsData(project / "dataR" / "robot.mbs")
+    data.q[1:], data.qd[1:] = q, qd
+    data.pushes = options.pop("pushes", [])
+    dirdyn = MbsDirdyn(data)
+    dirdyn.set_options(tf=time, language="c", save2file=0, **options)
+    results = dirdyn.run()
+    assert np.isfinite(results.q).all()
+    return results
+
+
+@pytest.mark.parametrize("method", ["DOP853", None])
+def test_a_body_that_tumbles_keeps_its_momentum(tmp_path: Path, method: str | None) -> None:
+    """Results are in the model's own axes, whatever the axes in which it was computed."""
+    project = make(tmp_path, BOX, base="floating", language="c")
+    rates = [1.0, 2.0, 5.0, 0.4, 6.0, 0.7]
+    found = thrown(project, [0.0] * 6, rates, 1.0, integrator=method, rtoler=1e-9, atoler=1e-10)
+    angles, speeds = found.q[:, 4:7], found.qd[:, 4:7]
+    assert np.abs(angles[:, 1]).max() > 1.4
+    first = MOMENTS @ _rates(angles[0]) @ speeds[0]
+    for q, qd in zip(angles, speeds, strict=True):
+        if abs(np.cos(q[1])) > 1e-2:
+            turned = _rotation(q)
+            momentum = turned @ MOMENTS @ turned.T @ _rates(q) @ qd
+            assert momentum == pytest.approx(first, abs=1e-6)
+    assert found.q[-1, 1:4] == pytest.approx([1.0, 2.0, 5.0 - 9.81 / 2], abs=1e-7)
+    assert np.abs(np.diff(found.q[:, 1:4], axis=0)).max() < 0.06
+
+
+def test_a_box_that_turns_over_ten_times_has_gone_on(tmp_path: Path) -> None:
+    """Its second angle is not wrapped, and the first and third stay."""
+    project = make(tmp_path, BOX, base="floating", language="c", gravity=[0, 0, 0])
+    found = thrown(project, [0.0] * 6, [0.0, 0.0, 0.0, 0.0, 20 * np.pi, 0.0], 1.0)
+    assert found.q[-1, 5] == pytest.approx(20 * np.pi, abs=1e-4)
+    assert np.abs(found.q[:, [4, 6]]).max() < 1e-4
+
+
+def test_a_box_lies_on_its_side_at_the_singular_angle(tmp_path: Path) -> None:
+    """It is pushed there, slides as Coulomb says, and rests."""
+    from urdf2mbs_simulate.push import Push
+
+    passes = {"contacts": {"links": ["*"], "friction": 0.5, "depth": 1e-4}}
+    project = make(tmp_path, BOX, base="floating", language="c", passes=passes)
+    start = [0.0, 0.0, 0.15, 0.0, np.pi / 2, 0.0]
+    push = Push("box", (0.0, 19.62, 0.0), 0.5, 0.7)
+    found = thrown(project, start, [0.0] * 6, 1.5, pushes=[push])
+    assert found.q[-1, 5] == pytest.approx(np.pi / 2, abs=1e-3)
+    assert np.abs(found.qd[-1, 1:4]).max() < 1e-6
+    # it is pushed with twice the friction, and goes on as far as it was pushed
+    assert found.q[-1, 1:3] == pytest.approx([0.0, 4.905 * 0.2**2], abs=5e-3)
+    weight = sum(rows[-1, :3] for rows in found.external.values())
+    assert weight == pytest.approx([0.0, 0.0, 19.62], abs=1e-3)
