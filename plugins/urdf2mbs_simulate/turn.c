@@ -2,7 +2,9 @@
 
    The angles of the base have no solution where the second is 90 degrees.  Near there the state is that
    in turned axes, where the second angle is small.  Gravity and ground are the same.  User functions
-   see the model's own axes: what they are given is turned back, and what they give is turned. */
+   see the model's own axes: what they are given is turned back, and what they give is turned.
+
+   Compiled with RUN_FORCES, the number of external forces. */
 #include <math.h>
 #include <string.h>
 
@@ -100,8 +102,8 @@ void hide_base(MbsData *s)
 double *run_ExtForces(double P[4], double R[4][4], double V[4], double OM[4], double A[4],
                       double OMP[4], MbsData *s, double tsim, int number)
 {
-    static double force[10];
-    double *moved[] = {P, V, OM, A, OMP, R[1], R[2], R[3]}, *given;
+    static double forces[RUN_FORCES + 1][10]; /* equations read one when others are computed */
+    double *moved[] = {P, V, OM, A, OMP, R[1], R[2], R[3]}, *given, *force = forces[number];
 
     if (!turned)
         return user_ExtForces(P, R, V, OM, A, OMP, s, tsim, number);
@@ -112,7 +114,7 @@ double *run_ExtForces(double P[4], double R[4][4], double V[4], double OM[4], do
     hide_base(s);
     for (int i = 0; i < 8; i++)
         forth(moved[i]);
-    memcpy(force, given, sizeof force);
+    memcpy(force, given, sizeof forces[number]);
     forth(force), forth(force + 3);
     return force;
 }

@@ -74,3 +74,18 @@ def test_a_box_lies_on_its_side_at_the_singular_angle(tmp_path: Path) -> None:
     assert found.q[-1, 1:3] == pytest.approx([0.0, 4.905 * 0.2**2], abs=5e-3)
     weight = sum(rows[-1, :3] for rows in found.external.values())
     assert weight == pytest.approx([0.0, 0.0, 19.62], abs=1e-3)
+
+
+def test_two_bodies_have_each_their_own_force(tmp_path: Path) -> None:
+    """Two boxes that hang together lie on their sides."""
+    second = BOX[BOX.index("<link") : BOX.index("</robot>")].replace("box", "lid", 1)
+    second = second.replace('<link name="box"', '<link name="lid"')
+    hinge = '<joint name="hinge" type="prismatic"><parent link="box"/><child link="lid"/>'
+    hinge += '<origin xyz="0 0.5 0"/><axis xyz="1 0 0"/><limit effort="1" velocity="1"/></joint>'
+    text = BOX.replace("</robot>", f"{second}{hinge}</robot>")
+    passes = {"contacts": {"links": ["*"]}, "posture": {"hold": {}}}
+    project = make(tmp_path, text, base="floating", language="c", passes=passes)
+    start = [0.0, 0.0, 0.3, 0.0, np.pi / 2, 0.0, 0.0]
+    found = thrown(project, start, [0.0] * 7, 1.5)
+    each = [rows[-1, 2] for rows in found.external.values()]
+    assert each == pytest.approx([19.62, 19.62], rel=1e-3)
