@@ -61,7 +61,7 @@ def test_the_commands_of_the_core_need_no_plugin(
     ("plugin", "inside", "says"),
     [
         ("project", "", "error[plugin-missing]: this is work for the plugin 'project'"),
-        ("xacro", "<xacro:arm/>", "error[plugin-missing]: this is xacro, and the plugin 'xacro'"),
+        ("xacro", "<xacro:arm/>", "is xacro, for which the plugin 'xacro' is missing\n  install"),
     ],
 )
 def test_work_without_its_plugin_is_an_error(

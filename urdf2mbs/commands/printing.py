@@ -24,17 +24,15 @@ def tell(conversion: Conversion, found: Report, done: str, verbose: bool, shown:
     free = counted(joints.independent, "independent joint")
     mass = found.no_dynamics or f"{found.mass:.6g} kg"
     print(f"{found.robot}: {done} ({found.base} base, {bodies}, {free}, {mass})")
-    for line in of_plugins(conversion).lines:
-        print(f"  {line}")
     for difference in found.proof.differences if found.proof is not None else ():
         print(f"error[not-the-same]: {difference.message}", file=sys.stderr)
     tell_diagnostics(conversion.diagnostics, verbose, found.verdict, shown)
+    lines = of_plugins(conversion).lines
     if verbose:
-        links = counted(found.links, "link")
-        print(f"  {links} -> {bodies}, {counted(joints.urdf, 'URDF joint')} -> {joints}")
-        compared = "the pass 'check' is not in the pipeline"
-        print(f"  {compared if found.proof is None else found.proof.compared}")
-        print(f"  {found.base_in_words}")
+        links, own = counted(found.links, "link"), counted(joints.urdf, "URDF joint")
+        compared = [] if found.proof is None else [found.proof.compared]
+        lines += [f"{links} -> {bodies}, {own} -> {joints}", *compared, found.base_in_words]
+    print("".join(f"  {line}\n" for line in lines), end="")
 
 
 #: What the reader adds to the name of a file that xacro has expanded.

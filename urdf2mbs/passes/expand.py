@@ -26,9 +26,8 @@ class Expand(Pass):
                 args=args, trust=trust,
             )  # fmt: skip
             if b"<xacro:" in given.data and not conversion.hook.urdf2mbs_read.get_hookimpls():
-                what = "this is xacro, and the plugin 'xacro' is not installed"
-                hint = "install urdf2mbs whole, or convert what xacro makes of the file"
-                raise ConfigError("plugin-missing", what, file=str(settings.source), hint=hint)
+                what = f"'{settings.source}' is xacro, for which the plugin 'xacro' is missing"
+                raise ConfigError("plugin-missing", what, hint="install urdf2mbs whole")
         conversion.robot, diagnostics = read_text(
             settings.source, given.data, given.expansion, args, conversion.hook.urdf2mbs_extension,
         )  # fmt: skip

@@ -1,8 +1,7 @@
 """What a robot's file may have wrong, and what of the file has no effect."""
 
 CODES = {
-    "xacro-legacy": "error, unless lowered: an element of xacro from before 2014, without "
-    "`xacro:`, is left out",
+    "xacro-legacy": "error, unless lowered: xacro of before 2014, without `xacro:`, is left out",
     "file-not-found": "error: there is no such file",
     "file-is-directory": "error: the source is a folder",
     "file-empty": "error: the file is empty",
@@ -55,8 +54,7 @@ CODES = {
     "xml-namespace": "warning: a prefix is not declared; its elements are read",
     "xml-mended": "warning: a slip in the `<?xml ...?>` line or in a comment is mended",
     "property-unused": "warning: a `<property>` has no prefix `xacro:`, and nothing uses it",
-    "xacro-left": "warning: a call of a xacro macro is in a file that tells xacro nothing else; it "
-    "is left out",
+    "xacro-left": "warning: a macro's call is left out, as the file tells xacro nothing else",
     "xacro-unused-arg": "warning: no file uses the xacro argument; it has no effect",
     "unknown-element": "note: URDF does not know the element; it has no effect",
     "unknown-attribute": "note: URDF does not know the attribute; it has no effect",
