@@ -16,10 +16,8 @@ from urdf2mbs.summary import Report, of_plugins
 
 
 def tell(conversion: Conversion, found: Report, done: str, verbose: bool, shown: str = "") -> None:
-    """What became of the robot, and whether it is the same.
-
-    ``done`` says where it is written, and ``shown`` where its warnings are shown instead.
-    """
+    """What became of the robot, and whether it is the same; ``done`` says where it is written, and
+    ``shown`` where its warnings are shown instead."""
     joints, bodies = found.joints, counted(found.bodies, "body")
     free = counted(joints.independent, "independent joint")
     mass = found.no_dynamics or f"{found.mass:.6g} kg"
@@ -42,18 +40,14 @@ EXPANDED = " (expanded)"
 def tell_diagnostics(
     diagnostics: Sequence[Diagnostic], verbose: bool, verdict: str = "", shown: str = ""
 ) -> None:
-    """Count warnings and notes, and print them on stderr: the notes only if ``verbose``.
-
-    The lines of a text that is in no file are left out.
-    """
+    """Count warnings and notes, and print them on stderr: the notes only if ``verbose``, and no
+    lines of a text that is in no file."""
     warnings, notes = ([d for d in diagnostics if d.level == one] for one in ("warning", "note"))
     more = "" if verbose or not notes else "-v shows the notes"
     counts = f"{counted(len(warnings), 'warning')}, {counted(len(notes), 'note')}"
     counts += f" ({shown or more})" if shown or more else ""
     print(f"  {verdict}; {counts}" if verdict else f"  {counts}")
-    if shown and not verbose:
-        return
-    for said in warnings + notes if verbose else _fold(warnings):
+    for said in warnings + notes if verbose else _fold([] if shown else warnings):
         path = (said.file or "").removesuffix(EXPANDED)
         line = said.line if said.file == path else None
         file = near(Path(path)) if path else None
