@@ -129,8 +129,7 @@ def find(conversion: Conversion) -> RobotFacts:
     passes: dict[str, Any] = {"posture": {"joints": stance.joints}} if stance.joints else {}
     if stance.feet and any(body.mass for body in conversion.mbs.bodies):
         passes["posture"] = {**passes.get("posture", {}), "hold": HOLD}
-        shaped = [link for link in stance.feet if link not in stance.points]
-        passes["contacts"] = {"links": shaped} if shaped else {}
+        passes["contacts"] = {"links": ["*"]}
         if stance.points:
             passes["contacts"]["points"] = dict(stance.points)
     return RobotFacts(
@@ -259,9 +258,8 @@ def _passes(found: RobotFacts, conversion: Conversion) -> list[str]:
     posture = found.passes.get("posture", {})
     lines = [f"    {key}: {_flow(value)}   # {about[key]}" for key, value in posture.items()]
     if "contacts" in found.passes:
-        lines.append(
-            f"  contacts: {_flow(found.passes['contacts'])}   # the ground; the robot stands"
-        )
+        ground = _flow(found.passes["contacts"])
+        lines.append(f"  contacts: {ground}   # the ground; all that is solid touches")
     if lines:
         lines = ["", "passes:", "  posture:", *lines]
     offered: list[str] = []
