@@ -223,6 +223,7 @@ class CCode(PythonCode):
         if not self.in_c:
             super().call(name, dirdyn)
             return
+        self.c.tsim = self.data.tsim
         given = ctypes.c_void_p.in_dll(self.library, "dirdyn")
         getattr(self.library, name)(self.at, ctypes.byref(given))
         self.check()

@@ -344,6 +344,9 @@ def _no_partition(data: MbsData) -> SimulationError:
     if lost.size:
         text = f"the start position or speed of '{names[lost[0] - 1]}' is not a number"
         hint = None
+    elif (forces := np.flatnonzero(~np.isfinite(data.Qq))).size:
+        text = f"the force of joint '{names[forces[0] - 1]}' is not a number at {data.tsim:g} s"
+        hint = "look at user_JointForces"
     elif not data.m.any():
         text = "no body has a mass, so no force has an effect"
         hint = "in the config: 'passes: {estimate-inertia: {total_mass: KG}}'"

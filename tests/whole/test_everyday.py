@@ -52,8 +52,9 @@ def test_each_command_has_help_with_examples_that_are_commands(command: str, cap
 
 
 #: The flags that commands share: who has them.
-CONVERTING = {"run", "convert", "report", "simulate"}
+CONVERTING = {"run", "convert", "report", "simulate", "modes"}
 WRITING = {"diagram", "equations", "merge", "new-pass"}
+ROBOTS = {"init", "convert", "report", "simulate", "modes", "explain", "lint", "verify"}
 PLUGINS = {*CONVERTING, "explain", "schema", "doctor"}
 SHARED = {
     "--debug": set(COMMANDS),
@@ -66,11 +67,11 @@ SHARED = {
     "--verbose": {*CONVERTING, "explain", "lint", "verify"},
     "--set": {*CONVERTING, "explain"},
     "--trust-xacro": {*CONVERTING, "explain", "init", "lint", "verify"},
-    "--package": {"init", "convert", "report", "simulate", "explain", "lint", "verify"},
-    "--arg": {"init", "convert", "report", "simulate", "explain", "lint", "verify"},
-    "--base": {"init", "convert", "report", "simulate", "explain", "lint", "verify"},
+    "--package": ROBOTS,
+    "--arg": ROBOTS,
+    "--base": ROBOTS,
     "--sarif": {"lint", "verify"},
-    "--plugin": {"convert", "report", "simulate", "explain", "schema"},
+    "--plugin": {"convert", "report", "simulate", "modes", "explain", "schema"},
 }
 
 

@@ -80,7 +80,7 @@ def test_a_project_never_lands_in_the_folder_of_its_robot(here: Path, capsys: An
     assert sorted(here.rglob("*")) == before
     # init names another folder
     assert main(["init", str(source), "-q"]) == 0
-    assert "output: {project: solo12_robotran}" in (here / "solo12.yaml").read_text()
+    assert "output: {project: solo12_robotran," in (here / "solo12.yaml").read_text()
     assert main(["run", "solo12.yaml", "-q"]) == 0
     # in a project that is there already, the robot may lie anywhere
     (here / "solo12" / "dataR").mkdir()

@@ -27,8 +27,11 @@ Key = tuple[str | int, ...]
 #: The most lists and blocks in one another, and the most values with every alias written out.
 DEEPEST, LONGEST = 100, 100_000
 
+_TOO_MANY = f"it has more than {LONGEST} values, or more than {DEEPEST} lists in one another"
+
 #: What PyYAML says, what we say of it, and what to do.
 _YAML: list[tuple[str, str, str | None]] = [
+    ("nesting depth", _TOO_MANY, None),  # libyaml 0.2.6 and later counts, too
     ("'\\\\t'|tab character", "there is a tab character", "indent by blanks"),
     ("undefined alias", "a word begins with '*'", "write it in quotes"),
     ("constructor", "a value begins with '!'", "write it in quotes"),
@@ -90,8 +93,7 @@ def _check_depth(text: str) -> None:
 
 def _too_many(where: yaml.Node | yaml.Event) -> yaml.MarkedYAMLError:
     mark: Any = where.start_mark
-    said = f"it has more than {LONGEST} values, or more than {DEEPEST} lists in one another"
-    return yaml.MarkedYAMLError(problem=said, problem_mark=mark)
+    return yaml.MarkedYAMLError(problem=_TOO_MANY, problem_mark=mark)
 
 
 def _find_lines(root: yaml.Node, file: Path | None) -> dict[Key, int]:

@@ -173,7 +173,9 @@ def test_what_falls_has_no_equilibrium_and_is_named(
 ) -> None:
     file = made(tmp_path, arm("bob", BASE, ("T1", 0.0, FREE), ("T3", 0.0, FREE)))
     assert main(["simulate", str(file), "--equilibrium"]) == 1
-    assert "joint 'bob_1' still has -9.81 rad/s^2 or m/s^2" in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert "error[no-equilibrium]" in said
+    assert "joint 'bob_1' still has -9.81 rad/s^2 or m/s^2" in said
     assert main(["modes", str(file), "--drawn"]) == 0
     assert "nothing pulls these back: bob_0, bob_1\n  stable" in capsys.readouterr().out
 
