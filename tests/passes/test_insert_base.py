@@ -98,11 +98,16 @@ LEGS = [
         (chain(3, "continuous"), "one limb", True),  # a wrist
         (chain(4, "revolute", "prismatic"), "one limb", True),  # a gripper
         ([*chain(4), link("mount"), joint("mount", "l0", "fixed")], "one limb", True),
-        (chain(3), "free root", True),
+        (chain(3), "one limb", True),  # a finger, a planar arm
+        (chain(2), "free root", True),
+        # a drone or a vehicle with an arm, whatever turns its rotors
+        ([*chain(5), link("rotor_1"), joint("l0", "rotor_1", "fixed")], "free root", False),
         ([*chain(4), link("cart", SOLID), joint("cart", "l0", "planar")], "free root", True),
         # two arms on a torso, with a head; two legs below a trunk; a third limb
         (limbs(1, 4, 5, 1), "two arms", True),
-        (limbs(-1, 4, 4), "free root", False),
+        (limbs(-1, 4, 4), "free root", True),  # or two arms that hang
+        ([*limbs(-1, 4, 4), link("left_foot"), joint("limb0_3", "left_foot", "fixed")],
+         "free root", False),
         (limbs(1, 4, 3), "free root", True),
         (limbs(1, 4, 4, 2), "free root", True),
         # a hand, on its palm

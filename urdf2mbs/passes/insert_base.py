@@ -11,6 +11,8 @@ or the robot has no wheels and stands on its root.
 
 from __future__ import annotations
 
+import re
+
 import msgspec
 
 from urdf2mbs.conversion import Conversion
@@ -19,15 +21,21 @@ from urdf2mbs.mbs.names import free_name
 from urdf2mbs.states import Estimates
 from urdf2mbs.urdf.model import Joint, Link, Robot
 
-#: A limb has at least so many moving joints; less may be a sensor or a head.
+#: One of two arms has at least so many moving joints; less may be a sensor or a head.
 LIMB = 4
+#: A single limb, such as a finger, has at least so many; one or two may be a sensor's.
+SINGLE = 3
+#: What a robot or a link is called that rolls, flies or swims, though no joint may turn it.
+DRIVES = re.compile(r"wheel|caster|propell|rotor|copter|thruster|flying", re.IGNORECASE)
+#: What a link is called that is no arm's.
+LEGS = re.compile(r"leg|foot|feet|ankle|hip|thigh|calf|shank|tibia", re.IGNORECASE)
 #: A limb on wheels has at least so many ends that turn without limits; an arm may have one.
 WHEELS = 2
 #: A head beside two arms has at most so many joints, and the links of arms rise by more (m).
 HEAD, LEVEL = 1, 1e-6
 #: What the limbs say of the root.
 WHY = {
-    "one limb": "{} carries one limb without wheels, as an arm's foot does",
+    "one limb": "{} carries one limb, and no wheels or propellers, as an arm's foot does",
     "two arms": "{} carries two limbs that rise above it, as a torso carries arms",
     "free root": "nothing ties {} to the world, and it has mass",
 }
@@ -103,15 +111,18 @@ def _guess(robot: Robot, welded: set[str]) -> tuple[str, bool]:
     if not moving or len(turning) >= WHEELS:
         return "free root", False
     one = len(first) == 1 and first[0].type != "planar"
-    if one and len(moving) >= LIMB:
+    driven = any(DRIVES.search(name) for name in (robot.name, *welded))
+    if one and len(moving) >= SINGLE and not driven:
         return "one limb", True
     heights = {link: pose.xyz[2] for link, pose in robot.poses().items()}
     foot = min(heights[link] for link in welded)
     rise = sum(height - foot for link, height in heights.items() if link not in welded)
     limbs = sorted((1 + reach.get(joint.child, 0) for joint in first), reverse=True)
-    if rise > LEVEL and len(limbs) > 1 and limbs[1] >= LIMB and sum(limbs[2:]) <= HEAD:
+    two = len(limbs) > 1 and limbs[1] >= LIMB and sum(limbs[2:]) <= HEAD
+    if two and rise > LEVEL:
         return "two arms", True
-    return "free root", one or foot <= min(heights.values())
+    arms = two and not any(LEGS.search(link) for link in robot.links)
+    return "free root", not driven and (one or arms or foot <= min(heights.values()))
 
 
 def _find_welded(robot: Robot, root: str) -> tuple[set[str], str | None]:
