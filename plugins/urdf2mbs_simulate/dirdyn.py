@@ -220,7 +220,7 @@ def integrate(
                 count = passed
                 check_held(data)
             turns = turn_if_near(code, (time, y))
-            if turns or (steps % 10 == 0 and choose_again(code)):
+            if turns or choose_again(code):
                 y = code.state()
                 solver = make_solver(code, time, y, last, options, frames)
         if data.flag_stop:

@@ -22,7 +22,7 @@ from urdf2mbs_simulate.data import MbsData
 from urdf2mbs_simulate.dirdyn import Module, closed_code
 from urdf2mbs_simulate.equations import SimulationError
 from urdf2mbs_simulate.equilibrium import STEP
-from urdf2mbs_simulate.partition import names_of
+from urdf2mbs_simulate.partition import following, names_of
 from urdf2mbs_simulate.python_code import PythonCode, loaded, shown
 
 #: A joint is named of a mode if it moves by so much of the joint that moves most.
@@ -218,7 +218,7 @@ def find_modes(code: PythonCode, matrix: Any) -> Modes:
         keep = directions[:rank].T
         left, basis = keep.T @ left @ keep, basis @ keep
     values, vectors = np.linalg.eig(left) if left.size else (np.zeros(0), np.zeros((0, 0)))
-    follow = _following(code)
+    follow = following(code)
     modes = []
     for value, vector in zip(values, (basis @ vectors).T, strict=True):
         if value.imag < 0:
@@ -236,11 +236,3 @@ def find_modes(code: PythonCode, matrix: Any) -> Modes:
 
 def _count(rows: Any) -> int:
     return int((np.linalg.norm(rows, axis=1) > 0.5).sum())
-
-
-def _following(code: PythonCode) -> Any:
-    """How fast the dependent joints move by the independent ones."""
-    jac = code.constraints()[1][code.kept]
-    if not len(jac):
-        return np.zeros((0, len(code.free)))
-    return -np.linalg.solve(jac[:, code.dependent], jac[:, code.free])

@@ -36,10 +36,14 @@ AWAY = 1e-2
 RANK, ROW = 1e-5, 1e-8
 #: A loop is closed where a joint would close it by so little a move (rad, m).
 CLOSED = 1e-10
+#: A rod at its dead point, which no joint moves, need not be closed more closely than as if a joint
+#: moved it by so small a part of what moves most.
+DEAD = 1e-3
 #: The longest step (rad, m) of Newton's method.
 STEP = 0.3
-#: A new choice is made where the determinant of the dependent joints falls to a 30th.
-NEARLY = -np.log(30.0)
+#: A new choice is made where the determinant of the dependent joints falls to a 30th, and at the
+#: start where a dependent joint moves so much faster than an independent one.
+NEARLY, FAST = -np.log(30.0), 300.0
 
 
 def hold_in_tree(data: MbsData) -> None:
@@ -66,6 +70,13 @@ def part(code: PythonCode) -> None:
     elif not _fits(code):
         _choose(code)
     _hold_in_loops(code)
+    try:
+        singular = np.abs(following(code)).max(initial=0.0) > FAST
+    except np.linalg.LinAlgError:
+        singular = True
+    if singular:
+        code.least = np.inf
+        choose_again(code)
     code.guess[:] = data.q[code.dependent]
 
 
@@ -156,7 +167,8 @@ def close(code: PythonCode, rows: Any, columns: Any, checked: Any) -> bool:
             if turns or np.linalg.norm(h[rows]) < gap:
                 break
         else:
-            return False
+            break
+    size = np.maximum(size, DEAD * size.max())
     return bool(np.all(np.abs(h) < 100 * CLOSED * size))
 
 
@@ -180,6 +192,12 @@ def _pivots(jac: Any, groups: Sequence[Any], ranks: Sequence[int]) -> tuple[Any,
             rows.append(int(row))
             columns.append(int(group[k]))
     return np.array(rows, int), np.array(columns, int)
+
+
+def following(code: PythonCode) -> Any:
+    """How fast the dependent joints move by the independent ones: (dependent, independent)."""
+    jac = code.constraints()[1][code.kept]
+    return -np.linalg.solve(jac[:, code.dependent], jac[:, code.free])
 
 
 def _determinant(jac: Any, rows: Any, columns: Any) -> float:
@@ -228,8 +246,7 @@ def _hold_in_loops(code: PythonCode) -> None:
     if not close(code, code.kept, code.dependent, code.dependent):
         data.q[:] = here
     names = list(data.joint_id)
-    jac = code.constraints()[1][code.kept]
-    follow = -np.linalg.solve(jac[:, code.dependent], jac[:, free])
+    follow = following(code)
     moves = {
         names[k - 1]: {names[k - 1]: 1.0}
         | {names[d - 1]: float(x) for d, x in zip(code.dependent, column, strict=True) if x}
