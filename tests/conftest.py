@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 from pathlib import Path
 
@@ -14,6 +15,10 @@ from urdf2mbs.testing import TINY
 # How long an example takes depends on the machine, and on what else it does.
 settings.register_profile("no-deadline", deadline=None)
 settings.load_profile("no-deadline")
+
+# Threads of BLAS wait for one another longer than they compute: matrices here are small.  It counts
+# for the processes that tests start, too, and before numpy is imported.
+os.environ["OPENBLAS_NUM_THREADS"] = "1"
 
 # A shell lets a command in the background ignore Ctrl-C, and with it all commands that tests start.
 signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -188,15 +188,17 @@ class State:
 
     def equations(self) -> tuple[Array, Array]:
         """M (n, n) and the forces (n,) that this motion needs (kg, kg m, kg m^2; N, N m)."""
-        n = len(self.q)
-        matrix, force = np.zeros((n, n)), np.zeros(n)
+        rows, weighted, force = [], [], np.zeros(len(self.q))
         for node, part in self.system.matter:
             at = self.place(node, translation(part.com))
             tensor = at.R.T @ part.tensor @ at.R
             shift, turn = at.J[:3], at.J[3:]
-            matrix += part.mass * shift.T @ shift + turn.T @ tensor @ turn
+            rows += [shift, turn]
+            weighted += [part.mass * shift, tensor @ turn]
             moment = tensor @ at.OMP + _cross(at.OM, tensor @ at.OM)
             force += part.mass * (at.A - self.system.gravity) @ shift + moment @ turn
+        empty = np.zeros((0, len(force)))
+        matrix = np.vstack([empty, *rows]).T @ np.vstack([empty, *weighted])
         return matrix, force
 
 
