@@ -217,12 +217,12 @@ static void find_leads(MbsData *s)
 #endif
 }
 
-/* What the steps from a state need; 0 if the state has accelerations. */
-static int prepare(MbsData *s, double t, const double *y)
+/* What the steps from a state need; 0 if the state has accelerations, which may be known already. */
+static int prepare(MbsData *s, double t, const double *y, int known)
 {
     static double *rows[ROWS], c[ROWS];
 
-    if (accelerate(s, t, y, here))
+    if (!known && accelerate(s, t, y, here))
         return -1;
     memcpy(qdd, s->qdd, sizeof qdd);
     for (int b = 1; b <= FORCES; b++) {
@@ -455,16 +455,35 @@ int find_states(MbsData *s)
     return 0;
 }
 
+/* Compute a state at the end of a step h.  Gives the error of a force that begins there, as a part of what
+   is allowed: no part of the step has felt it. */
+static double missed(MbsData *s, double t, double h, const double *y, double rtol, double atol)
+{
+    const int n = s->nqu;
+    double before[ALL], error = 0.0;
+    int begins = 0;
+
+    memcpy(before, here, sizeof before);
+    if (accelerate(s, t, y, here))
+        return INFINITY;
+    for (int b = 1; b <= FORCES; b++)
+        for (int k = 1; k <= 6 && last_joint[b] > 0 && !touches[b]; k++)
+            begins |= s->SWr[b][k] != 0.0;
+    for (int i = 0; i < n && begins; i++)
+        error = fmax(error, h * h * fabs(here[n + i] - before[n + i]) / (atol + rtol * fabs(y[i])));
+    return error;
+}
+
 /* The state after h, in y: by one step, two and three, extrapolated.  Gives the error, as a part of what
-   is allowed. */
-static double extrapolate(MbsData *s, double t, double h, double *y, double rtol, double atol)
+   is allowed.  known: y was computed last. */
+static double extrapolate(MbsData *s, double t, double h, double *y, double rtol, double atol, int known)
 {
     const int n = s->nqu, size = 2 * n + STATES;
     double by[4][ALL], error = 0.0;
 
     for (int parts = 3; parts >= 1; parts--)
         memcpy(by[parts], y, size * sizeof *y);
-    if (prepare(s, t, y))
+    if (prepare(s, t, y, known))
         return INFINITY;
     for (int k = 1; k <= s->nqv; k++)
         s->guess[k - 1] = s->q[s->qv[k]];
@@ -472,7 +491,7 @@ static double extrapolate(MbsData *s, double t, double h, double *y, double rtol
         step(s, h / parts, by[parts]);
     for (int parts = 2; parts <= 3; parts++)
         for (int k = 1; k < parts; k++) {
-            if (prepare(s, t + k * h / parts, by[parts]))
+            if (prepare(s, t + k * h / parts, by[parts], 0))
                 return INFINITY;
             step(s, h / parts, by[parts]);
         }
@@ -488,6 +507,8 @@ static double extrapolate(MbsData *s, double t, double h, double *y, double rtol
         by[0][i] = better + last;
     }
     if (error <= 1.0)
+        error = fmax(error, missed(s, t + h, h, by[0], rtol, atol));
+    if (error <= 1.0)
         memcpy(y, by[0], size * sizeof *y);
     return error;
 }
@@ -497,14 +518,15 @@ static double extrapolate(MbsData *s, double t, double h, double *y, double rtol
 int advance(MbsData *s, double *t, double end, double *h, double most, double *y, double rtol,
             double atol, int count, int loops)
 {
-    int taken = 0;
+    int taken = 0, known = 0;
 
     (void) loops;
     while (*t < end && taken < count && !s->flag_stop && !(taken > 0 && must_turn(y))) {
         const double left = end - *t, now = fmin(fmin(*h, most), left);
-        const double error = extrapolate(s, *t, now, y, rtol, atol);
+        const double error = extrapolate(s, *t, now, y, rtol, atol, known);
         const double next = now * fmin(4.0, fmax(0.2, 0.9 / cbrt(error)));
 
+        known = error <= 1.0;
         if (now == *h || next < *h)
             *h = next;
         if (error > 1.0) {
@@ -516,7 +538,7 @@ int advance(MbsData *s, double *t, double end, double *h, double most, double *y
         taken++;
 #ifdef USER_IN_C
         if (loops) {
-            accelerate(s, *t, y, here);
+            known = 0; /* the loop may change what acts */
             mbs_invdyna(here, s, *t); /* Qc of driven joints */
             for (int j = 1; j <= JOINTS; j++)
                 s->Qc[j] = here[j] - s->Qq[j];

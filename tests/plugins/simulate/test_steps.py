@@ -14,6 +14,7 @@ from plugins.project.standin import make
 from plugins.simulate.test_motions import SLIDER, falls
 from urdf2mbs import ConversionError, simulate
 from urdf2mbs.engine.output import write
+from urdf2mbs_simulate.runtime import MbsData, MbsDirdyn
 
 pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="there is no C compiler")
 #: So far off may a run of the tolerance 1e-6 be: steps add up, and friction and stops have kinks.
@@ -69,3 +70,25 @@ def test_a_run_that_cannot_go_on_is_an_error(tmp_path: Path) -> None:
     )
     with pytest.raises(ConversionError, match=r"no step|no acceleration"):
         simulate(project, time=0.5, language="c")
+
+
+def test_a_step_does_not_pass_over_the_begin_of_a_contact(tmp_path: Path) -> None:
+    """Free fall allows steps of any length, and one that ended in the ground would make energy."""
+    turning = 'ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"'
+    ball = (
+        f'<robot name="r"><link name="ball"><inertial><mass value="2"/><inertia {turning}/>'
+        '</inertial><collision><geometry><sphere radius="0.1"/></geometry></collision></link>'
+        "</robot>"
+    )
+    passes = {"contacts": {"links": ["ball"], "depth": 0.001}}
+    project = make(tmp_path, ball, base="floating", language="c", passes=passes)
+    for height in np.linspace(0.5, 1.5, 15):
+        data = MbsData(project / "dataR" / "robot.mbs")
+        data.q[3] = height
+        dirdyn = MbsDirdyn(data)
+        dirdyn.set_options(tf=1.0, framerate=20, language="c", save2file=0)
+        results = dirdyn.run()
+        depth = np.maximum(0.1 - results.q[:, 3], 0.0)
+        assert 0.0 < depth.max() < 0.02
+        springs = data.user_model["contact"]["stiffness"] * depth**2 / 2
+        assert np.diff(results.energy().sum(axis=1) + springs).max() < 1e-6
