@@ -33,6 +33,12 @@ def kinetic(tree: Tree) -> tuple[Scalar, Vector, Vector]:
     return 0.5 * twice, linear, angular
 
 
+def centre_of_mass(tree: Tree) -> Vector | None:
+    """Of the whole model, in the axes of the base (m); None if no body has a mass."""
+    mass, first = first_moment(tree)
+    return 1 / mass * first if mass else None
+
+
 def first_moment(tree: Tree) -> tuple[Scalar, Vector]:
     """The mass (kg) of the model, and its first moment about the base's origin, in the axes of the
     base (kg m)."""

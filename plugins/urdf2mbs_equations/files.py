@@ -14,7 +14,7 @@ from urdf2mbs_equations.c import CWriter
 from urdf2mbs_equations.constraints import constant_gaps, constraints
 from urdf2mbs_equations.derivatives import derivatives
 from urdf2mbs_equations.dynamics import joint_forces, mass_matrix
-from urdf2mbs_equations.energy import first_moment, kinetic
+from urdf2mbs_equations.energy import centre_of_mass, first_moment, kinetic
 from urdf2mbs_equations.equations_fit import fingerprint
 from urdf2mbs_equations.graph import Expr, Scalar
 from urdf2mbs_equations.kinematics import Motion, motion
@@ -198,6 +198,9 @@ def _remarks(
     return lines
 
 
+MASSLESS = Refused("no body has a mass")
+
+
 class Maker:
     """The functions of one model, or why there is none."""
 
@@ -215,44 +218,29 @@ class Maker:
     def dirdyna(self) -> Routine:
         tree, twin = self._mirrored()
         c = joint_forces(tree, ())
-        routine = Routine(tree.graph)
         table = {("M", i, k): value for (i, k), value in mass_matrix(tree).items()}
-        _store_tables(routine, table, twin, symmetric=True)
-        self._store_forces(routine, "c", c, twin)
+        routine = _tables(tree, table, twin, symmetric=True)
+        _store_forces(routine, "c", c, twin)
         return routine
 
     def invdyna(self) -> Routine:
         tree, twin = self._mirrored()
-        phi = joint_forces(tree, range(len(tree.frames)))
         routine = Routine(tree.graph)
-        self._store_forces(routine, "phi", phi, twin)
+        _store_forces(routine, "phi", joint_forces(tree, range(len(tree.frames))), twin)
         return routine
 
     def derivatives(self) -> Routine:
         tree, twin = self._mirrored()
-        routine = Routine(tree.graph)
         read = {
             (f"D{by}", row, column): value
             for (by, row, column), value in derivatives(tree).items()
             if isinstance(getattr(tree.frames[column], by), Expr)
         }
-        _store_tables(routine, read, twin)
-        return routine
+        return _tables(tree, read, twin)
 
     def regressor(self) -> Routine:
         tree = self.tree()
-        routine = Routine(tree.graph)
-        _store_tables(routine, {("Y", *key): value for key, value in regressor(tree).items()}, {})
-        return routine
-
-    def _store_forces(
-        self, routine: Routine, name: str, values: list[Scalar], twin: dict[int, int]
-    ) -> None:
-        for k in range(len(values) - 1, 0, -1):
-            routine.store(f"{name}[{k}]", values[k])
-        for k, j in twin.items():
-            if k < j:
-                routine.mirror(values[k], values[j])
+        return _tables(tree, {("Y", *key): value for key, value in regressor(tree).items()}, {})
 
     def accelred(self) -> Routine | Loops | Refused:
         tree = self.tree()
@@ -294,9 +282,8 @@ class Maker:
 
     def cons_jdqd(self) -> Routine | Absent:
         tree = self.tree()
-        routine = Routine(tree.graph)
-        routine.fill("Jdqd", (constraint.jdqd for constraint in constraints(tree)))
-        return routine if self.mbs.cuts else Absent("cuts")
+        jdqd = [constraint.jdqd for constraint in constraints(tree)]
+        return Routine(tree.graph).fill("Jdqd", jdqd) if self.mbs.cuts else Absent("cuts")
 
     def link(self) -> Routine | Absent:
         return links(self.tree())
@@ -317,55 +304,51 @@ class Maker:
                     tree = self.tree()
                     at = motion(tree, tree.last[body.name], tree.point(body.name, point.name))
                     routines[len(routines) + 1] = _sensor(tree, at, point.sensor)
-        return Cases(routines)
+        return routines
 
     def energy(self) -> Routine:
         tree = self.tree()
-        routine = Routine(tree.graph)
         potential = -(tree.gravity() @ first_moment(tree)[1])
-        routine.fill("E", (kinetic(tree)[0], potential))
-        return routine
+        return Routine(tree.graph).fill("E", (kinetic(tree)[0], potential))
 
     def momentum(self) -> Routine | Refused:
         tree = self.tree()
         _, linear, angular = kinetic(tree)
-        mass, first = first_moment(tree)
-        if not mass:
-            return Refused("no body has a mass")
-        centre = 1 / mass * first
-        routine = Routine(tree.graph)
-        routine.fill("P", linear)
-        routine.fill("L", angular - centre.cross(linear))
-        return routine
+        centre = centre_of_mass(tree)
+        if centre is None:
+            return MASSLESS
+        return Routine(tree.graph).fill("P", linear).fill("L", angular - centre.cross(linear))
 
     def com(self) -> Routine | Refused:
         tree = self.tree()
-        mass, first = first_moment(tree)
-        if not mass:
-            return Refused("no body has a mass")
-        routine = Routine(tree.graph)
-        routine.fill("P", 1 / mass * first)
-        return routine
+        centre = centre_of_mass(tree)
+        return MASSLESS if centre is None else Routine(tree.graph).fill("P", centre)
 
     def gensensor(self) -> Cases:
         every = Sensor("", tuple(sorted(SENSOR_MEASURES)))
         tree = self.tree()
-        return Cases(
-            {
-                frame.number: _sensor(tree, motion(tree, frame.number), every)
-                for frame in tree.frames[1:]
-            }
-        )
+        numbers = range(1, len(tree.frames))
+        return {k: _sensor(tree, motion(tree, k), every) for k in numbers}
 
 
-def _store_tables(
-    routine: Routine,
+def _store_forces(routine: Routine, name: str, values: list[Scalar], twin: dict[int, int]) -> None:
+    for k in range(len(values) - 1, 0, -1):
+        routine.store(f"{name}[{k}]", values[k])
+    for k, j in twin.items():
+        if k < j:
+            routine.mirror(values[k], values[j])
+
+
+def _tables(
+    tree: Tree,
     values: dict[tuple[str, int, int], Scalar],
     twin: dict[int, int],
     *,
     symmetric: bool = False,
-) -> None:
-    """Store elements of tables by name, row and column, twins next to each other."""
+) -> Routine:
+    """A routine that stores elements of tables by name, row and column, twins next to each
+    other."""
+    routine = Routine(tree.graph)
     twins = {(name, i, k): (name, twin.get(i, i), twin.get(k, k)) for name, i, k in values}
     for key in dict.fromkeys(key for pair in twins.items() for key in pair if key in values):
         name, i, k = key
@@ -373,6 +356,7 @@ def _store_tables(
         routine.store(f"{name}[{i}][{k}]", values[key], *more)
         if twins[key] in values and (k, i) < twins[key][:0:-1]:
             routine.mirror(values[key], values[twins[key]])
+    return routine
 
 
 def _sensor(tree: Tree, at: Motion, sensor: Sensor) -> Routine:

@@ -48,10 +48,11 @@ class Routine:
         """Note two results of mirrored joints."""
         self.alike.append((self.graph.number(one), self.graph.number(other)))
 
-    def fill(self, name: str, values: Iterable[Scalar]) -> None:
-        """Store values in an array, from index 1."""
+    def fill(self, name: str, values: Iterable[Scalar]) -> Routine:
+        """Store values in an array, from index 1; gives the routine."""
         for k, value in enumerate(values, start=1):
             self.store(f"{name}[{k}]", value)
+        return self
 
 
 #: A routine for each number, of a sensor or a joint.

@@ -6,39 +6,50 @@ A zero is the number 0, and what it takes part in costs no operation.
 from __future__ import annotations
 
 from collections.abc import Callable
+from operator import add, sub
+from typing import TYPE_CHECKING, TypeVar
 
 from urdf2mbs_equations.graph import Scalar
 
+if TYPE_CHECKING:
+    from typing_extensions import Self
 
-class Vector(tuple[Scalar, Scalar, Scalar]):
+
+T = TypeVar("T", Scalar, "Vector")
+
+
+class _Elements(tuple[T, ...]):
+    """What is added and multiplied element by element."""
+
     __slots__ = ()
 
-    def __add__(self, v: Vector) -> Vector:  # type: ignore[override]
-        return Vector((self[0] + v[0], self[1] + v[1], self[2] + v[2]))
+    def __add__(self, more: Self) -> Self:  # type: ignore[override]
+        return type(self)(map(add, self, more))
 
-    def __sub__(self, v: Vector) -> Vector:
-        return Vector((self[0] - v[0], self[1] - v[1], self[2] - v[2]))
+    def __sub__(self, less: Self) -> Self:
+        return type(self)(map(sub, self, less))
 
-    def __neg__(self) -> Vector:
-        return Vector((-self[0], -self[1], -self[2]))
+    def __neg__(self) -> Self:
+        return type(self)([-element for element in self])
 
-    def __mul__(self, x: Scalar) -> Vector:  # type: ignore[override]
-        return Vector((x * self[0], x * self[1], x * self[2]))
+    def __mul__(self, x: Scalar) -> Self:  # type: ignore[override]
+        return type(self)([x * element for element in self])
 
     __rmul__ = __mul__  # type: ignore[assignment]
+
+
+class Vector(_Elements[Scalar]):
+    """Three numbers."""
+
+    __slots__ = ()
 
     def __matmul__(self, v: Vector) -> Scalar:
         """The scalar product."""
         return self[0] * v[0] + self[1] * v[1] + self[2] * v[2]
 
     def cross(self, v: Vector) -> Vector:
-        return Vector(
-            (
-                self[1] * v[2] - self[2] * v[1],
-                self[2] * v[0] - self[0] * v[2],
-                self[0] * v[1] - self[1] * v[0],
-            )
-        )
+        (a, b, c), (x, y, z) = self, v
+        return Vector((b * z - c * y, c * x - a * z, a * y - b * x))
 
     def turned(self, axis: int, c: Scalar, s: Scalar) -> Vector:
         """Turned about a coordinate axis by an angle given by cosine and sine."""
@@ -51,7 +62,7 @@ class Vector(tuple[Scalar, Scalar, Scalar]):
         return Vector(out)
 
 
-class Matrix(tuple[Vector, Vector, Vector]):
+class Matrix(_Elements[Vector]):
     """Three rows."""
 
     __slots__ = ()
@@ -65,26 +76,15 @@ class Matrix(tuple[Vector, Vector, Vector]):
     def T(self) -> Matrix:  # noqa: N802
         return Matrix(map(Vector, zip(*self, strict=True)))
 
-    def __add__(self, m: Matrix) -> Matrix:  # type: ignore[override]
-        return Matrix((self[0] + m[0], self[1] + m[1], self[2] + m[2]))
-
-    def __sub__(self, m: Matrix) -> Matrix:
-        return Matrix((self[0] - m[0], self[1] - m[1], self[2] - m[2]))
-
-    def __mul__(self, x: Scalar) -> Matrix:  # type: ignore[override]
-        return Matrix((x * self[0], x * self[1], x * self[2]))
-
-    __rmul__ = __mul__  # type: ignore[assignment]
-
     def __matmul__(self, v: Vector) -> Vector:
-        return Vector((self[0] @ v, self[1] @ v, self[2] @ v))
+        return Vector(row @ v for row in self)
 
     @property
     def trace(self) -> Scalar:
         return self[0][0] + self[1][1] + self[2][2]
 
 
-class Spatial(tuple[Vector, Vector]):
+class Spatial(_Elements[Vector]):
     """A linear and an angular vector: of a motion, or a force and its moment."""
 
     __slots__ = ()
@@ -96,14 +96,6 @@ class Spatial(tuple[Vector, Vector]):
     @property
     def angular(self) -> Vector:
         return self[1]
-
-    def __add__(self, s: Spatial) -> Spatial:  # type: ignore[override]
-        return Spatial((self[0] + s[0], self[1] + s[1]))
-
-    def __mul__(self, x: Scalar) -> Spatial:  # type: ignore[override]
-        return Spatial((x * self[0], x * self[1]))
-
-    __rmul__ = __mul__  # type: ignore[assignment]
 
     def __matmul__(self, s: Spatial) -> Scalar:
         """The power of a force along a motion."""

@@ -17,6 +17,16 @@ from urdf2mbs.disk.files import project_of, read_model
 from urdf2mbs.engine.output import write_files
 from urdf2mbs.messages.diagnostics import ConfigError, counted
 
+#: The options without a value, and what they do.
+SWITCHES = {
+    "--fold": "write masses, points and the like as numbers",
+    "--energy": "also write energy, momentum and centre of mass",
+    "--derivatives": "also write derivatives and regressor of invdyna",
+    "--standalone": "also write headers that stand for Robotran's: C that runs alone (c)",
+    "--no-pairs": "compute mirrored limbs one after the other, for compilers other than gcc and "
+    "clang (c)",
+}
+
 EXAMPLES = (
     "urdf2mbs equations project/dataR/project.mbs",
     "urdf2mbs equations robot.mbs -o symbolicR --language c",
@@ -34,24 +44,8 @@ def add_options(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--language", choices=("python", "c", "matlab"), default="python", help="default: python"
     )
-    command.add_argument(
-        "--fold", action="store_true", help="write masses, points and the like as numbers"
-    )
-    command.add_argument(
-        "--energy", action="store_true", help="also write energy, momentum and centre of mass"
-    )
-    command.add_argument(
-        "--derivatives", action="store_true", help="also write derivatives and regressor of invdyna"
-    )
-    command.add_argument(
-        "--standalone", action="store_true",
-        help="also write headers that stand for Robotran's: C that runs alone (c)",
-    )  # fmt: skip
-    command.add_argument(
-        "--no-pairs", action="store_true",
-        help="compute mirrored limbs one after the other, for compilers other than gcc and "
-        "clang (c)",
-    )  # fmt: skip
+    for flag, does in SWITCHES.items():
+        command.add_argument(flag, action="store_true", help=does)
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
