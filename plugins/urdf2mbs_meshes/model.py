@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import re
+from contextlib import suppress
 from pathlib import Path, PureWindowsPath
 from typing import TYPE_CHECKING, Any
 from urllib.parse import unquote, urlsplit
@@ -104,9 +105,17 @@ class Mesh:
 
     def fetch(self, name: str) -> bytes | None:
         """A file that the mesh file names (relative to itself, as a path or a URI)."""
-        if name not in self.sources:
-            self.sources[name] = read_beside(self.path, name, files.MOST - self.size)
-        return self.sources[name]
+        if name in self.sources:
+            return self.sources[name]
+        plain = name.replace("\\", "/")
+        uri = urlsplit(plain)
+        data = None
+        for path in (plain, unquote(uri.path) if uri.scheme == "file" else unquote(plain)):
+            with suppress(OSError, ValueError):
+                data = files.read(self.path.parent / path, files.MOST - self.size)
+                break
+        self.sources[name] = data
+        return data
 
     def texture(self, data: bytes, name: str) -> str | None:
         """Keep an image under a name of its own, as PNG where VRML97 cannot show its format."""
@@ -145,19 +154,6 @@ class Mesh:
         return file
 
 
-def read_beside(path: Path, name: str, most: int | None = None) -> bytes | None:
-    """The content of a file that a mesh file names; None where there is none so small."""
-    plain = name.replace("\\", "/")
-    uri = urlsplit(plain)
-    options = [plain, unquote(uri.path) if uri.scheme == "file" else unquote(plain)]
-    for option in options:
-        try:
-            return files.read(path.parent / option, most)
-        except (OSError, ValueError):
-            continue
-    return None
-
-
 def add(mesh: Mesh, matrix: NDArray[np.float64], points: Any, triangles: Any, **rest: Any) -> None:
     """Add a part that stands in a node with the transform ``matrix`` (4 x 4)."""
     import numpy as np
@@ -190,26 +186,9 @@ def distinct(rows: NDArray[Any]) -> tuple[NDArray[Any], NDArray[np.int32]]:
     import numpy as np
 
     rows = np.ascontiguousarray(rows)
-    bits = rows.view(np.dtype(f"u{rows.dtype.itemsize}"))
-    # sorted by one number for each row, which is several times as fast as by the rows themselves
-    keys = np.zeros(len(rows), np.uint64)
-    for column in bits.T:
-        keys *= np.uint64(0x9E3779B97F4A7C15)
-        keys += column
-        keys ^= keys >> np.uint64(29)
-    order = np.argsort(keys, kind="stable")
-    keys = keys[order]
-    begins = np.ones(len(rows), bool)
-    begins[1:] = keys[1:] != keys[:-1]
-    first = order[begins]
-    inverse = np.empty(len(rows), np.int32)
-    inverse[order] = np.cumsum(begins, dtype=np.int32) - 1
-    del keys, order  # a large mesh takes as much memory as all that is alive at once
-    if any((column[first][inverse] != column).any() for column in bits.T):
-        # two rows have one number
-        whole = rows.view(np.dtype((np.void, rows.dtype.itemsize * rows.shape[1]))).ravel()
-        _, first, which = np.unique(whole, return_index=True, return_inverse=True)
-        inverse = which.ravel().astype(np.int32)
+    # a row as one value: sorted by its bytes
+    whole = rows.view(np.dtype((np.void, rows.dtype.itemsize * rows.shape[1]))).ravel()
+    _, first, which = np.unique(whole, return_index=True, return_inverse=True)
     rank = np.empty(len(first), np.int32)
     rank[np.argsort(first)] = np.arange(len(first), dtype=np.int32)
-    return rows[np.sort(first)], rank[inverse]
+    return rows[np.sort(first)], rank[which.ravel()]
