@@ -15,6 +15,7 @@ VERSION = 1
 _NAMES = {
     "conversion": [
         "Conversion", "File", "Names", "Segment", "Settings", "Step", "Summary", "Use", "choose",
+        "fits", "follow",
     ],
     "hookspecs": ["Command", "Pass", "PassEntry", "always", "asked", "hookimpl", "in_project"],
     "mbs.model": ["LinkFrame"],

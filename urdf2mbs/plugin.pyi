@@ -8,6 +8,8 @@ from urdf2mbs.conversion import Step as Step
 from urdf2mbs.conversion import Summary as Summary
 from urdf2mbs.conversion import Use as Use
 from urdf2mbs.conversion import choose as choose
+from urdf2mbs.conversion import fits as fits
+from urdf2mbs.conversion import follow as follow
 from urdf2mbs.hookspecs import Command as Command
 from urdf2mbs.hookspecs import Pass as Pass
 from urdf2mbs.hookspecs import PassEntry as PassEntry

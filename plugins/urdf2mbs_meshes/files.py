@@ -10,8 +10,8 @@ from functools import cached_property
 from pathlib import Path
 from urllib.parse import unquote
 
-from urdf2mbs.conversion import Conversion
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, some
+from urdf2mbs.plugin import Conversion
 from urdf2mbs.urdf import packages
 from urdf2mbs.urdf.packages import Packages, walk
 from urdf2mbs.urdf.reader import stem

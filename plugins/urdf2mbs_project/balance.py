@@ -6,8 +6,8 @@ from collections.abc import Iterable
 from itertools import pairwise
 from typing import NamedTuple
 
-from urdf2mbs.conversion import Conversion
 from urdf2mbs.mbs.kinematics import Placement
+from urdf2mbs.plugin import Conversion
 from urdf2mbs.spatial import NO_INERTIA, ZERO, Vec, add, dot, lump, rotate
 from urdf2mbs_project.simulation import Simulation
 

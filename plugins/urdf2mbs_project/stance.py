@@ -14,9 +14,9 @@ from itertools import product
 from math import atan2
 from typing import NamedTuple
 
-from urdf2mbs.conversion import Conversion, Step
 from urdf2mbs.mbs.kinematics import Placed, Placement, place
 from urdf2mbs.messages.diagnostics import some
+from urdf2mbs.plugin import Conversion, Step
 from urdf2mbs.spatial import HERE, ZERO, Vec, add, compose, cross, dot, rotate, transpose
 from urdf2mbs.urdf.model import Geometry, Link
 from urdf2mbs_project.passes.contacts import spots_of

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from urdf2mbs.conversion import Conversion, Summary, Use
+from urdf2mbs.plugin import Conversion, Summary, Use
 from urdf2mbs_project.simulation import Simulation
 
 

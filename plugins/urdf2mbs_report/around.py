@@ -8,9 +8,9 @@ from __future__ import annotations
 from math import dist
 from typing import Any, TypeAlias
 
-from urdf2mbs.conversion import Summary, Use
 from urdf2mbs.mbs.kinematics import place
 from urdf2mbs.mbs.model import Connection, Mbs
+from urdf2mbs.plugin import Summary, Use
 from urdf2mbs.spatial import ZERO, Vec, add, rotate
 from urdf2mbs_report.table import Cell, Row, plain, titled
 

@@ -11,11 +11,11 @@ from typing import Any
 import msgspec
 
 from urdf2mbs.config.model import Config, Project, config_of
-from urdf2mbs.conversion import Conversion
 from urdf2mbs.disk.files import absolute, model_of
 from urdf2mbs.engine.output import write
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.messages.diagnostics import ConversionError
+from urdf2mbs.plugin import Conversion
 from urdf2mbs.urdf.reader import stem
 from urdf2mbs_simulate.c_code import compiler
 from urdf2mbs_simulate.data import MbsData

@@ -14,11 +14,9 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import msgspec
 
-from urdf2mbs.conversion import Conversion, File
-from urdf2mbs.hookspecs import Pass
+from urdf2mbs.plugin import Conversion, File, OnPurpose, Pass
 from urdf2mbs.proof.urdf_side import in_plane
 from urdf2mbs.spatial import unit
-from urdf2mbs.states import OnPurpose
 from urdf2mbs.urdf.model import JOINT_TYPES, Joint, Link, Origin
 
 if TYPE_CHECKING:

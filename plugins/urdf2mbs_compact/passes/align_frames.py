@@ -18,8 +18,7 @@ from __future__ import annotations
 from math import hypot
 from typing import NamedTuple
 
-from urdf2mbs.conversion import Conversion, Step
-from urdf2mbs.hookspecs import Pass
+from urdf2mbs.plugin import Conversion, Pass, Step
 from urdf2mbs.ranges import Tolerance
 from urdf2mbs.spatial import (
     IDENTITY,

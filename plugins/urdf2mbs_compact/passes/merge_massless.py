@@ -11,8 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from urdf2mbs.conversion import Conversion, Segment, Step
-from urdf2mbs.hookspecs import Pass
+from urdf2mbs.plugin import Conversion, Pass, Segment, Step
 from urdf2mbs.spatial import (
     ROUNDING,
     ZERO,

@@ -11,12 +11,11 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Literal
 
-from urdf2mbs.conversion import Conversion, File
 from urdf2mbs.disk import files
 from urdf2mbs.disk.record import is_ours
-from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.messages.diagnostics import counted, some
+from urdf2mbs.plugin import Conversion, File, Pass
 
 
 class Equations(Pass):

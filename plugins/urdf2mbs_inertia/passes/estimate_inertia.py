@@ -14,12 +14,10 @@ from typing import Annotated, Any
 
 import msgspec
 
-from urdf2mbs.conversion import Conversion
-from urdf2mbs.hookspecs import Pass
 from urdf2mbs.messages.diagnostics import ConfigError, counted, some
+from urdf2mbs.plugin import Conversion, Estimates, Pass
 from urdf2mbs.ranges import PositiveLength
 from urdf2mbs.spatial import ZERO, Pose, Sym, Vec, compose, lump, rotate_inertia, unit
-from urdf2mbs.states import Estimates
 from urdf2mbs.urdf import inertia
 from urdf2mbs.urdf.model import Box, Cylinder, Geometry, Inertial, Joint, Link, Mesh, Origin, Sphere
 from urdf2mbs_inertia.nearest import nearest, second_moments

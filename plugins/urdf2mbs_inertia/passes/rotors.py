@@ -12,10 +12,9 @@ from typing import Annotated
 
 import msgspec
 
-from urdf2mbs.conversion import Conversion, choose
-from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.names import free_name
 from urdf2mbs.messages.diagnostics import ConfigError, some
+from urdf2mbs.plugin import Conversion, Pass, choose
 from urdf2mbs.urdf.model import JOINT_TYPES, Inertial, Joint, Link, Mimic
 
 

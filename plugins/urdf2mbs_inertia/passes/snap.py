@@ -13,9 +13,8 @@ from typing import Annotated, Any
 
 import msgspec
 
-from urdf2mbs.conversion import Conversion
-from urdf2mbs.hookspecs import Pass
 from urdf2mbs.messages.diagnostics import counted
+from urdf2mbs.plugin import Conversion, Pass
 from urdf2mbs.spatial import ROUNDING, Vec, cross, dot, from_rpy, multiply, transpose, unit
 from urdf2mbs.urdf.model import Joint, Robot
 

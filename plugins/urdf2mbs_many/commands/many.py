@@ -7,6 +7,7 @@ import os
 import sys
 from collections.abc import Iterable
 from contextlib import closing
+from importlib.metadata import version
 from pathlib import Path
 from time import monotonic
 
@@ -18,7 +19,6 @@ from urdf2mbs.commands.settings import REPORT, refuse, without_config
 from urdf2mbs.config.model import Config, Lines
 from urdf2mbs.disk.files import is_file
 from urdf2mbs.engine.output import check_ours, write_files
-from urdf2mbs.engine.registered import version_of
 from urdf2mbs.messages.diagnostics import ConfigError, counted
 from urdf2mbs_many.convert import jobs_of, run
 from urdf2mbs_many.folder import robots_in
@@ -48,7 +48,7 @@ def carry_out_many(configs: Iterable[tuple[Config, Lines]], arguments: argparse.
         check_ours({report: b""})
     outcomes = _convert_all(jobs, arguments)
     code = max((outcome.code for outcome in outcomes), default=0)
-    whole = {"urdf2mbs": version_of("urdf2mbs"), "code": code, "robots": outcomes}
+    whole = {"urdf2mbs": version("urdf2mbs"), "code": code, "robots": outcomes}
     text = msgspec.json.format(msgspec.json.encode(whole), indent=1) + b"\n"
     write_files({report: text}, force=arguments.force)
     if arguments.json:

@@ -18,13 +18,12 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import msgspec
 from msgspec import Meta
 
-from urdf2mbs.conversion import Conversion
 from urdf2mbs.disk import files
 from urdf2mbs.disk.record import is_ours
-from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.model import RGB, Shape
 from urdf2mbs.mbs.names import free_name
 from urdf2mbs.messages.diagnostics import counted, some
+from urdf2mbs.plugin import Conversion, Pass
 from urdf2mbs.urdf import model as urdf
 from urdf2mbs_meshes.files import files_of
 

@@ -6,9 +6,7 @@ those are is taken from ``<transmission>`` and ``<ros2_control>``, or from the c
 
 from __future__ import annotations
 
-from urdf2mbs.conversion import Conversion, choose
-from urdf2mbs.hookspecs import Pass
-from urdf2mbs.states import Placed
+from urdf2mbs.plugin import Conversion, Pass, Placed, choose
 
 
 class Actuators(Pass):

@@ -20,11 +20,10 @@ from typing import Annotated, Any
 
 from msgspec import Meta
 
-from urdf2mbs.conversion import Conversion, Segment, choose, fits
-from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.kinematics import place
 from urdf2mbs.mbs.model import Body, Mbs, Point, Sensor, UserModel
 from urdf2mbs.messages.diagnostics import ConfigError
+from urdf2mbs.plugin import Conversion, Pass, Segment, choose, fits
 from urdf2mbs.ranges import PositiveLength, rounded
 from urdf2mbs.spatial import ROUNDING, ZERO, Pose, Vec, compose, dot, unit
 from urdf2mbs.urdf import model as urdf

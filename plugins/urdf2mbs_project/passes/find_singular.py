@@ -11,9 +11,8 @@ from collections.abc import Iterable
 
 import msgspec
 
-from urdf2mbs.conversion import Conversion
-from urdf2mbs.hookspecs import Pass
 from urdf2mbs.messages.diagnostics import some
+from urdf2mbs.plugin import Conversion, Pass
 from urdf2mbs.urdf.model import Robot
 from urdf2mbs_project.simulation import Simulation
 from urdf2mbs_project.singular import LARGEST, Rule, Singular, TooLargeError, find_singular

@@ -7,11 +7,9 @@ sensor costs six joints, so the pass makes only the sensors that the config name
 
 from __future__ import annotations
 
-from urdf2mbs.conversion import Conversion, choose
-from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.names import free_name
 from urdf2mbs.messages.diagnostics import ConfigError, nearest
-from urdf2mbs.states import Placed
+from urdf2mbs.plugin import Conversion, Pass, Placed, choose
 from urdf2mbs_project.gazebo import FORCE_TORQUE
 
 

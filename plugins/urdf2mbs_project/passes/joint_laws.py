@@ -12,11 +12,9 @@ from __future__ import annotations
 
 from math import isfinite, pi
 
-from urdf2mbs.conversion import Conversion
-from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.model import UserModel
+from urdf2mbs.plugin import Conversion, JointModels, Pass
 from urdf2mbs.ranges import rounded
-from urdf2mbs.states import JointModels
 from urdf2mbs_project.simulation import Simulation
 
 #: The moved inertia would swing on the bristle at this rate (1/s).

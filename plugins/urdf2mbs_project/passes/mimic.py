@@ -12,10 +12,8 @@ from typing import Literal
 
 import msgspec
 
-from urdf2mbs.conversion import Conversion, choose, fits, follow
-from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.model import UserConstraint
-from urdf2mbs.states import OnPurpose, Placed
+from urdf2mbs.plugin import Conversion, OnPurpose, Pass, Placed, choose, fits, follow
 from urdf2mbs_project.simulation import Coupling, Simulation
 
 Nature = Literal["dependent", "independent", "driven"]

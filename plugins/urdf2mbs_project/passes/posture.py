@@ -16,13 +16,11 @@ import msgspec
 from lxml import etree
 from msgspec import Meta
 
-from urdf2mbs.conversion import Conversion, Step, choose, fits
 from urdf2mbs.disk import files
 from urdf2mbs.disk.xml import safe_parser
-from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.model import Joint
 from urdf2mbs.messages.diagnostics import ConfigError, nearest, some
-from urdf2mbs.states import Placed
+from urdf2mbs.plugin import Conversion, Pass, Placed, Step, choose, fits
 from urdf2mbs_project.ranges import Coordinate
 from urdf2mbs_project.simulation import Coupling, Held, Simulation
 

@@ -12,14 +12,12 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-from urdf2mbs.conversion import Conversion, File
 from urdf2mbs.disk import files
 from urdf2mbs.disk.record import is_ours
-from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, counted, some
-from urdf2mbs.states import OnPurpose
+from urdf2mbs.plugin import Conversion, File, OnPurpose, Pass
 from urdf2mbs_project.simulation import CONTACT_STATES, JOINT_STATES, Simulation
 
 #: The generated module, where a user function loads it.

@@ -19,9 +19,8 @@ from collections.abc import Iterator
 from math import floor, hypot, log10, pi, sqrt
 from typing import TYPE_CHECKING
 
-from urdf2mbs.conversion import Conversion
-from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.model import Parameter, UserModel
+from urdf2mbs.plugin import Conversion, Pass
 from urdf2mbs.ranges import rounded
 from urdf2mbs_project.places import floating, point_at, way
 from urdf2mbs_project.simulation import CONTACT_STATES, JOINT_STATES, Simulation

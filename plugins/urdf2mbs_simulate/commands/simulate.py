@@ -31,7 +31,7 @@ from urdf2mbs.messages.diagnostics import ConfigError, counted
 
 if TYPE_CHECKING:
     from urdf2mbs.config.model import Config
-    from urdf2mbs.conversion import Conversion
+    from urdf2mbs.plugin import Conversion
     from urdf2mbs_simulate.results import Results
 
 EXAMPLES = (
