@@ -58,7 +58,8 @@ def too_large(what: str) -> ConversionError:
 class Guard:
     """The expressions of one robot, and the work that has been done for it."""
 
-    def __init__(self) -> None:
+    def __init__(self, trust: bool) -> None:
+        self.trust = trust
         self.work = 0
         self._codes: dict[str, Any] = {}
         self._operations = {
@@ -68,7 +69,7 @@ class Guard:
     def spend(self, work: int) -> None:
         """Count work; raises ConversionError where it is more than is allowed."""
         self.work += work
-        if self.work > MOST_WORK:
+        if self.work > MOST_WORK and not self.trust:
             raise too_large("the work for this robot")
 
     def evaluate(self, text: str, symbols: dict[str, Any]) -> Any:

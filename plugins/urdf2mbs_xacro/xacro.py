@@ -25,8 +25,7 @@ from urdf2mbs.urdf import xml
 from urdf2mbs.urdf.packages import absolute, workspace
 from urdf2mbs.urdf.reader import Expansion
 from urdf2mbs_xacro.expressions import MOST, TRUST, Guard, tokenize, too_large
-from urdf2mbs_xacro.written import arguments, locate
-from urdf2mbs_xacro.xacro_errors import EVALUATING, explain, missing_package
+from urdf2mbs_xacro.xacro_errors import EVALUATING, arguments, explain, locate, missing_package
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -94,7 +93,8 @@ class Run:
         self.args = _Args(args)
         self.said: list[Diagnostic] = []
         self.packages_missing: dict[str, ConversionError] = {}
-        self.guard = Guard()
+        self.guard = Guard(trust)
+        self.spend = self.guard.spend
         self.xacro = _copy("xacro")
         self.plain = SimpleNamespace(**vars(self.xacro))
         self._replace()
@@ -159,10 +159,6 @@ class Run:
         """Add a warning or message, once."""
         if diagnostic not in self.said:
             self.said.append(diagnostic)
-
-    def spend(self, work: int) -> None:
-        if not self.trust:
-            self.guard.spend(work)
 
     def argument(self, name: str, args: Any = None) -> str:
         """The value of ``$(arg NAME)``."""

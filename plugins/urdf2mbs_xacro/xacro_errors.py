@@ -14,10 +14,9 @@ from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
 from urdf2mbs.urdf import written, xml
 from urdf2mbs.urdf.elements import LEGACY, LEGACY_HINT
 from urdf2mbs.urdf.packages import absolute
-from urdf2mbs_xacro.written import locate
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
 
     from urdf2mbs_xacro.xacro import Run
 
@@ -25,6 +24,28 @@ EVALUATING = "when evaluating expression '"
 #: A message shows so many lines at each end of a stack of includes and macros.
 _STACK_ENDS = 4
 _NOWHERE_IN = re.compile(r"package:/+([^/\s'\"*]+)")
+_DECLARED = re.compile(r"""<xacro:arg\s([^<>]*)""")
+
+
+def locate(texts: Iterable[str], names: Sequence[str]) -> tuple[str, int] | None:
+    """The file and line of the first of the texts that stands on one line only: xacro's messages
+    have no lines."""
+    for wanted in texts:
+        for file in names:
+            lines = written.text(file).splitlines()
+            found = [number for number, line in enumerate(lines, 1) if wanted in line]
+            if len(found) == 1:
+                return file, found[0]
+            if found:
+                break
+    return None
+
+
+def arguments(names: Iterable[str]) -> list[str]:
+    """The arguments that files declare."""
+    tags = (tag for file in names for tag in _DECLARED.findall(written.text(file)))
+    declared = map(written.NAME.search, tags)
+    return list(dict.fromkeys(name[1] for name in declared if name))
 
 
 def _fault(
