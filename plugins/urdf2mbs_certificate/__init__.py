@@ -18,7 +18,7 @@ def _is_there(conversion: Conversion, given: bool) -> bool:
 
 @hookimpl
 def urdf2mbs_api() -> dict[str, str]:
-    return {"certified": "urdf2mbs_certificate.known:certified"}
+    return {"certified": "urdf2mbs_certificate.passes.certificate:certified"}
 
 
 @hookimpl

@@ -10,17 +10,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any, Literal
+from pathlib import Path
+from typing import Any, Literal
+from xml.etree.ElementTree import Element, ParseError, tostring
 
 import msgspec
 
+from urdf2mbs.disk import files
 from urdf2mbs.plugin import Conversion, File, OnPurpose, Pass
 from urdf2mbs.proof.urdf_side import in_plane
 from urdf2mbs.spatial import unit
 from urdf2mbs.urdf.model import JOINT_TYPES, Joint, Link, Origin
-
-if TYPE_CHECKING:
-    from xml.etree.ElementTree import Element
 
 #: The passes that change the robot when they are asked to; ``verify`` asks them again.
 CHANGING = ("snap", "estimate-inertia", "rotors")
@@ -97,9 +97,9 @@ def _changes(conversion: Conversion) -> Iterator[tuple[tuple[str, str | None], s
         elements = {element.tag: element for element in _elements(part)}
         if part is not None and kind == f"{tag}-added":
             whole = {"name": name} | ({"type": part.type} if isinstance(part, Joint) else {})
-            yield ("robot", None), _xml(_element(tag, whole, *elements.values()))
+            yield ("robot", None), tostring(_element(tag, whole, *elements.values()), "unicode")
         elif kind in elements and (f"{tag}-added", name) not in changed:
-            yield (tag, name), _xml(elements[kind])
+            yield (tag, name), tostring(elements[kind], "unicode")
 
 
 def _elements(part: Link | Joint | None) -> Iterator[Element]:
@@ -127,8 +127,6 @@ def _origin(origin: Origin) -> Element:
 
 def _element(tag: str, attributes: dict[str, Any], *parts: Element) -> Element:
     """An element of URDF, without the attributes that have no value."""
-    from xml.etree.ElementTree import Element
-
     element = Element(tag)
     for key, value in attributes.items():
         if value is not None and not key.startswith("spring"):  # which a URDF has elsewhere
@@ -138,16 +136,8 @@ def _element(tag: str, attributes: dict[str, Any], *parts: Element) -> Element:
     return element
 
 
-def _xml(element: Element) -> str:
-    from xml.etree.ElementTree import tostring
-
-    return tostring(element, "unicode")
-
-
 def _edited(conversion: Conversion, said: dict[str, Any]) -> list[str]:
     """What the replay finds to be not the same: people changed it in the .mbs."""
-    from xml.etree.ElementTree import ParseError
-
     from urdf2mbs_certificate.certificate import replay
 
     model = conversion.files[conversion.settings.output]
@@ -155,3 +145,19 @@ def _edited(conversion: Conversion, said: dict[str, Any]) -> list[str]:
         urdf = conversion.expanded or conversion.input.data
         return [*replay(urdf, model, msgspec.json.encode(said))[0]]
     return []
+
+
+class _Certified(msgspec.Struct):
+    passes: dict[str, Any] = {}
+    driven: list[str] = []
+
+
+def certified(model: str) -> tuple[dict[str, Any], list[str]]:
+    """The options of the passes that changed the robot on purpose, and the joints that are driven
+    on purpose; nothing, where no certificate beside the .mbs can be read."""
+    try:
+        data = files.read(Path(model).with_suffix(".proof.json"))
+        said = msgspec.json.decode(data, type=_Certified)
+    except (OSError, ValueError, msgspec.MsgspecError):
+        return {}, []
+    return said.passes, said.driven

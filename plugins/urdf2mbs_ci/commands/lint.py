@@ -21,10 +21,7 @@ from urdf2mbs.commands.settings import (
 )
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.messages.diagnostics import ConversionError, counted
-from urdf2mbs_ci.findings import Findings, add_sarif, collecting
-
-#: The pass that reads a robot.
-PASSES = ["expand"]
+from urdf2mbs_ci.findings import add_sarif, collecting
 
 EXAMPLES = (
     "urdf2mbs lint robot.urdf",
@@ -47,7 +44,7 @@ def add_options(command: argparse.ArgumentParser) -> None:
 def carry_out(arguments: argparse.Namespace) -> int:
     config, lines = robot_or_config(arguments)
     config = msgspec.structs.replace(
-        config, pipeline=PASSES, after={}, before={}, without=[], swap={}, passes={},
+        config, pipeline=["expand"], after={}, before={}, without=[], swap={}, passes={},
         plugins=[], sweep=None,
     )  # fmt: skip
     name = config.source
@@ -59,15 +56,8 @@ def carry_out(arguments: argparse.Namespace) -> int:
     except ConversionError as error:
         if error.exit_code != ConversionError.exit_code:
             raise
-    return _tell(name, found, arguments)
-
-
-def _tell(name: str, found: Findings, arguments: argparse.Namespace) -> int:
-    """Print what was found; gives the exit code."""
-    counts = {
-        level: sum(one.level == level for one in found.said)
-        for level in ("error", "warning", "note")
-    }
+    levels = [one.level for one in found.said]
+    counts = {level: levels.count(level) for level in ("error", "warning", "note")}
     if arguments.json:
         print_json({"robot": name, **counts, "diagnostics": found.placed()})
     else:
