@@ -67,24 +67,20 @@ def make(conversion: Conversion) -> Page:
     store = Store()
     stand_ins: set[str] = set()
     data = _both_sides(conversion, model, store, stand_ins)
-    name = conversion.robot.name
-    return _fill(
-        model, store, data, f"{settings.source.name} → {settings.output.name}",
-        {
-            "name": escape(name),
-            "title": f"{escape(name)}: URDF and .mbs",
-            "tree": "Links",
-            **_verdict_and_facts(conversion),
-            "notes": _notes(store, stand_ins),
-            "joints": sections.joints(model, conversion),
-            "bodies": sections.bodies(model, conversion),
-            "around": around.tables(of_plugins(conversion), model),
-            "names": sections.names(conversion),
-            "left_out": sections.lost(conversion),
-            "proof": sections.proof(conversion),
-            "messages": sections.messages(conversion),
-        },
-    )  # fmt: skip
+    name = escape(conversion.robot.name)
+    fields = {
+        "name": name,
+        "title": f"{name}: URDF and .mbs",
+        "tree": "Links",
+        **_verdict_and_facts(conversion),
+        "notes": _notes(store, stand_ins),
+        "names": sections.names(conversion),
+        "left_out": sections.lost(conversion),
+        "proof": sections.proof(conversion),
+        "messages": sections.messages(conversion),
+    }
+    made_from = f"{settings.source.name} → {settings.output.name}"
+    return _fill(model, store, data, made_from, fields, conversion)
 
 
 def _both_sides(
@@ -103,7 +99,7 @@ def _both_sides(
         stand_ins.add(url)
         return files_of(conversion).resolve(filename)
 
-    data = _data(model, store, mbs_side(model, store, fetch, stand_in)) | {
+    data = _data(model, store, mbs_side(model, store, fetch, stand_in), of_plugins(conversion)) | {
         "urdf": urdf_side(conversion.robot, store, files_of(conversion).resolve),
         "frames": [
             (link, {"body": at.body, "joint": at.joint, "pose": (*at.pose.rot, *at.pose.xyz)})
@@ -111,7 +107,6 @@ def _both_sides(
         ],
         "coordinates": list(conversion.names.coordinates.items()),
         "joints": list(conversion.names.joints.items()),
-        "marks": around.marks(of_plugins(conversion), model),
     }
     for url in list(store.missing):  # a mesh that neither side has is one mesh
         filename = filenames.get(PurePosixPath(url).stem, url)
@@ -130,28 +125,20 @@ def make_of_model(model: Mbs, file: Path, results: str = "dirdyn.csv") -> Page:
     """
     project = project_of(file.absolute())
     store = Store()
-    none = Summary()
     drawn = mbs_side(model, store, lookup({}, project), lambda url: path_of(url, project))
-    data = _data(model, store, drawn) | {
-        "marks": around.marks(none, model),
-        "motion": motion(model, project, results),
+    data = _data(model, store, drawn, Summary()) | {"motion": motion(model, project, results)}
+    name = escape(model.name)
+    fields = {
+        "name": name,
+        "title": name,
+        "tree": "Bodies",
+        "facts": _facts_of_model(model),
+        "notes": _notes(store, set()),
     }
-    return _fill(
-        model, store, data, file.name,
-        {
-            "name": escape(model.name),
-            "title": escape(model.name),
-            "tree": "Bodies",
-            "facts": _facts_of_model(model),
-            "notes": _notes(store, set()),
-            "joints": sections.joints(model),
-            "bodies": sections.bodies(model),
-            "around": around.tables(none, model),
-        },
-    )  # fmt: skip
+    return _fill(model, store, data, file.name, fields)
 
 
-def _data(model: Mbs, store: Store, mbs: dict[str, Any]) -> dict[str, Any]:
+def _data(model: Mbs, store: Store, mbs: dict[str, Any], said: Summary) -> dict[str, Any]:
     """What the page draws, with a URDF side that is empty."""
     size = extent(model)
     return {
@@ -165,17 +152,27 @@ def _data(model: Mbs, store: Store, mbs: dict[str, Any]) -> dict[str, Any]:
         "textures": store.textures,
         "size": size,
         "frame": size / 18,
+        "marks": around.marks(said, model),
     }
 
 
 def _fill(
-    model: Mbs, store: Store, data: dict[str, Any], made_from: str, fields: dict[str, str]
+    model: Mbs,
+    store: Store,
+    data: dict[str, Any],
+    made_from: str,
+    fields: dict[str, str],
+    conversion: Conversion | None = None,
 ) -> Page:
     """Fill the template; ``{{#name}}...{{/name}}`` is left out where there is no such field."""
     viewer, licenses = _viewer()
     arrays = store.packed()
     meshes = len(arrays) + sum(len(url) for url in store.textures)
+    said = Summary() if conversion is None else of_plugins(conversion)
     fields |= {
+        "joints": sections.joints(model, conversion),
+        "bodies": sections.bodies(model, conversion),
+        "around": around.tables(said, model),
         "css": _own("page.css"),
         "js": _joined_modules(),
         "viewer": _script(viewer),

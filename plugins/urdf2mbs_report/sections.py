@@ -19,7 +19,7 @@ from urdf2mbs_report.table import Cell, Html, Row, plain, table, titled
 LEFT_OUT = ("collision", "extension", "texture", "rotors-left-out", "loop-left-out")
 
 
-def joints(model: Mbs, conversion: Conversion | None = None) -> str:
+def joints(model: Mbs, conversion: Conversion | None) -> str:
     """The joints; with a conversion, also what the URDF says of each."""
     urdf = {} if conversion is None else _urdf_joints(conversion, model)
     numbers = model.numbers()
@@ -61,7 +61,7 @@ def _urdf_joints(conversion: Conversion, model: Mbs) -> dict[str, list[Cell]]:
     return cells
 
 
-def bodies(model: Mbs, conversion: Conversion | None = None) -> str:
+def bodies(model: Mbs, conversion: Conversion | None) -> str:
     """The bodies; with a conversion, also the URDF links of each."""
     links: dict[str | None, list[str]] = {}
     for link, at in conversion.frames.items() if conversion else ():
@@ -69,22 +69,21 @@ def bodies(model: Mbs, conversion: Conversion | None = None) -> str:
             links.setdefault(at.body, []).append(link)
     head = [
         "body", "parent", "at point", "mass [kg]", "centre of mass [m]",
-        "inertia xx, xy, xz, yy, yz, zz [kg m²]", "joints", "shapes", "URDF links",
+        "inertia xx, xy, xz, yy, yz, zz [kg m²]", "joints", "shapes",
     ]  # fmt: skip
+    if conversion is not None:
+        head.append("URDF links")
     rows: list[Row] = [
         (
             {"data-body": body.name},
             (
                 body.name, body.parent or "base", body.point or "origin", body.mass, body.com,
                 body.inertia, len(body.joints), len(body.shapes),
-                ", ".join(links.get(body.name, ())),
+                *([", ".join(links.get(body.name, ()))] if conversion else ()),
             ),
         )
         for body in model.bodies
     ]  # fmt: skip
-    if conversion is None:
-        head.pop()
-        rows = [(about, cells[:-1]) for about, cells in rows]
     total = sum(body.mass or 0.0 for body in model.bodies)
     foot = ["total", "", "", total, *[""] * (len(head) - 4)]
     return table(head, rows, right=(3, 4, 5, 6, 7), foot=foot)
