@@ -17,6 +17,8 @@ from urdf2mbs.spatial import IDENTITY, ZERO, Pose, Rot, Vec, add, compose, cross
 
 #: What Robotran can compute at a point.  What is not asked for is zero there, or not set.
 MEASURES = ("Pos", "Rot", "Vit", "Om", "Acc", "Omp")
+#: The parts of a wrench, by their names in its user model: N and N m, in the axes of the base.
+WRENCH = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
 #: The user models of the states of friction: one of each joint that rubs, three of each body that
 #: may touch the ground.
 JOINT_STATES, CONTACT_STATES = "friction_state", "contact_state"

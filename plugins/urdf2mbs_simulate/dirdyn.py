@@ -153,7 +153,7 @@ def closed_code(data: MbsData, language: str | None) -> PythonCode:
 
 def _has_own_python(data: MbsData) -> bool:
     """True if somebody has changed or written user functions in Python."""
-    written = starters("python", data.mbs_name)
+    written = starters("python", data.mbs)
     return any(
         written.get(f"userfctR/{file.name}") != file.read_bytes()
         for file in data.user_path.glob("user_*.py")

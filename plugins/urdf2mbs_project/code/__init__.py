@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+from urdf2mbs.mbs.model import Mbs, Point
 from urdf2mbs_equations import equations_fit
 
 #: Stands for the name of the project, alone or in NAME_robot.
@@ -19,8 +20,8 @@ FOLDER = Path(__file__).parent
 #: Asks whether equations fit the .mbs; a project in Python gets it as it is.
 EQUATIONS_FIT = Path(equations_fit.__file__)
 
-#: What several starters begin with, in place of such a line.
-BEGINNINGS = {
+#: What several starters have in place of such a line.
+LINES = {
     "@INCLUDES@\n": """\
 #include <math.h>
 
@@ -40,13 +41,39 @@ if "__file__" in globals():
 import NAME_robot as robot
 """,
 }
+#: What user_JointForces says where a controller holds the start position.
+HOLD = {
+    "python": """\
+    #
+    # The controller 'hold' pulls at the joints, too.  To end it, write in user_dirdyn_init:
+    #     mbs_data.user_model["hold"]["on"] = 0.0
+    # or, for one joint alone:
+    #     mbs_data.user_model["hold_stiffness"]["@JOINT@"] = 0.0
+    #     mbs_data.user_model["hold_damping"]["@JOINT@"] = 0.0
+""",
+    "c": """\
+     *
+     * The controller 'hold' pulls at the joints, too. To end it, write in user_dirdyn_init:
+     *   mbs_data->user_model->hold.on = 0.0;
+     * or, for one joint alone:
+     *   mbs_data->user_model->hold_stiffness.@JOINT@ = 0.0;
+     *   mbs_data->user_model->hold_damping.@JOINT@ = 0.0;
+""",
+}
 
 
-def starters(language: str, name: str) -> dict[str, bytes]:
+def starters(language: str, mbs: Mbs) -> dict[str, bytes]:
     """The files that are written once, by their path in the project."""
     folder = FOLDER / "templates" / language
+    held = next((model for model in mbs.user_models if model.name == "hold_stiffness"), None)
+    moving = [parameter.name for parameter in held.parameters] if held else plotted(mbs)
+    joint = next((name for name in moving if name not in dependent(mbs)), "JOINT")
+    hold = HOLD[language] if held else ""
     return {
-        file.relative_to(folder).as_posix().removesuffix(".in"): fill(file, name).encode()
+        file.relative_to(folder).as_posix().removesuffix(".in"): fill(file, mbs.name)
+        .replace("@HOLD@\n", hold)
+        .replace("@JOINT@", joint)
+        .encode()
         for file in sorted(folder.rglob("*.in"))
     }
 
@@ -54,6 +81,33 @@ def starters(language: str, name: str) -> dict[str, bytes]:
 def fill(file: Path, name: str) -> str:
     """A template with the project's name in it."""
     text = file.read_text("utf-8")
-    for line, beginning in BEGINNINGS.items():
-        text = text.replace(line, beginning)
+    for line, written in LINES.items():
+        text = text.replace(line, written)
     return NAME.sub(name, text)
+
+
+def dependent(mbs: Mbs) -> list[str]:
+    """The joints that the partition takes for dependent ones."""
+    joints = (joint for body in mbs.bodies for joint in body.joints)
+    return [joint.name for joint in joints if joint.nature == "dependent"]
+
+
+def plotted(mbs: Mbs) -> list[str]:
+    """The joints that move, without the six of a floating base unless there are no others."""
+    moving = [
+        joint.name for body in mbs.bodies for joint in body.joints if joint.nature != "driven"
+    ]
+    base = [
+        joint.name
+        for body in mbs.bodies
+        if body.parent is None and len(body.joints) == 6
+        for joint in body.joints
+        if joint.nature == "independent"
+    ]
+    return [name for name in moving if name not in base] or moving
+
+
+def force_of(point: Point) -> str:
+    """The name of the external force at a point."""
+    assert point.extforce is not None
+    return point.extforce.name

@@ -1,21 +1,21 @@
-"""The generated files of a project in C: the tables and the code of NAME_robot.c, and what
+"""The generated files of a project in C: the statements of NAME_robot.c, the tables, and what
 MBSysPad would generate."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import re
+from collections.abc import Iterable, Iterator
 
 from urdf2mbs.mbs.model import BASE, Mbs, UserModel
 from urdf2mbs.messages.diagnostics import quoted
 from urdf2mbs.spatial import IDENTITY
-from urdf2mbs_project.code import FOLDER, fill
-from urdf2mbs_project.code.python import dependent, force_of
+from urdf2mbs_project.code import FOLDER, dependent, fill, force_of
 from urdf2mbs_project.simulation import (
     CONTACT_STATES,
     JOINT_STATES,
-    Coupling,
+    WRENCH,
     Simulation,
-    Wrench,
+    Spot,
     state_numbers,
 )
 
@@ -27,10 +27,13 @@ NOTE = (
 #: The user models that are states, which C finds in ux, not in the struct of the user models.
 STATES = (JOINT_STATES, CONTACT_STATES)
 
-#: The numbers of joint forces, a ground and a wrench, by their names in the user models.
-SWITCHES = ("damping", "springs", "friction", "friction_time", "stops", "stop_speed")
+#: What a function may use: it is declared where a statement names it.
+LOCALS = {
+    "user_model": "const UserModel *user_model = mbs_data->user_model;",
+    "model": "MDS_user_model_strct **model = gen->user_models->user_model_list;",
+    **{name: f"double *{name} = mbs_data->{name};" for name in ("q", "qd", "qdd", "q0", "Qq")},
+}
 GROUND = ("ground", "stiffness", "speed", "friction", "bristle", "bristle_time")
-WRENCH = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
 
 
 def generated(mbs: Mbs, simulation: Simulation) -> dict[str, bytes]:
@@ -41,7 +44,8 @@ def generated(mbs: Mbs, simulation: Simulation) -> dict[str, bytes]:
     header = header.replace("@SHORTENED_BY@", _comment(simulation.shortened_by))
     texts = {
         f"{mbs.name}_robot.h": header,
-        f"{mbs.name}_robot.c": fill(FOLDER / "NAME_robot.c", mbs.name),
+        f"{mbs.name}_robot.c": _Robot(mbs, simulation).source(),
+        f"{mbs.name}_laws.h": fill(FOLDER / "NAME_laws.h", mbs.name),
         f"{mbs.name}_tables.h": _tables(mbs, simulation),
         "user_all_id.h": NOTE + _all_id(mbs),
         "user_model.h": NOTE + _model_header([m for m in mbs.user_models if m.name not in STATES]),
@@ -50,135 +54,223 @@ def generated(mbs: Mbs, simulation: Simulation) -> dict[str, bytes]:
     return {name: text.encode() for name, text in texts.items()}
 
 
+# --- NAME_robot.c ---
+
+
+class _Robot:
+    """The statements of a robot's functions, as a user of Robotran writes them."""
+
+    def __init__(self, mbs: Mbs, simulation: Simulation) -> None:
+        self.mbs, self.simulation = mbs, simulation
+        self.models = {model.name: [p.name for p in model.parameters] for model in mbs.user_models}
+
+    def source(self) -> str:
+        couplings = self.simulation.couplings
+        laws = [f"{law.c.strip()}\n\n" for law in self.simulation.laws]
+        text = fill(FOLDER / "NAME_robot.c.in", self.mbs.name).replace("@LAWS@\n", "".join(laws))
+        for name, parameters, statements in (
+            ("CONSTRAINTS", "h Jac mbs_data", self.constraints()),
+            ("JDQD", "jdqd", (f"jdqd[{k}] = 0.0;" for k in range(1, len(couplings) + 1))),
+            ("DRIVEN", "mbs_data", self.driven()),
+            ("JOINT_FORCES", "mbs_data", self.joint_forces()),
+            ("EFFORTS", "mbs_data joint push", self.efforts()),
+            ("EXTERNAL_FORCES", "PxF RxF VxF OMxF mbs_data tsim ixF", self.external_forces()),
+            ("LINK_FORCES", "Z Zd mbs_data ilnk", self.link_forces()),
+            ("SENSORS", "sensor isens mbs_data force turn", self.sensors()),
+        ):
+            text = text.replace(f"@{name}@\n", _body(parameters, statements))
+        return text
+
+    def value(self, model: str, name: str, otherwise: str = "0.0") -> str:
+        """A number of the user models, where it is there."""
+        there = name in self.models.get(model, ())
+        return f"user_model->{model}.{name}" if there else otherwise
+
+    def constraints(self) -> Iterator[str]:
+        for k, c in enumerate(self.simulation.couplings, start=1):
+            one, two = f"{c.follower.name}_id", f"{c.leader.name}_id"
+            yield f"h[{k}] = q[{one}]{_plus(-c.multiplier, f' * q[{two}]')}{_plus(-c.offset)};"
+            yield f"Jac[{k}][{one}] = 1.0;"
+            yield f"Jac[{k}][{two}] = {-c.multiplier + 0.0!r};"
+
+    def driven(self) -> Iterator[str]:
+        for c in self.simulation.driven:
+            for x, offset in (("q", _plus(c.offset)), ("qd", ""), ("qdd", "")):
+                rule = f"{c.multiplier!r} * {x}[{c.leader.name}_id]{offset}"
+                yield f"{x}[{c.follower.name}_id] = {rule};"
+
+    def joint_forces(self) -> Iterator[str]:
+        value = self.value
+        yield from self.law("damping", "damping", (
+            f"Qq[{name}_id] -= {value('damping', name)} * qd[{name}_id];"
+            for name in self.models.get("damping", ())
+        ))  # fmt: skip
+        yield from self.law("springs", "spring_stiffness", (
+            f"Qq[{name}_id] -= {value('spring_stiffness', name)}\n"
+            f"    * (q[{name}_id] - {value('spring_reference', name)});"
+            for name in self.models.get("spring_stiffness", ())
+        ))  # fmt: skip
+        time = value("joint_forces", "friction_time")
+        yield from self.law("friction", "friction", (
+            f"Qq[{name}_id] -= rub(mbs_data, {state}, qd[{name}_id], {value('friction', name)},\n"
+            f"    {value('friction_stiffness', name)}, {time});"
+            for name, state in state_numbers(self.mbs, JOINT_STATES).items()
+        ))  # fmt: skip
+        speed = value("joint_forces", "stop_speed")
+        yield from self.law("stops", "stop_stiffness", (
+            f"Qq[{name}_id] -= stops(q[{name}_id], qd[{name}_id],\n"
+            f"    {value('q_min', name, '-INFINITY')}, {value('q_max', name, 'INFINITY')},\n"
+            f"    {value('stop_stiffness', name)}, {speed});"
+            for name in self.models.get("stop_stiffness", ())
+        ))  # fmt: skip
+        yield from self.law("on", "hold_stiffness", (
+            f"Qq[{name}_id] += within({value('effort', name)},\n"
+            f"    {value('hold_stiffness', name)} * (q0[{name}_id] - q[{name}_id])\n"
+            f"    - {value('hold_damping', name)} * qd[{name}_id]);"
+            for name in self.models.get("hold_stiffness", ())
+        ), "hold")  # fmt: skip
+        for law in self.simulation.laws:
+            for joint in law.joints:
+                yield f"Qq[{joint.name}_id] += {law.name}(mbs_data, {joint.name}_id);"
+
+    def law(
+        self, switch: str, model: str, statements: Iterable[str], of: str = "joint_forces"
+    ) -> Iterator[str]:
+        """The statements of a law of joints, which a number of the user models switches on."""
+        if switch in self.models.get(of, ()) and model in self.models:
+            yield f"if (user_model->{of}.{switch} != 0.0) {{"
+            yield from map(_indented, statements)
+            yield "}"
+
+    def efforts(self) -> Iterator[str]:
+        yield from _switch("joint", {
+            name: [f"return within({self.value('effort', name)}, push);"]
+            for name in self.models.get("effort", ())
+        }, "return push;")  # fmt: skip
+
+    def external_forces(self) -> Iterator[str]:
+        cases: dict[str, list[str]] = {}
+        for contact in self.simulation.contacts:
+            name = force_of(contact.point)
+            call = f"ground_force(&{name}, &ground, PxF, RxF, VxF, OMxF, mbs_data, force);"
+            cases.setdefault(name, []).append(call)
+        for wrench in self.simulation.wrenches:
+            start, stop, *parts = (
+                self.value(wrench.model.name, part) for part in ("start", "stop", *WRENCH)
+            )
+            cases.setdefault(force_of(wrench.point), []).extend([
+                f"if ({start} <= tsim && tsim < {stop}) {{",
+                *(f"    force[{k}] = {part};" for k, part in enumerate(parts, start=1)),
+                "}",
+            ])  # fmt: skip
+        for law in self.simulation.laws:
+            for point in law.points:
+                call = f"{law.name}(PxF, VxF, mbs_data, tsim, ixF, force);"
+                cases.setdefault(force_of(point), []).append(call)
+        if self.simulation.contacts:
+            yield "const Ground ground = {"
+            yield from (f"    .{name} = {self.value('contact', name)}," for name in GROUND)
+            yield "};\n"
+        yield "for (int i = 1; i <= 6; i++) {\n    force[i] = 0.0;\n}"
+        broken = {name: [*statements, "break;"] for name, statements in cases.items()}
+        yield from _switch("ixF", broken, "break;" if cases else "")
+
+    def link_forces(self) -> Iterator[str]:
+        yield from _switch("ilnk", {
+            link.name: [
+                f"return {self.value('link_stiffness', link.name)}\n"
+                f"    * (Z - {self.value('link_length', link.name)})\n"
+                f"    + {self.value('link_damping', link.name)} * Zd;"
+            ]
+            for link in self.simulation.springs
+        }, "return 0.0;")  # fmt: skip
+
+    def sensors(self) -> Iterator[str]:
+        cases = {
+            s.point.sensor.name: [f"axes = {s.point.sensor.name}_axes;", "break;"]
+            for s in self.simulation.sensors
+            if s.point.sensor is not None
+        }
+        yield "const double *axes = of_body;\n"
+        yield from _switch("isens", cases, "break;" if cases else "")
+        yield "read_imu(sensor, axes, mbs_data->g, force, turn);"
+
+
+def _switch(of: str, cases: dict[str, list[str]], otherwise: str) -> Iterator[str]:
+    """What is done for each number of a thing, by its name."""
+    if cases:
+        yield f"switch ({of}) {{"
+        for name, statements in cases.items():
+            yield f"case {name}_id:"
+            yield from map(_indented, statements)
+        yield f"default:\n    {otherwise}\n}}"
+    elif otherwise:
+        yield otherwise
+
+
+def _body(parameters: str, statements: Iterable[str]) -> str:
+    """The inside of a function: declarations of what it uses, and what it does not use."""
+    text = "".join(f"{_indented(statement)}\n" for statement in statements)
+    used = set(re.findall(r"(?<![.>])\b\w+", text))  # no members of structs
+    declared = "".join(f"    {LOCALS[name]}\n" for name in LOCALS if name in used)
+    used |= set(re.findall(r"\w+", declared))
+    unused = "".join(f"    (void) {name};\n" for name in parameters.split() if name not in used)
+    return declared + ("\n" if declared else "") + unused + text
+
+
+def _indented(text: str) -> str:
+    return re.sub(r"(?m)^(?=.)", "    ", text)
+
+
+def _plus(number: float, times: str = "") -> str:
+    """A term of a sum; nothing where it is zero."""
+    return f" {'-' if number < 0.0 else '+'} {abs(number)!r}{times}" if number else ""
+
+
 # --- NAME_tables.h ---
 
 
 def _tables(mbs: Mbs, simulation: Simulation) -> str:
-    """The tables that NAME_robot.c declares the types of."""
-    numbers = _Numbers(mbs)
-    place, rows = numbers.place, numbers.rows
-    sensors = [
-        (f"{s.point.sensor.name}_id", f"{{{_row(s.rotation)}}}", f"/* {_comment(s.name)} */")
-        for s in simulation.sensors
-        if s.point.sensor is not None
+    """Where bodies touch the ground, the axes of sensors, and the names of joints."""
+    across = ", ".join(f"{{{_row(way)}}}" for way in simulation.across)
+    out = [
+        f"/* The tables of {mbs.name}_robot.c; {mbs.name}_laws.h has their types.\n"
+        " *\n * urdf2mbs writes this file anew at each conversion: do not edit it. */\n\n"
+        "/* Against gravity, and two directions in the ground, in the axes of the base. */\n"
+        f"static const double up[3] = {{{_row(simulation.up)}}};\n"
+        f"static const double across[2][3] = {{{across}}};\n\n"
     ]
-    switches = ", ".join(place("joint_forces", name) for name in SWITCHES)
-    ground = ", ".join(place("contact", name) for name in GROUND)
-    return "".join(
-        [
-            f"/* The tables of {mbs.name}_robot.c, which says what they mean.\n"
-            " * urdf2mbs writes this file anew at each conversion: do not edit it. */\n\n",
-            _table("Coupling", "couplings", map(_coupling, simulation.couplings)),
-            _table("Coupling", "driven", map(_coupling, simulation.driven)),
-            f"static const Switches joint_forces = {{{switches}}};\n",
-            f"static const size_t hold_on = {place('hold', 'on')};\n\n",
-            _table("Damping", "dampings", rows("damping")),
-            _table("JointSpring", "joint_springs", rows("spring_stiffness", "spring_reference")),
-            _table("Friction", "frictions", numbers.frictions(state_numbers(mbs, JOINT_STATES))),
-            _table("Stop", "stops", numbers.stops()),
-            _table("Hold", "holds", rows("hold_stiffness", "hold_damping")),
-            _table("Effort", "efforts", rows("effort")),
-            f"static const double up[3] = {{{_row(simulation.up)}}};\n",
-            f"static const double across[6] = {{{_row(sum(simulation.across, ()))}}};\n",
-            f"static const Ground ground = {{{ground}}};\n\n",
-            _contacts(mbs, simulation),
-            _table("Wrench", "wrenches", map(numbers.wrench, simulation.wrenches)),
-            _table("Spring", "springs", rows("link_stiffness", "link_length", "link_damping")),
-            _table("Sensor", "sensors", sensors, f"{{0, {{{_row(IDENTITY)}}}}}"),
-            _laws(simulation),
-            "/* The joints by Robotran's number; those that follow from the constraints. */\n",
-            _names("joints", ["ground", *mbs.numbers()]),
-            _names("dependent", dependent(mbs)),
-        ]
-    )
+    states = state_numbers(mbs, CONTACT_STATES)
+    for contact in simulation.contacts:
+        name = force_of(contact.point)
+        out.append(f"/* {_comment(', '.join(contact.links))} */\n")
+        out.append(_list("Spot", f"{name}_spots", map(_spot, contact.spots)))
+        numbers = f"{len(contact.spots)}, {states.get(contact.body.name, 0)}, {contact.bound!r}"
+        out.append(f"static const Contact {name} = {{{name}_spots, {numbers}}};\n\n")
+    out.append("/* The axes of sensors in their bodies, row by row. */\n")
+    for sensor in simulation.sensors:
+        if sensor.point.sensor is not None:
+            of = f"{sensor.point.sensor.name}_axes[9]"
+            out.append(f"static const double {of} = {{{_row(sensor.rotation)}}};\n")
+    joints = (f'"{name}"' for name in ("ground", *mbs.numbers()))
+    return "".join([
+        *out,
+        f"static const double of_body[9] = {{{_row(IDENTITY)}}};\n\n",
+        "/* The joints by Robotran's number; those that follow from the constraints. */\n",
+        _list("char *const", "joints", joints),
+        f'static const char dependent[] = "{" ".join(dependent(mbs))}";\n',
+    ])  # fmt: skip
 
 
-class _Numbers:
-    """The rows of tables that name numbers of the user models."""
-
-    def __init__(self, mbs: Mbs) -> None:
-        self.models = {model.name: [p.name for p in model.parameters] for model in mbs.user_models}
-
-    def place(self, model: str, name: str) -> str:
-        """Where a number of the user models is in their struct."""
-        return f"AT({model}.{name})" if name in self.models.get(model, ()) else "NONE"
-
-    def rows(self, model: str, *more: str) -> list[tuple[str, ...]]:
-        """A row for each joint or link of a user model, with its number there and in more."""
-        names = self.models.get(model, ())
-        return [(f"{name}_id", *(self.place(m, name) for m in (model, *more))) for name in names]
-
-    def frictions(self, states: dict[str, int]) -> list[tuple[str, ...]]:
-        """The joints that have friction, each with the number of its state."""
-        return [
-            (f"{name}_id", self.place("friction", name), self.place("friction_stiffness", name),
-             str(state))
-            for name, state in states.items()
-        ]  # fmt: skip
-
-    def stops(self) -> list[tuple[str, ...]]:
-        """The limits that stop a joint."""
-        return [
-            (f"{name}_id", side, self.place(limit, name), self.place("stop_stiffness", name))
-            for name in self.models.get("stop_stiffness", ())
-            for side, limit in (("1.0", "q_max"), ("-1.0", "q_min"))
-            if name in self.models.get(limit, ())
-        ]
-
-    def wrench(self, wrench: Wrench) -> tuple[str, ...]:
-        """A force, when it acts, and its parts."""
-        start, stop, *parts = (
-            self.place(wrench.model.name, part) for part in ("start", "stop", *WRENCH)
-        )
-        return f"{force_of(wrench.point)}_id", start, stop, f"{{{', '.join(parts)}}}"
+def _spot(spot: Spot) -> str:
+    round_ = f", .radius = {spot.radius!r}" if spot.radius else ""
+    rim = f", .axis = {{{_row(spot.axis)}}}, .turn = {spot.turn!r}" if any(spot.axis) else ""
+    return f"{{.at = {{{_row(spot.at)}}}{round_}{rim}}}"
 
 
-def _contacts(mbs: Mbs, simulation: Simulation) -> str:
-    """What of each body may touch the ground, and the force of the ground on it."""
-    states, spots = state_numbers(mbs, CONTACT_STATES), 0
-    rows: list[tuple[str, ...]] = []
-    for one in simulation.contacts:
-        state = states.get(one.body.name, 0)
-        first = (str(state), str(spots), str(len(one.spots)))
-        rows.append((f"{force_of(one.point)}_id", *first, repr(one.bound)))
-        spots += len(one.spots)
-    all_spots = (
-        (repr(s.radius), f"{{{_row(s.at)}}}", f"{{{_row(s.axis)}}}", repr(s.turn))
-        for one in simulation.contacts
-        for s in one.spots
-    )
-    return _table("Spot", "spots", all_spots) + _table("Contact", "contacts", rows)
-
-
-def _laws(simulation: Simulation) -> str:
-    """The laws of plugins, and what each acts on."""
-    laws = simulation.laws
-    joints = ((f"{joint.name}_id", law.name) for law in laws for joint in law.joints)
-    points = ((f"{force_of(point)}_id", law.name) for law in laws for point in law.points)
-    return "".join(
-        [
-            *(f"{law.c.strip()}\n\n" for law in laws),
-            _table("JointLaw", "joint_laws", joints),
-            _table("PointLaw", "point_laws", points),
-        ]
-    )
-
-
-def _coupling(c: Coupling) -> tuple[str, ...]:
-    return f"{c.follower.name}_id", f"{c.leader.name}_id", _row((c.multiplier, c.offset))
-
-
-def _table(kind: str, name: str, rows: Iterable[Iterable[str]], last: str = "{0}") -> str:
-    return _list(kind, name, (f"{{{', '.join(row)}}}" for row in rows), last)
-
-
-def _list(kind: str, name: str, rows: Iterable[str], last: str) -> str:
+def _list(kind: str, name: str, rows: Iterable[str]) -> str:
     lines = "".join(f"    {row},\n" for row in rows)
-    return f"static const {kind} {name}[] = {{\n{lines}    {last}\n}};\n\n"
-
-
-def _names(name: str, names: list[str]) -> str:
-    return _list("char *const", name, (f'"{text}"' for text in names), "NULL")
+    return f"static const {kind} {name}[] = {{\n{lines}}};\n\n"
 
 
 def _row(numbers: Iterable[float]) -> str:
@@ -240,7 +332,12 @@ def _model_header(models: list[UserModel]) -> str:
 
 
 def _model_source(models: list[UserModel]) -> str:
-    out = [
+    values = (
+        f"um->{model.name}.{parameter.name} = model[{i}]->parameter_list[{j}]->value_list[0];"
+        for i, model in enumerate(models)
+        for j, parameter in enumerate(model.parameters if model.name not in STATES else ())
+    )
+    return (
         "/* The values come from the .mbs when it is loaded: this is for MBsysC of 2017. */\n"
         "#include <stdlib.h>\n\n"
         '#include "mbs_data.h"\n#include "mbs_load_xml.h"\n'
@@ -249,11 +346,5 @@ def _model_source(models: list[UserModel]) -> str:
         "    return (UserModel*) calloc(1, sizeof(UserModel));\n}\n\n"
         "void mbs_delete_user_model(UserModel *um)\n{\n    free(um);\n}\n\n"
         "void mbs_load_user_model_xml(MDS_gen_strct *gen, UserModel *um)\n{\n"
-    ]
-    if models:
-        out.append("    MDS_user_model_strct **model = gen->user_models->user_model_list;\n\n")
-    for i, model in enumerate(models):
-        for j, parameter in enumerate(model.parameters if model.name not in STATES else ()):
-            where = f"model[{i}]->parameter_list[{j}]->value_list[0]"
-            out.append(f"    um->{model.name}.{parameter.name} = {where};\n")
-    return "".join([*out, "}\n"])
+        f"{_body('gen um', values)}}}\n"
+    )

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from urdf2mbs.mbs.model import Mbs, Point
+from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.messages.diagnostics import quoted
-from urdf2mbs_project.code import FOLDER, fill
+from urdf2mbs_project.code import FOLDER, dependent, fill, force_of, plotted
 from urdf2mbs_project.simulation import (
     CONTACT_STATES,
     JOINT_STATES,
@@ -100,33 +100,6 @@ def _laws(simulation: Simulation) -> str:
             f"POINT_LAWS = [{', '.join(f'({_literal(name)}, {law})' for name, law in points)}]\n",
         ]
     )
-
-
-def dependent(mbs: Mbs) -> list[str]:
-    """The joints that the partition takes for dependent ones."""
-    joints = (joint for body in mbs.bodies for joint in body.joints)
-    return [joint.name for joint in joints if joint.nature == "dependent"]
-
-
-def plotted(mbs: Mbs) -> list[str]:
-    """The joints that move, without the six of a floating base unless there are no others."""
-    moving = [
-        joint.name for body in mbs.bodies for joint in body.joints if joint.nature != "driven"
-    ]
-    base = [
-        joint.name
-        for body in mbs.bodies
-        if body.parent is None and len(body.joints) == 6
-        for joint in body.joints
-        if joint.nature == "independent"
-    ]
-    return [name for name in moving if name not in base] or moving
-
-
-def force_of(point: Point) -> str:
-    """The name of the external force at a point."""
-    assert point.extforce is not None
-    return point.extforce.name
 
 
 def _assign(name: str, value: list[Any] | dict[str, Any]) -> str:

@@ -20,7 +20,7 @@ from urdf2mbs.plugin import Conversion, Pass
 from urdf2mbs.spatial import ZERO
 from urdf2mbs_project.places import point_at
 from urdf2mbs_project.ranges import End, Force, Gain, Length, Place, Time
-from urdf2mbs_project.simulation import MEASURES, Simulation, Wrench
+from urdf2mbs_project.simulation import MEASURES, WRENCH, Simulation, Wrench
 
 #: A time (s) that no simulation reaches.
 NEVER = 1e9
@@ -82,9 +82,8 @@ class Forces(Pass):
                     f"forces: '{name}' acts on link '{wrench.link}', which never moves",
                 )
             point.extforce = Sensor(f"{name}_force" if name in taken else name, MEASURES)
-            keys = ("Fx", "Fy", "Fz", "Mx", "My", "Mz", "start", "stop")
-            values = (*wrench.force, *wrench.torque, wrench.start, wrench.stop)
-            model = UserModel.of(name, dict(zip(keys, values, strict=True)))
+            parts = dict(zip(WRENCH, (*wrench.force, *wrench.torque), strict=True))
+            model = UserModel.of(name, {**parts, "start": wrench.start, "stop": wrench.stop})
             mbs.user_models.append(model)
             simulation.wrenches.append(Wrench(point, model))
         placement = place(mbs)

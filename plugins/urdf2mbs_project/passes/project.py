@@ -52,7 +52,7 @@ class Project(Pass):
                 conversion.files[folder / "userfctR" / name] = data
             _warn_of_rows_of_zeros(conversion)
         for language in ("python", "c"):
-            texts = {folder / path: data for path, data in starters(language, mbs.name).items()}
+            texts = {folder / path: data for path, data in starters(language, mbs).items()}
             of_users |= texts.keys()
             if language in conversion.settings.languages:
                 conversion.files |= {p: File(text, "starter") for p, text in texts.items()}

@@ -18,28 +18,28 @@ ROBOT, USER = "userfctR/rich_robot.py", "userfctR/user_"
 ONE = "\n        <type>scalar</type>\n        <value>1.0</value>"
 #: What is planted in the generated files, and what the message names.
 PLANTED = {
-    "a rule's offset": (ROBOT, "m * q[leader] - b", "m * q[leader] + b", "'slide': its rule"),
-    "a rule's derivative": (ROBOT, "Jac[k, leader] = -m", "Jac[k, leader] = m", "derivatives"),
+    "a rule's offset": (ROBOT, "* q[joint[leader]] - b", "* q[joint[leader]] + b", "its rule"),
+    "a rule's derivative": (ROBOT, "joint[leader]] = -m", "joint[leader]] = m", "derivatives"),
     "a rule's acceleration": (ROBOT, "jdqd[k] = 0.0", "jdqd[k] = 1.0", "its rule, its acc"),
     "a row of a rule": (
         ROBOT, '("right", "left", -1.5', '("slide", "left", -1.5', "rule"),
-    "where a joint is driven": (ROBOT, "m * q[leader] + b", "m * q[leader]", "its q, where"),
-    "how fast it is driven": (ROBOT, "m * qd[leader]", "qd[leader]", "its qd, where it is driven"),
-    "how it accelerates": (ROBOT, "m * qdd[leader]", "-m * qdd[leader]", "its qdd, where"),
-    "the sign of damping": (ROBOT, "Qq[joint] -= damping", "Qq[joint] += damping", "damping"),
+    "where a joint is driven": (ROBOT, "q[joint[leader]] + b", "q[joint[leader]]", "its q, where"),
+    "how fast it is driven": (ROBOT, "= m * qd[joint", "= qd[joint", "its qd, where it is driven"),
+    "how it accelerates": (ROBOT, "m * qdd[joint", "-m * qdd[joint", "its qdd, where"),
+    "the sign of damping": (ROBOT, "-= coefficient", "+= coefficient", "damping"),
     "damping of the next joint": (
-        ROBOT, "damping[name] * qd[joint]", "damping[name] * qd[joint - 1]", "damping"),
-    "a spring of a joint at zero": (ROBOT, "(q[joint] - rest[name])", "q[joint]", "springs"),
-    "slow friction": (ROBOT, "-= k * bristle", "-= 0.5 * k * bristle", "friction"),
+        ROBOT, "coefficient * qd[joint[name]]", "coefficient * qd[joint[name] - 1]", "damping"),
+    "a spring of a joint at zero": (ROBOT, " - rest[name])", ")", "springs"),
+    "slow friction": (ROBOT, "-= stiffness * bent", "-= 0.5 * stiffness * bent", "friction"),
     "a bristle that slips late": (
         ROBOT, "- (bent - max(-most, min(most, bent))) / time", "", "rate of its bristle"),
     "a bristle of the next joint": (
         ROBOT, "bristle(mbs_data, state, qd", "bristle(mbs_data, state + 1, qd", "friction"),
-    "the other limit": (ROBOT, '["q_min"][name] - q', '["q_max"][name] - q', "stops"),
+    "the other limit": (ROBOT, "low.get(name, -inf) -", "high.get(name, -inf) -", "stops"),
     "a stop that pulls": (ROBOT, "max(0.0, stiffness * depth", "(stiffness * depth", "stops"),
     "a stop that is harder on the way out": (
-        ROBOT, "-qd[joint], stiffness", "qd[joint], stiffness", "stops"),
-    "a hold at zero": (ROBOT, "(mbs_data.q0[joint] - q[joint])", "(-q[joint])", "hold"),
+        ROBOT, "-qd[k], stiffness", "qd[k], stiffness", "stops"),
+    "a hold at zero": (ROBOT, "(mbs_data.q0[k] - q[k])", "(-q[k])", "hold"),
     "a motor that can do more": (ROBOT, "max(-most, min(most, push))", "min(most, push)", "hold"),
     "effort": (ROBOT, "if most > 0.0 else push", "if most > 9.0 else push", "hold"),
     "a wrench that does not end": (
@@ -98,17 +98,21 @@ PLANTED = {
         "symbolicR/mbs_sensor_rich.py", "sens.A[1] = ", "sens.A[1] = 1.0 + ", "its A"),
 }  # fmt: skip
 IN_C = {
-    "the sign of damping": ("Qq[d->joint] -=", "Qq[d->joint] +=", "its force in C"),
-    "the rest of a spring": ("- number(mbs_data, s->rest)", "", "its force in C"),
+    "the sign of damping": (
+        "Qq[leg_id] -= user_model->damping",
+        "Qq[leg_id] += user_model->damping",
+        "its force in C",
+    ),
+    "the rest of a spring": ("- user_model->spring_reference.swing", "", "its force in C"),
     "a stop that pulls": ("fmax(0.0, stiffness * depth", "(stiffness * depth", "its force in C"),
     "the lowest point": ("cos(spot->turn)", "1.0", "in C"),
     "a ground that pulls": ("n <= 0.0", "0", "in C"),
     "a bristle's rate": ("rate[i] -= (here[i] - kept[i]) / time", "", "bristles in C"),
     "one spot that resists a turn": ("rates[2] *= 1.0 - part", "rates[2] = 0.0", "bristles in C"),
     "a turn about another place": ("sums.both -= centre[i]", "sums.both += centre[i]", "bristles"),
-    "a wrench's parts": ("w->parts[i - 1]", "w->parts[0]", "force 'wind' in C"),
-    "a rule": ("- c->multiplier * q[c->leader]", "+ c->multiplier * q[c->leader]", "in C"),
-    "gravity in a sensor": ("A[2] - mbs_data->g[2]", "A[2] + mbs_data->g[2]", "'imu' in C"),
+    "a wrench's parts": ("user_model->wind.Fy", "user_model->wind.Fx", "force 'wind' in C"),
+    "a rule": ("+ 1.5 * q[left_id]", "- 1.5 * q[left_id]", "in C"),
+    "gravity in a sensor": ("A[2] - g[2]", "A[2] + g[2]", "'imu' in C"),
 }
 Made = tuple[Conversion, dict[str, bytes]]
 

@@ -45,6 +45,7 @@ def robot() -> tuple[Mbs, Simulation]:
         links=[Connection("link3D", "bushing", ("a", None), (None, None)),
                Connection("link", "rope", ("a", None), (None, None))],
         user_models=[
+            UserModel.of("joint_forces", {"friction": 1.0}),
             UserModel.of("friction", {"lift": 1.0, "a_swing": 2.0}),
             UserModel(JOINT_STATES, [Parameter("a_swing", "state", ("0.0",))]),
             UserModel(CONTACT_STATES, [Parameter(n, "state", ("0.0",) * 3) for n in "ab"]),
@@ -61,13 +62,15 @@ def robot() -> tuple[Mbs, Simulation]:
 
 
 def test_states_of_friction_are_named_by_their_places() -> None:
-    """In C 0 is none: a joint without a state has no friction."""
-    text = c.generated(*robot())["r_tables.h"].decode()
-    rows = re.findall(r"\{(\w+)_id, AT\(friction.*, (\d)\},\n", text)
-    rows += re.findall(r"\{(touch\d)_id, (\d), (\d, 2, 3.0)\},\n", text)
-    assert rows == [("a_swing", "1"), ("touch1", "2", "0, 2, 3.0"), ("touch2", "5", "2, 2, 3.0")]
-    assert "{0.5, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, 0.0},\n" in text
-    assert "{still_id, lift_id, 2.0, 0.0},\n" in text  # not -0.0
+    """A joint without a state has no friction."""
+    files = {name: data.decode() for name, data in c.generated(*robot()).items()}
+    rows = re.findall(r"Contact (\w+) = \{\w+_spots, (.*)\};", files["r_tables.h"])
+    assert rows == [("touch1", "2, 2, 3.0"), ("touch2", "2, 5, 3.0")]
+    assert "{.at = {0.0, 0.0, 0.0}, .radius = 0.5},\n" in files["r_tables.h"]
+    assert re.findall(r"rub\(mbs_data, (\d, qd\[\w+\])", files["r_robot.c"]) == [
+        "1, qd[a_swing_id]"
+    ]
+    assert "h[1] = q[still_id] - 2.0 * q[lift_id];\n" in files["r_robot.c"]
     module = python.robot_module(*robot()).decode()
     assert "CONTACT_STATE = 2\n" in module
     assert '"a_swing": 1,' in module
@@ -88,14 +91,19 @@ def test_each_thing_has_one_number_in_c() -> None:
 
 def test_states_are_no_numbers_of_user_models_in_c() -> None:
     files = c.generated(*robot())
-    assert re.findall(r"struct (\w+) \{", files["user_model.h"].decode()) == ["friction"]
+    structs = re.findall(r"struct (\w+) \{", files["user_model.h"].decode())
+    assert structs == ["joint_forces", "friction"]
     source = files["user_model.c"].decode()
-    values = [f"um->friction.{n} = model[0]->parameter_list[{k}]->value_list[0];"
-              for k, n in enumerate(("lift", "a_swing"))]  # fmt: skip
+    values = [
+        f"um->{name} = model[{i}]->parameter_list[{k}]->value_list[0];"
+        for name, i, k in (
+            ("joint_forces.friction", 0, 0), ("friction.lift", 1, 0), ("friction.a_swing", 1, 1),
+        )
+    ]  # fmt: skip
     assert re.findall(r"um->.*", source) == values
     files = c.generated(Mbs("r"), Simulation())
     assert "double none;" in files["user_model.h"].decode()
-    assert "model" not in files["user_model.c"].decode().split("UserModel *um)\n")[-1]
+    assert "list" not in files["user_model.c"].decode().split("UserModel *um)\n")[-1]
 
 
 @pytest.mark.parametrize(

@@ -18,9 +18,10 @@ from proving import codes
 from urdf2mbs import convert
 from urdf2mbs.config.model import Config, Lines, typed
 from urdf2mbs.engine.pipeline import Pipeline
+from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
 from urdf2mbs.testing import TINY, convert_text
-from urdf2mbs_project.code import FOLDER
+from urdf2mbs_project.code import FOLDER, starters
 
 #: All twelve user functions of MBsysPy, and what is called in each file.
 FUNCTIONS = {
@@ -95,7 +96,7 @@ def test_code_of_another_language_goes_and_that_of_this_one_stays(tmp_path: Path
     assert (user / "robot_robot.c").is_file()
     made = convert(tmp_path / "source.urdf", output={"project": user.parent})
     (told,) = [d.message for d in made.diagnostics if d.code == "project-obsolete"]
-    assert told.startswith("6 files of an earlier conversion fit the robot no more")
+    assert told.startswith("7 files of an earlier conversion fit the robot no more")
     make(tmp_path, CHAIN, language="python")
     assert not (user / "robot_robot.c").exists()
     assert (user / "robot_robot.py").is_file()
@@ -112,7 +113,28 @@ def test_a_second_conversion_writes_what_depends_on_the_robot_alone(tmp_path: Pa
     make(tmp_path, CHAIN.replace('multiplier="2"', 'multiplier="4"'), language="both")
     assert other.is_file(), "what is not there is written"
     changed = {path.name for path, data in before.items() if path.read_bytes() != data}
-    assert changed == {"robot_robot.py", "robot_tables.h", ".urdf2mbs"}
+    assert changed == {"robot_robot.py", "robot_robot.c", ".urdf2mbs"}
+
+
+def test_user_joint_forces_says_how_hold_ends(tmp_path: Path) -> None:
+    """By joints of this robot; without such a controller it says nothing."""
+    hold = {"posture": {"hold": {"joints": ["wr*"]}}}
+    project = make(tmp_path, TINY, language="both", base="fixed", passes=hold)
+    for file, says in (
+        ("user_JointForces.py", 'user_model["hold_stiffness"]["wrist_roll"] = 0.0'),
+        ("user_JointForces.c", "user_model->hold_stiffness.wrist_roll = 0.0;"),
+    ):
+        assert says in (project / "userfctR" / file).read_text()
+        language = "python" if file.endswith("py") else "c"
+        assert b"hold" not in starters(language, Mbs("r"))[f"userfctR/{file}"]
+    data = MbsData(project / "dataR" / "robot.mbs")
+    data.user_model["joint_forces"] = {}
+    data.q[1:] = 0.7
+    with user_functions(project) as user:
+        for on in (1.0, 0.0):
+            data.user_model["hold"]["on"] = on
+            user["user_JointForces"].user_JointForces(data, 0.0)
+            assert np.any(data.Qq[1:]) == bool(on)
 
 
 def test_a_link_that_leads_nowhere_is_the_users_too(tmp_path: Path) -> None:
