@@ -3,8 +3,6 @@
 CODES = {
     "singular": "warning: the mass matrix is singular at every position (`find-singular`)",
     "singular-at-start": "warning: the mass matrix is singular at the initial position",
-    "singular-not-tested": "note: more than 500 joints move, and bodies lack mass or inertia: "
-    "nobody knows if the mass matrix is singular",
     "mimic-leader": "warning: a joint whose leader is not one coordinate stays independent",
     "mimic-driven": "warning: a joint is driven by its leader, which does not feel its inertia",
     "posture-limit": "warning: joints start beyond their limits; a project starts them at a limit",

@@ -5,22 +5,16 @@ zero, give no kinetic energy.  The usual reasons: a joint that moves nothing tha
 joint that turns a point mass or a rod about its own axis, a floating base without mass.
 
 A determinant cannot tell this from a very light finger on a heavy crane.  So each joint has its own
-scale.  A joint without inertia is found by two rules:
-
-* it moves nothing that has mass or inertia;
-* it turns what it moves about an axis about which nothing has inertia, to rounding: a rod or a
-  point mass about its own axis.
-
-All other joints are eliminated one by one, from the tips inwards (Cholesky's method, backwards).  A
-joint is singular if next to nothing is left of its own inertia: then the regular joints behind it
-can move along so that nothing that has mass moves.  A follower counts as a part of its leader.
+scale.  A joint without inertia moves nothing that has any, or turns what it moves about an axis
+about which nothing has inertia, to rounding.  All other joints are eliminated one by one, from the
+tips inwards (Cholesky's method, backwards).  A joint is singular if next to nothing is left of its
+own inertia: then the regular joints behind it can move along so that nothing that has mass moves.
+A follower counts as a part of its leader.
 
 M is taken at the initial position, where a simulation starts.  A joint that is singular there
 is tested at a general position, too, with fixed irregular values: det M is an analytic function of
-the position (sines, cosines and polynomials), so it is zero everywhere or almost nowhere.  A
-stretched chain of point masses, for example, is singular at the initial position and nowhere near.
-An inertia tensor with a negative moment may make M singular where this test does not see it; the
-reader warns of these.
+the position, so it is zero everywhere or almost nowhere.  An inertia tensor with a negative moment
+may make M singular where this test does not see it; the reader warns of these.
 """
 
 from __future__ import annotations
@@ -48,12 +42,6 @@ DUST = 1e-15
 CLEAR = 1e-6
 #: The general position: multiples of the golden ratio, which are spread evenly.
 GOLDEN = 0.6180339887498949
-#: A robot with more joints that move is not tested, if there is any doubt: it would take too long.
-LARGEST = 500
-
-
-class TooLargeError(Exception):
-    """The robot has too many joints, and some of them may be singular."""
 
 
 class Singular(msgspec.Struct):
@@ -81,25 +69,28 @@ class Rule(NamedTuple):
 def find_singular(mbs: Mbs, rules: Mapping[str, Rule] = {}) -> list[Singular]:
     """The joints that are singular; none of them if the mass matrix is regular.
 
-    ``rules``: the joints that follow others, none of which follows another itself.  Raises
-    TooLargeError.
+    ``rules``: the joints that follow others, none of which follows another itself.
     """
-    size = size_of(mbs)
+    size, joints = size_of(mbs), mbs.joints()
     if all(_resists_all(body, size) and _independent(body) for body in mbs.bodies):
         return []
-    joints = mbs.joints()
-    if sum(joint.nature != "driven" for joint in joints.values()) > LARGEST:
-        raise TooLargeError
+    free = [name for name, joint in joints.items() if joint.nature != "driven"]
+    moves = {name: {name: 1.0} for name in free if name not in rules}
+    for name, (leader, multiplier, _) in rules.items():
+        if leader in moves:
+            moves[leader][name] = multiplier
+
+    def at(values: dict[str, float]) -> list[Singular]:
+        followed = {name: r.multiplier * values[r.leader] + r.offset for name, r in rules.items()}
+        return singular_at(mbs, values | followed, moves, size)
+
     initial = {name: joint.q or 0.0 for name, joint in joints.items()}
-    found = _singular_at(mbs, initial, rules, size)
+    found = at(initial)
     if not found:
         return []
-    general = dict(initial)
-    for number, (name, joint) in enumerate(joints.items(), start=1):
-        if joint.nature != "driven":
-            spread = 2.0 * (GOLDEN * number % 1.0) - 1.0
-            general[name] = spread * (size if joint.type[0] == "T" else 1.0)
-    always = _singular_at(mbs, general, rules, size)
+    spread = {name: 2.0 * (GOLDEN * k % 1.0) - 1.0 for k, name in enumerate(joints, start=1)}
+    general = {name: spread[name] * (size if joints[name].type[0] == "T" else 1.0) for name in free}
+    always = at(initial | general)
     known = {singular.joint for singular in always}
     at_start = [singular for singular in found if singular.joint not in known]
     for singular in at_start:
@@ -133,22 +124,6 @@ def _independent(body: Body) -> bool:
     return len(moving) <= 1 or (
         len(set(moving)) == len(moving) and not any(joint.q for joint in body.joints)
     )
-
-
-def _singular_at(
-    mbs: Mbs, values: dict[str, float], rules: Mapping[str, Rule], size: float
-) -> list[Singular]:
-    """The singular joints at one position (rad or m)."""
-    values = values | {
-        name: rule.multiplier * values[rule.leader] + rule.offset for name, rule in rules.items()
-    }
-    joints = mbs.joints()
-    free = [name for name, j in joints.items() if j.nature != "driven" and name not in rules]
-    moves = {name: {name: 1.0} for name in free}
-    for name, (leader, multiplier, _) in rules.items():
-        if leader in moves:
-            moves[leader][name] = multiplier
-    return singular_at(mbs, values, moves, size)
 
 
 def singular_at(

@@ -298,7 +298,7 @@ def _step(data: MbsData, code: PythonCode, solver: Any) -> None:
 
 def _stuck(data: MbsData, code: PythonCode, time: float, y: Any, said: str) -> SimulationError:
     """It names the joint that accelerates most at a state, and the largest forces."""
-    from urdf2mbs_project.singular import TooLargeError, find_singular
+    from urdf2mbs_project.singular import find_singular
 
     code.accelerate(time, y)
     joint = max(data.joint_id, key=lambda name: abs(data.qdd[data.joint_id[name]]))
@@ -315,10 +315,9 @@ def _stuck(data: MbsData, code: PythonCode, time: float, y: Any, said: str) -> S
         if push.start <= time < push.stop:
             text += f"; the push on '{push.link}' is {np.linalg.norm(push.force):.3g} N"
     hint = "take softer contacts, stops and gains, smaller forces, or an implicit method: "
-    with suppress(TooLargeError):
-        for found in find_singular(data.mbs)[:1]:
-            text += f"; at the start, nothing that has mass resists joint '{found.joint}'"
-            hint = f"start elsewhere, {hint}"
+    for found in find_singular(data.mbs)[:1]:
+        text += f"; at the start, nothing that has mass resists joint '{found.joint}'"
+        hint = f"start elsewhere, {hint}"
     return SimulationError(
         "step-failed", text, file=str(data.mbs_file), hint=f"{hint}--method Radau"
     )

@@ -14,14 +14,13 @@ where it is closed, and one at a dead point has too few there.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from urdf2mbs_equations.constraints import constant_gaps, constraints
 from urdf2mbs_equations.tree import Tree, is_fixed
-from urdf2mbs_project.singular import GOLDEN, TooLargeError, find_singular, singular_at, size_of
+from urdf2mbs_project.singular import GOLDEN, find_singular, singular_at, size_of
 from urdf2mbs_simulate.data import MbsData
 from urdf2mbs_simulate.equations import SimulationError
 
@@ -49,8 +48,7 @@ NEARLY, FAST = -np.log(30.0), 300.0
 def hold_in_tree(data: MbsData) -> None:
     """Hold the joints of a model without loops that move nothing that has mass."""
     if _has_motion(data):
-        with suppress(TooLargeError):
-            _hold(data, (found.joint for found in find_singular(data.mbs) if found.always))
+        _hold(data, (found.joint for found in find_singular(data.mbs) if found.always))
 
 
 def part(code: PythonCode) -> None:

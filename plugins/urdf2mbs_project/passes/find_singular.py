@@ -15,7 +15,7 @@ from urdf2mbs.messages.diagnostics import some
 from urdf2mbs.plugin import Conversion, Pass
 from urdf2mbs.urdf.model import Robot
 from urdf2mbs_project.simulation import Simulation
-from urdf2mbs_project.singular import LARGEST, Rule, Singular, TooLargeError, find_singular
+from urdf2mbs_project.singular import Rule, Singular, find_singular
 
 TURNING = ("revolute", "continuous")
 
@@ -28,15 +28,7 @@ class FindSingular(Pass):
             coupling.follower.name: Rule(coupling.leader.name, coupling.multiplier, coupling.offset)
             for coupling in conversion.state(Simulation).couplings
         }
-        try:
-            singular = find_singular(conversion.mbs, rules)
-        except TooLargeError:
-            conversion.note(
-                "singular-not-tested",
-                f"nobody knows if the mass matrix is singular: more than {LARGEST} joints move, "
-                "and some bodies have no mass or no inertia about some axis",
-            )
-            return
+        singular = find_singular(conversion.mbs, rules)
         owner = {
             name: joint for joint, names in conversion.names.coordinates.items() for name in names
         }
