@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import signal
 from pathlib import Path
 
@@ -19,6 +20,9 @@ settings.load_profile("no-deadline")
 # Threads of BLAS wait for one another longer than they compute: matrices here are small.  It counts
 # for the processes that tests start, too, and before numpy is imported.
 os.environ["OPENBLAS_NUM_THREADS"] = "1"
+# To optimise C takes longer than all that it computes in a test.
+if shutil.which("cc"):
+    os.environ.setdefault("CC", str(Path(__file__).with_name("cc")))
 
 # A shell lets a command in the background ignore Ctrl-C, and with it all commands that tests start.
 signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -96,11 +96,18 @@ def _params(robots: list[RealRobot]) -> list[Any]:
         names[robot.name] = names.get(robot.name, 0) + 1
         if names[robot.name] > 1:
             robot.name += f"-{names[robot.name]}"
-    return [pytest.param(robot, id=robot.name) for robot in robots]
+    folders = [robot.source.relative_to(FOLDER).parts[0] for robot in robots]
+    ends = {folders.index(name) for name in folders}
+    ends |= {len(folders) - 1 - folders[::-1].index(name) for name in folders}
+    return [
+        pytest.param(robot, id=robot.name, marks=() if number in ends else pytest.mark.slow)
+        for number, robot in enumerate(robots)
+    ]
 
 
-ALL = _params(_all())
-#: Those that convert ...
-CONVERTIBLE = [param for param in ALL if _refused(param.values[0]) is None]
+_ROBOTS = _all()
+#: Those that convert: fast tests take the first and the last of each folder, as others are their
+#: versions ...
+CONVERTIBLE = _params([robot for robot in _ROBOTS if _refused(robot) is None])
 #: ... and those that must be refused.
-BROKEN = [param for param in ALL if _refused(param.values[0]) is not None]
+BROKEN = _params([robot for robot in _ROBOTS if _refused(robot) is not None])

@@ -42,12 +42,13 @@ def test_each_command_has_help_with_examples_that_are_commands(command: str, cap
         main([command, "--help"])
     said = capsys.readouterr().out
     assert "examples:\n" in said
+    every = parser()
     for line in import_module(COMMANDS[command].module).EXAMPLES:
         assert f"  {line}\n" in said
         words = shlex.split(line.partition(" > ")[0].rpartition("| ")[2], comments=True)
         assert words[:2] == ["urdf2mbs", command]
-        parser().parse_args(words[1:])
-    commands: Any = next(action.choices for action in parser()._actions if action.choices)
+        every.parse_args(words[1:])
+    commands: Any = next(action.choices for action in every._actions if action.choices)
     assert all(action.help for action in commands[command]._actions)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Iterable
+from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple, get_args, get_origin, get_type_hints
 
@@ -161,6 +162,7 @@ def add_no_plugins(command: argparse.ArgumentParser) -> None:
     )
 
 
+@cache
 def field_docs(kind: type) -> dict[str, str]:
     """The docstrings that stand below the fields of a class and its bases, by field."""
     import ast

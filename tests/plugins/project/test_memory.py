@@ -22,19 +22,14 @@ from urdf2mbs.mbs.model import (
 )
 from urdf2mbs.mbs.writer import write as write_mbs
 from urdf2mbs.testing import TINY
-from urdf2mbs_simulate.c_code import FLAGS, compiler
+from urdf2mbs_simulate.c_code import compiler
 from urdf2mbs_simulate.runtime import MbsData, MbsDirdyn
 
 needs_c = pytest.mark.skipif(compiler() is None, reason="no C compiler")
 
 
-@pytest.fixture
-def quick_compiler(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("urdf2mbs_simulate.c_code.FLAGS", (*FLAGS, "-O0"))
-
-
 @needs_c
-def test_c_has_the_numbers_of_the_model(tmp_path: Path, quick_compiler: None) -> None:
+def test_c_has_the_numbers_of_the_model(tmp_path: Path) -> None:
     project = make(
         tmp_path, TINY, language="c", base="fixed",
         passes={"contacts": {"links": ["hand"]}, "sensors": {"links": ["tool"]}},

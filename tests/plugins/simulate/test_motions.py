@@ -22,7 +22,7 @@ from urdf2mbs.mbs.model import (
 )
 from urdf2mbs.mbs.writer import write as write_mbs
 from urdf2mbs_simulate import dirdyn as runs
-from urdf2mbs_simulate.c_code import FLAGS, CCode, compiler
+from urdf2mbs_simulate.c_code import CCode, compiler
 from urdf2mbs_simulate.dirdyn import METHODS, ROBOTRAN, choose_code, integrate
 from urdf2mbs_simulate.push import add_pushes
 from urdf2mbs_simulate.python_code import PythonCode, default, loaded
@@ -38,11 +38,6 @@ izz="1"/></inertial></link><joint name="rail" type="prismatic"><parent link="bas
 link="load"/><axis xyz="0 0 1"/><limit lower="-9" upper="9" effort="0" velocity="9"/><dynamics
 damping="{DAMPING}"/></joint><gazebo reference="rail"><springStiffness>{STIFFNESS}</springStiffness>
 </gazebo></robot>"""
-
-
-@pytest.fixture(autouse=True)
-def quick_compiler(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("urdf2mbs_simulate.c_code.FLAGS", (*FLAGS, "-O0"))
 
 
 @pytest.fixture(scope="module")

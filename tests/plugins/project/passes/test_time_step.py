@@ -243,7 +243,7 @@ def c_step_of(project: Path) -> float:
 
 @needs_gcc
 @pytest.mark.parametrize("source", ROBOTS)
-def test_a_sixteenth_of_the_step_gives_the_same_motion(source: Path, tmp_path: Path) -> None:
+def test_a_quarter_of_the_step_gives_the_same_motion(source: Path, tmp_path: Path) -> None:
     """A second of swinging by its base, into the stops, with all default options."""
     if not source.is_file():
         pytest.skip("the real robots are not beside the checkout")
@@ -252,7 +252,7 @@ def test_a_sixteenth_of_the_step_gives_the_same_motion(source: Path, tmp_path: P
         passes={"equations": {"language": "c"}},
     )  # fmt: skip
     step = c_step_of(project)
-    fine = compiled(project).positions(1.0, step / 16, 20)
+    fine = compiled(project).positions(1.0, step / 4, 20)
     assert np.abs(fine - fine[0]).max() > 0.1
     assert np.abs(compiled(project).positions(1.0, step, 20) - fine).max() <= 1e-4
 
