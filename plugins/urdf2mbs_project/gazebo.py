@@ -88,7 +88,7 @@ class Extensions:
         for name in extension.motors:
             if name not in self.robot.joints:
                 self.reading.warn(
-                    "actuator-unknown", f"a <{extension.tag}> is for a joint that does not exist",
+                    "actuator-unknown", f"a <{extension.tag}> names a joint that does not exist",
                     extension.line, owner=("joint", name),
                     detail=nearest(name, self.robot.joints) or "",
                 )  # fmt: skip
@@ -137,12 +137,12 @@ class Extensions:
                 setattr(joint.dynamics, field, extension.numbers[name])
         unread = []
         if link is not None and link.inertial is not None and link.inertial.mass != 0.0:
-            unread.append(("turnGravityOff", "link", "it has its weight here"))
+            unread.append(("turnGravityOff", "link", "the link has its weight here"))
         if joint is None or joint.type not in ("revolute", "continuous", "prismatic"):
-            unread.append(("springStiffness", "joint", "it has no spring here"))
+            unread.append(("springStiffness", "joint", "the joint has no spring here"))
         for name, kind, why in unread:
             if extension.numbers.get(name):
-                what = f"<{name}> of <gazebo> is without effect: {why}"
+                what = f"<{name}> of <gazebo> has no effect, as {why}"
                 self.reading.warn("mechanics-unread", what, extension.line, owner=(kind, owner))
 
     def number(self, element: Any, what: str, written: str | None = None) -> float | None:

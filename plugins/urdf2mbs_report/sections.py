@@ -56,7 +56,7 @@ def _urdf_joints(conversion: Conversion, model: Mbs) -> dict[str, list[Cell]]:
             (limit.lower, limit.upper) if limit and urdf and urdf.type != "continuous" else None,
             limit.velocity if limit else None,
             limit.effort if limit else None,
-            f"{mimic.multiplier:g} · {mimic.joint} + {mimic.offset:g}" if mimic else None,
+            str(mimic) if mimic else None,
         ]
     return cells
 

@@ -80,7 +80,7 @@ FOUND: dict[str, tuple[str, str, Callable[[Mbs], None], str]] = {
 SAID: dict[str, tuple[str, str, Callable[[Mbs], None], str]] = {
     "a follower that is free": (
         MIMIC, "auto", lambda mbs: None,
-        "but for joint 'wrist_pitch' (free here, a follower by the URDF's <mimic>)"),
+        "but for joint 'wrist_pitch' (free here, coupled by <mimic> in the URDF)"),
     "a follower that the user functions hold": (
         MIMIC, "auto", _held,
         "not compared: <mimic> of joint 'wrist_pitch' (held by the user functions"),

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 SHARED_ROBOTS: dict[str, tuple[int, str | None, str]] = {
     "01": (0, None, ""),
     "02": (0, "inertia-indefinite", "-3.53486e-08, 3.50085e-08, 9.08701e-08"),
-    "03": (0, "mimic-left-out", "'elsewhere', which is no joint, so it is free"),
+    "03": (0, "mimic-left-out", "'elsewhere' is no joint, so what mimics it moves freely"),
     "04": (0, "mesh-scale", "taken for all directions: link 'base' (.00254)"),
     "05": (0, "xml-mended", "there are blanks before it"),
     "06": (0, "xml-mended", "no XML version '0.0'"),
@@ -145,8 +145,8 @@ OWN: list[tuple[str, int, str | None, str]] = [
     (arm(joint=LIMITS.format(-1, 1, "", 1), kind="revolute"), 0, "number-left-out", "is missing"),
     (arm(joint='<dynamics friction="low"/>'), 0, "number-left-out", "'low'"),
     (arm(joint='<safety_controller k_position="0"/>'), 0, "number-left-out", "k_velocity"),
-    (arm(joint='<mimic joint="j"/>'), 0, "mimic-left-out", "are free"),
-    (arm(joint="<mimic/>"), 0, "mimic-left-out", "does not say which"),
+    (arm(joint='<mimic joint="j"/>'), 0, "mimic-left-out", "they move freely"),
+    (arm(joint="<mimic/>"), 0, "mimic-left-out", "names no joint"),
     (arm(kind="continuous "), 0, "joint-type-spelling", "'continuous'"),
     # shapes
     (shape('<mesh filename="m.stl" scale="1,1,1"/>'), 0, "number-left-out", "a <visual>"),

@@ -21,10 +21,10 @@ from urdf2mbs.mbs.names import free_name
 from urdf2mbs.states import Estimates
 from urdf2mbs.urdf.model import Joint, Link, Robot
 
-#: One of two arms has at least so many moving joints; less may be a sensor or a head.
+#: A limb has at least so many moving joints; less may be a sensor or a head.
 LIMB = 4
-#: A single limb, such as a finger, has at least so many; one or two may be a sensor's.
-SINGLE = 3
+#: An arm of which some joints are fixed has so many links with mass in a row, and joints that move.
+LINKS, MOVING = 6, 3
 #: What a robot or a link is called that rolls, flies or swims, though no joint may turn it.
 DRIVES = re.compile(r"wheel|caster|propell|rotor|copter|thruster|flying", re.IGNORECASE)
 #: What a link is called that is no arm's.
@@ -112,7 +112,12 @@ def _guess(robot: Robot, welded: set[str]) -> tuple[str, bool]:
         return "free root", False
     one = len(first) == 1 and first[0].type != "planar"
     driven = any(DRIVES.search(name) for name in (robot.name, *welded))
-    if one and len(moving) >= SINGLE and not driven:
+    row: dict[str, int] = {}  # the most links with mass in a row, likewise
+    for joint in reversed(robot.depth_first()):
+        count = row.get(joint.child, 0) + (_mass(robot.links[joint.child]) > 0.0)
+        row[joint.parent] = max(count, row.get(joint.parent, 0))
+    arm = len(moving) >= (MOVING if row.get(robot.root(), 0) >= LINKS else LIMB)
+    if one and arm and not driven:
         return "one limb", True
     heights = {link: pose.xyz[2] for link, pose in robot.poses().items()}
     foot = min(heights[link] for link in welded)

@@ -80,7 +80,7 @@ def _warn_of_free_followers(conversion: Conversion) -> None:
     free = {name for name, joint in own.items() if joint.nature == "independent"}
     joints = conversion.robot.joints
     rules = [
-        f"{name} = {mimic.multiplier!r} * {mimic.joint} + {mimic.offset!r}"
+        f"{name} = {mimic}"
         for name, names in conversion.names.coordinates.items()
         if (mimic := joints[name].mimic) is not None and free.issuperset(names)
     ]
@@ -88,8 +88,6 @@ def _warn_of_free_followers(conversion: Conversion) -> None:
         in_project = conversion.settings.project is not None
         conversion.warn(
             "mimic",
-            "joints that follow others are independent in the .mbs"
-            + ("" if in_project else ", which cannot couple them")
-            + f": {some(rules)}",
-            hint=None if in_project else "a project can: 'output: {project: DIR}'",
+            f"joints that follow others in the URDF are independent in the .mbs: {some(rules)}",
+            hint=None if in_project else "a project couples them: 'output: {project: DIR}'",
         )

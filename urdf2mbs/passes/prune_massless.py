@@ -84,8 +84,8 @@ def _warn_of_no_mass(conversion: Conversion) -> None:
     shown = any(link.visuals or link.collisions for link in links)
     conversion.warn(
         "no-mass",
-        "NO DYNAMICS: no link has a mass or an inertia; the frames are kept, as bodies without "
-        "mass, but the model cannot move by forces until masses are given",
+        "NO DYNAMICS: no link has a mass or an inertia; links become bodies without mass, and no "
+        "force can move them",
         hint="estimate-inertia: {total_mass: KG} estimates them from the geometry"
         if shown and conversion.state(Estimates).links is None
         else "give each link an <inertial>, or each body its mass in the .mbs",

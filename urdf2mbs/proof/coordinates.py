@@ -116,7 +116,7 @@ def _nature(
             out.differ("zero", said, urdf=place, mbs=held, **where)
         return False
     if own.nature == "independent":
-        out.but_for[f"joint '{joint.name}'"] = "free here, a follower by the URDF's <mimic>"
+        out.but_for[f"joint '{joint.name}'"] = "free here, coupled by <mimic> in the URDF"
     elif own.nature == "dependent":
         out.not_compared[f"<mimic> of joint '{joint.name}'"] = (
             "held by the user functions (user_cons_hJ)"

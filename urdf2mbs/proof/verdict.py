@@ -95,8 +95,13 @@ class Proof(msgspec.Struct, kw_only=True):
 
 
 def _grouped(things: Mapping[str, str]) -> list[str]:
-    """Things of one reason together: ``a, b (why)``."""
+    """Things of one reason together: ``a, b (why)``; of many joints, or links, the number."""
     by_reason: dict[str, list[str]] = {}
     for thing, why in things.items():
         by_reason.setdefault(why, []).append(thing)
-    return [f"{some(names, 3)} ({why})" for why, names in by_reason.items()]
+    grouped = []
+    for why, names in by_reason.items():
+        kinds = {name.partition(" '")[0] for name in names}
+        many = len(names) > 3 and kinds in ({"joint"}, {"link"})
+        grouped.append(f"{counted(len(names), *kinds) if many else some(names, 3)} ({why})")
+    return grouped

@@ -114,7 +114,7 @@ class Elements(Messages):
         self, kind: str, meaning: str, what: str, name: str, known: Iterable[str], element: Any
     ) -> None:
         """Report what URDF does not know, as loud as its meaning is."""
-        text, line = f"{what} not known: without effect", element.sourceline
+        text, line = f"{what} unknown and without effect", element.sourceline
         if meaning == "slip":
             self.warn("misspelt", text, line, like=(name, known))
         elif meaning == "mechanics":

@@ -124,9 +124,9 @@ def check_mimics(reading: Reading, robot: Robot) -> None:
             joint.mimic = None
             reading.warn(
                 "mimic-left-out",
-                f"it mimics '{leader}', which is no joint, so it is free"
+                f"'{leader}' is no joint, so what mimics it moves freely"
                 if leader
-                else "it does not say which joint it mimics, so it is free",
+                else "<mimic> names no joint, so its joint moves freely",
                 joint.line, owner=("joint", joint.name), like=(leader, joints),
             )  # fmt: skip
         else:
@@ -135,6 +135,6 @@ def check_mimics(reading: Reading, robot: Robot) -> None:
         for name in loop:
             joints[name].mimic = None
             reading.warn(
-                "mimic-left-out", "joints that mimic one another, or themselves, are free",
+                "mimic-left-out", "joints mimic one another, or themselves, so they move freely",
                 joints[loop[0]].line, owner=("joint", name),
             )  # fmt: skip

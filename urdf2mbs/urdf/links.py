@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from urdf2mbs.urdf.values import Reading
 
 MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-REPAIR = "estimate-inertia: {repair: true} puts the nearest one that a body can have"
+REPAIR = "estimate-inertia: {repair: true} takes the nearest that a body can have"
 
 
 def read_link(reading: Reading, element: Any, links: dict[str, Link]) -> None:
@@ -94,11 +94,11 @@ def check_inertia(reading: Reading, tensor: Sym, mass: float, element: Any) -> N
     fault = inertia.fault(tensor, mass)
     if fault is None:
         return
-    why = "one principal moment is more than the others together"
+    why = "one principal moment exceeds the sum of the others"
     if fault.code == "inertia-indefinite":
         why = "a principal moment is below zero"
     reading.warn(
-        fault.code, f"no body has such an inertia, which is kept: {why}", element.sourceline,
+        fault.code, f"no body has this inertia, as {why}; it is kept", element.sourceline,
         detail="principal moments " + ", ".join(f"{m:.6g}" for m in fault.moments) + " kg m^2",
         hint="check that it is about the centre of mass, and its signs; " + REPAIR,
     )  # fmt: skip

@@ -132,6 +132,12 @@ class Mimic(msgspec.Struct, gc=False):
     multiplier: float = 1.0
     offset: float = 0.0
 
+    def __str__(self) -> str:
+        """The rule, as short as it can be: ``-knee + 0.3``."""
+        factor = {1.0: "", -1.0: "-"}.get(self.multiplier, f"{self.multiplier!r} * ")
+        offset = f" {'-' if self.offset < 0 else '+'} {abs(self.offset)!r}" if self.offset else ""
+        return f"{factor}{self.joint}{offset}"
+
 
 class SafetyController(msgspec.Struct, gc=False):
     """``<safety_controller>``: its gains, and its limits (rad, or m)."""

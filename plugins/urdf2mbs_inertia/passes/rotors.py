@@ -46,8 +46,7 @@ class Rotors(Pass):
             listed = some(f"joint '{name}' {inertia:.3g}" for name, inertia in left_out.items())
             conversion.warn(
                 "rotors-left-out",
-                "the inertia of rotors is left out, which joints feel beside that of their links: "
-                f"{listed} kg m^2",
+                f"joints feel the inertia of rotors, which is left out: {listed} kg m^2",
                 hint="a project counts it: 'passes: {rotors: {from_urdf: true}}'",
             )
         if not felt:

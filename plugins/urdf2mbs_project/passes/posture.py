@@ -237,7 +237,7 @@ def _keep_limits(conversion: Conversion, given: dict[str, float], *, move: bool)
         hint = "'urdf2mbs init' writes a config that starts them in the middle of their limits"
     conversion.warn(
         "posture-limit",
-        f"joints that {'would ' if move else ''}start beyond their limits: {some(texts)}",
+        f"joints {'would ' if move else ''}start beyond their limits: {some(texts)}",
         hint=hint,
     )
     conversion.report["posture-limit"] = {"middle": middle}

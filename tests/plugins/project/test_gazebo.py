@@ -180,7 +180,7 @@ def test_links_that_are_not_there() -> None:
         "exist: joint 'pin' did you mean 'right'?",
         "loop-left-out: a joint in <gazebo> is left out: it is on a link inside <gazebo>; no such "
         "link is read, nor its mass: joint 'pin', joint 'bolt' ",
-        "actuator-unknown: a <transmission> is for a joint that does not exist: joint 'sholder' "
+        "actuator-unknown: a <transmission> names a joint that does not exist: joint 'sholder' "
         "(did you mean 'shoulder'?), joint 'xyz' ",
     ]
 
@@ -326,7 +326,7 @@ def test_a_spring_of_a_joint() -> None:
     assert robot.joints["hip"].dynamics == Dynamics(0.0, 0.0, 2.0, -0.5)
     assert [joint.dynamics for joint in robot.joints.values()].count(None) == 2
     (told,) = said
-    assert told.message.endswith("it has no spring here: joint 'left', joint 'none'")
+    assert told.message.endswith("the joint has no spring here: joint 'left', joint 'none'")
     damped = ARMS.replace('<axis xyz="0 0.6 0.8"/>', '<dynamics damping="3"/>')
     robot = parse(f"{damped}{spring.format(1)}</robot>".encode(), "arms.urdf", extend=EXTEND)[0]
     assert robot.joints["hip"].dynamics == Dynamics(3.0, 0.0, 0.0, 1.0)
@@ -355,7 +355,7 @@ def test_mechanics_without_effect_are_named() -> None:
     _, said = read(eye + places)
     told = [one.message for one in said if one.code == "mechanics-unread"]
     assert told == [
-        "<turnGravityOff> of <gazebo> is without effect: it has its weight here: link 'tool'",
-        "<springStiffness> of <gazebo> is without effect: it has no spring here: joint 'see'",
+        "<turnGravityOff> of <gazebo> has no effect, as the link has its weight here: link 'tool'",
+        "<springStiffness> of <gazebo> has no effect, as the joint has no spring here: joint 'see'",
     ]
     assert [one.code for one in said].count("number-left-out") == 1
