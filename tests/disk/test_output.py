@@ -174,3 +174,9 @@ def test_litter_of_a_killed_run_goes_and_that_of_others_stays(tmp_path: Path) ->
         (tmp_path / name).touch()
     write_files({tmp_path / "a.mbs": b"<a/>"})
     assert names(tmp_path) == sorted(["a.mbs", *others])
+
+
+def test_long_names_that_begin_alike_are_two_files(tmp_path: Path) -> None:
+    files = {tmp_path / f"{'long' * 20}.{ending}": ending.encode() for ending in ("c", "h")}
+    write_files(files)
+    assert {path: path.read_bytes() for path in tmp_path.glob("long*")} == files

@@ -8,6 +8,7 @@ next run writes the others.
 from __future__ import annotations
 
 import os
+import zlib
 from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
 from errno import EACCES, EINVAL, EISDIR
@@ -112,7 +113,7 @@ def write_files(
         places |= _untouched(once)
         _sweep(places)
         for path, data in places.items():
-            parts[path] = path.with_name(f".{path.name[:LONGEST]}.{os.getpid()}.part")
+            parts[path] = path.with_name(f".{_shortened(path.name)}.{os.getpid()}.part")
             _write_part(parts[path], path, data)
         people = {_place(path) for path in replaces}
         record.add({path: data for path, data in places.items() if path not in people})
@@ -192,9 +193,17 @@ def _check_place(place: Path) -> None:
         raise PermissionError(EACCES, os.strerror(EACCES), str(place))
 
 
+def _shortened(name: str) -> str:
+    """A name of at most ``LONGEST`` letters; long names that differ stay different."""
+    if len(name) <= LONGEST:
+        return name
+    mark = f"{zlib.crc32(name.encode()):08x}"
+    return name[: LONGEST - len(mark)] + mark
+
+
 def _sweep(places: Collection[Path]) -> None:
     """Take away what a run that was killed has left beside these places."""
-    names = {(place.parent, place.name[:LONGEST]) for place in places}
+    names = {(place.parent, _shortened(place.name)) for place in places}
     for folder in {place.parent for place in places}:
         for part in folder.glob(".*.part"):
             name, _, number = part.stem[1:].rpartition(".")
