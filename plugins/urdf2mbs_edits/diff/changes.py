@@ -31,8 +31,6 @@ class Change(msgspec.Struct, omit_defaults=True, forbid_unknown_fields=True):
     after: Any = None
     drawing: bool = False
     """True if the change is one of pictures alone: the 2D diagram or the 3D view."""
-    follows: str = ""
-    """Of what was added or moved: after which of its like it stands; empty: it is the first."""
 
 
 class Differences(msgspec.Struct):
@@ -77,12 +75,10 @@ def compare(before: Version, after: Version) -> list[tuple[Change, Path]]:
 
 
 def _changes(before: Version, after: Version) -> Iterator[tuple[Change, Path]]:
-    for number, thing in before.things.items():
-        if number not in after.things and (not thing.owner or thing.owner.number in after.things):
-            yield _of_whole("removed", thing, before=content(thing)), (number, "")
-    for number, thing in after.things.items():
-        if number not in before.things and (not thing.owner or thing.owner.number in before.things):
-            yield added(after, number), (number, "")
+    for number, thing in _only(before, after):
+        yield _of_whole("removed", thing, before=content(thing)), (number, "")
+    for number, thing in _only(after, before):
+        yield added(thing), (number, "")
     for number in before.things:
         if number in after.things:
             yield from _of_thing(before, after, number)
@@ -93,10 +89,16 @@ def _changes(before: Version, after: Version) -> Iterator[tuple[Change, Path]]:
                 yield change, (number, field)
 
 
-def added(version: Version, number: int) -> Change:
+def _only(version: Version, other: Version) -> Iterator[tuple[int, Thing]]:
+    """The things that one version has alone, without what is in them."""
+    for number, thing in version.things.items():
+        if number not in other.things and (not thing.owner or thing.owner.number in other.things):
+            yield number, thing
+
+
+def added(thing: Thing) -> Change:
     """The change that a thing was added, with all that is in it."""
-    thing = version.things[number]
-    return _of_whole("added", thing, after=content(thing), follows=_follows(version, thing))
+    return _of_whole("added", thing, after=content(thing))
 
 
 def _of_whole(does: Any, thing: Thing, **values: Any) -> Change:
@@ -107,13 +109,6 @@ def _of_whole(does: Any, thing: Thing, **values: Any) -> Change:
 def content(thing: Thing) -> Any:
     """All that a thing says, with what belongs to it, as plain data."""
     return _stated(msgspec.to_builtins(thing.part, enc_hook=without_origin))
-
-
-def _follows(version: Version, thing: Thing) -> str:
-    """After which of its like a thing stands in its owner."""
-    like = version.held(thing.owner.number, thing.kind) if thing.owner else []
-    place = like.index(thing.number) if like else 0
-    return version.things[like[place - 1]].name if place else ""
 
 
 def _stated(content: Any) -> Any:
@@ -127,40 +122,40 @@ def _stated(content: Any) -> Any:
 
 def _of_thing(before: Version, after: Version, number: int) -> Iterator[tuple[Change, Path]]:
     """The changes of a thing that is in both: of its name, its owner and its other values."""
-    old, new = before.things[number], after.things[number]
-    was, now = before.values[number], after.values[number]
-    of = old.owner.words() if old.owner else ""
-
-    def change(does: Any, field: str, then: Any, since: Any) -> Change:
-        return Change(does, old.kind, old.name, of, field, then, since, is_drawn(old.kind, field))
-
+    thing, was, now = before.things[number], before.values[number], after.values[number]
+    of = thing.owner.words() if thing.owner else ""
     for field in dict.fromkeys([*was, *now]):
-        path = number, field
         if was.get(field) == now.get(field) or field[0] == "[":
             continue
-        if field == "name":
-            if old.name != new.name:
-                yield change("renamed", "name", old.name, new.name), path
-        elif field == "owner":
-            moved = change("moved", "owner", of, new.owner.words() if new.owner else "")
-            moved.follows = _follows(after, new)
-            yield moved, path
-        elif field in old.refers:
-            names = names_of(old, field), names_of(new, field)
-            if field != "place":
-                yield change("changed", field, *names), path
-                continue
-            for k, part in enumerate(("parent", "point")):
-                if was[field][k] != now[field][k]:
-                    yield change("changed", part, [names[0][k]], [names[1][k]]), path
-        else:
-            yield change("changed", field.lstrip("?"), was.get(field), now.get(field)), path
+        then, since = (shown(version, number, field) for version in (before, after))
+        fields = [(field.lstrip("?"), then, since)]
+        if field == "place":
+            fields = [(part, [then[k]], [since[k]]) for k, part in enumerate(("parent", "point"))
+                      if was[field][k] != now[field][k]]  # fmt: skip
+        does: Any = {"name": "renamed", "owner": "moved"}.get(field, "changed")
+        for part, old, new in fields:
+            if field != "name" or old != new:
+                drawing = is_drawn(thing.kind, part)
+                yield Change(does, thing.kind, thing.name, of, part, old, new, drawing), (
+                    number, field
+                )  # fmt: skip
 
 
-def names_of(thing: Thing, field: str) -> list[str]:
-    """What a field refers to, by name; a body's own frame is ``origin``."""
-    targets = thing.refers[field]
-    return [ORIGIN if t is None else t.name if isinstance(t, Thing) else t for t in targets]
+def shown(version: Version, number: int, field: str) -> Any:
+    """A value, with the names of what it refers to; a body's own frame is ``origin``."""
+    thing = version.things[number]
+    if field == "name":
+        return thing.name
+    if field == "owner":
+        return thing.owner.words() if thing.owner else ""
+    if field[0] == "[":
+        return [version.things[one].name for one in version.held(number, field[1:-1])]
+    if field in thing.refers:
+        return [
+            ORIGIN if target is None else target.name if isinstance(target, Thing) else target
+            for target in thing.refers[field]
+        ]
+    return version.values[number].get(field)
 
 
 def _reordered(before: Version, after: Version, number: int, kind: str) -> Change | None:

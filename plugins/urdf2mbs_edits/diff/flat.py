@@ -17,16 +17,21 @@ attribute that the model does not know (behind ``?``).  Values that mean the sam
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from itertools import count
 from math import trunc
 from typing import Any
 
 import msgspec
 
+from urdf2mbs.mbs import writer
 from urdf2mbs.mbs.model import BASE, Mbs
+from urdf2mbs.mbs.reader import read_again
 from urdf2mbs.spatial import ZERO
-from urdf2mbs_edits.unknown import spelling, unknown
+from urdf2mbs_edits.diff.unknown import spelling, unknown
+
+#: The elements of a file's things, by their numbers.
+Elements = dict[int, Any]
 
 #: The kinds of the things that a field of the model holds, in the order of differences.
 HELD = {
@@ -38,7 +43,7 @@ HELD = {
 KINDS = ("model", *HELD.values())
 #: Things of the drawing alone, and fields that others have for it.
 DRAWN = frozenset(["shape", "view", "viewpoint", "light"])
-_DRAWING = ("position", "drawing", "graphics", "x2D", "x3D", "base/graphics")
+_DRAWING = ("position", "drawing", "graphics", "x2D", "x3D")
 #: What a file may leave out, and what it then means.
 _DEFAULTS: dict[str, Any] = {
     "mass": 0.0, "com": ZERO, "inertia": (0.0,) * 6, "q": 0.0, "qd": 0.0, "qdd": 0.0,
@@ -62,6 +67,8 @@ class Thing(msgspec.Struct, eq=False):
     """What it belongs to: a joint to its body, a sensor to its point."""
     refers: dict[str, tuple[Thing | str | None, ...]] = {}
     """The things that a field names; None is a body's own frame, a text names nothing known."""
+    carries: list[Thing] = []
+    """The bodies that hang on a point."""
     number: int = msgspec.field(default_factory=_numbers.__next__)
     """Equal for things of several versions that are the same."""
 
@@ -82,22 +89,17 @@ class Thing(msgspec.Struct, eq=False):
 
 
 class Version(msgspec.Struct):
-    """One version of a model: its things in the order of the file, and their values by field."""
+    """One version of a model: its things in the order of the file, their values by field, and
+    their elements in the file."""
 
     things: dict[int, Thing]
     values: dict[int, dict[str, Any]]
+    elements: Elements
 
     def held(self, number: int, kind: str) -> list[int]:
         """The things of a kind that a thing holds, in their order."""
         held: list[int] = self.values.get(number, {}).get(f"[{kind}]", [])
         return held
-
-    def know(self, other: Version) -> None:
-        """Take over what the model does not know, for a version that was made and not read."""
-        for number in self.values.keys() & other.values.keys():
-            for field, value in other.values[number].items():
-                if field[0] == "?":
-                    self.values[number].setdefault(field, value)
 
 
 def is_place(kind: str, field: str) -> bool:
@@ -128,6 +130,9 @@ def things(mbs: Mbs) -> list[Thing]:
         part = thing.part
         if thing.kind == "body":
             thing.refers = {"place": place(*part.place)}
+            point = thing.refers["place"][1]
+            if isinstance(point, Thing):
+                point.carries.append(thing)
         elif thing.kind in ("cut", "link"):
             thing.refers = {e: place(*getattr(part, e)) for e in ("endpoint1", "endpoint2")}
         elif thing.kind == "user constraint":
@@ -151,17 +156,32 @@ def _walk(kind: str, part: Any, owner: Thing | None) -> Iterator[Thing]:
 
 def flat(mbs: Mbs, found: list[Thing]) -> Version:
     """The table of a model, whose things have their numbers by now."""
-    texts = unknown(mbs)
+    its = elements(file_of(mbs), found)
+    objects = set(its.values())
     values: dict[int, dict[str, Any]] = {}
     for thing in found:
-        values[thing.number] = value_of = said(thing)
-        origin = getattr(thing.part, "origin", None)
-        if origin is not None:
-            there = texts.get(origin.number, {})
-            value_of |= {f"?{path}": text for path, text in there.items()}
+        texts = unknown(its[thing.number], objects)
+        values[thing.number] = said(thing) | {f"?{path}": text for path, text in texts.items()}
         if thing.owner is not None:
             values[thing.owner.number].setdefault(f"[{thing.kind}]", []).append(thing.number)
-    return Version({thing.number: thing for thing in found}, values)
+    return Version({thing.number: thing for thing in found}, values, its)
+
+
+def file_of(mbs: Mbs) -> bytes:
+    """The file from which a model was read, or into which it is written."""
+    return mbs.origin.source if mbs.origin else writer.write(mbs)
+
+
+def elements(source: bytes, found: Iterable[Thing]) -> Elements:
+    """The elements of the things of a model in its file."""
+    mbs, objects = read_again(source)
+    its: Elements = {}
+    for thing, again in zip(found, things(mbs), strict=True):
+        tag = {"base": "base", "view": "x3D"}.get(thing.kind)
+        one = objects[0].find(tag) if tag else objects[again.part.origin.number]
+        assert one is not None
+        its[thing.number] = one
+    return its
 
 
 def said(thing: Thing) -> dict[str, Any]:

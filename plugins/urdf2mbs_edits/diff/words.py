@@ -81,33 +81,26 @@ def line(change: Change) -> str:
 
 def _described(kind: str, content: dict[str, Any]) -> str:
     """An added or removed thing in a few words."""
-    parts: list[str] = []
+    said: list[str] = []
     if kind == "body":
-        parent = content.get("parent")
-        on = "the base" if parent is None else f"body '{parent}'"
-        at = f" at point '{content['point']}'" if "point" in content else ""
-        parts.append(f"on {on}{at}")
-        joints = [f"'{j['name']}' ({j['type']}, {j['nature']})" for j in content.get("joints", ())]
-        parts.append(f"{counted(len(joints), 'joint')[2:]} {some(joints, 6)}")
-        parts += [counted(len(content[field]), field[:-1])
-                  for field in ("points", "shapes") if field in content]  # fmt: skip
-        if content.get("mass"):
-            parts.append(f"{value_in_words(content['mass'])} kg")
+        joints = [f"'{j['name']}' ({j['type']}, {j['nature']})" for j in content["joints"]]
+        said = [f"on {_end((content.get('parent'), content.get('point')))}"]
+        said.append(f"{counted(len(joints), 'joint')[2:]} {some(joints, 6)}")
+        if "mass" in content:
+            said.append(f"{value_in_words(content['mass'])} kg")
     elif kind == "joint":
-        parts.append(f"{content['type']}, {content['nature']}")
+        said = [content["type"], content["nature"]]
     elif kind == "point":
-        parts.append(f"at {value_in_words(content['coordinates'])} m")
-        parts += [f"{word} '{content[field]['name']}'"
-                  for field, word in (("sensor", "sensor"), ("extforce", "force"))
-                  if field in content]  # fmt: skip
+        said = [f"at {value_in_words(content['coordinates'])} m"]
+        said += [f"{of} '{content[of]['name']}'" for of in ("sensor", "extforce") if of in content]
     elif kind in ("cut", "link"):
         ends = [_end(content[end]) for end in ("endpoint1", "endpoint2")]
-        parts.append(f"{content['kind']} between {ends[0]} and {ends[1]}")
+        said = [f"{content['kind']} between {ends[0]} and {ends[1]}"]
     elif kind == "shape":
-        parts.append(content["kind"])
+        said = [content["kind"]]
     elif kind == "parameter":
-        parts.append(f"{content['type']} {some(content.get('values', ()), 3)}".rstrip())
-    return f": {', '.join(parts)}" if parts else ""
+        said = [content["type"], *content.get("values", ())[:3]]
+    return f": {', '.join(said)}" if said else ""
 
 
 def _end(end: Sequence[str | None]) -> str:

@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING
 import msgspec
 from lxml import etree
 
-from urdf2mbs.mbs import writer
 from urdf2mbs.mbs.model import Mbs
-from urdf2mbs.mbs.reader import read, read_again
-from urdf2mbs_edits.diff.flat import HELD, Thing, Version, flat, things
+from urdf2mbs.mbs.reader import read
+from urdf2mbs_edits.diff.flat import HELD, Thing, Version, elements, file_of, flat, things
 from urdf2mbs_edits.diff.matching import match, match_added
 from urdf2mbs_edits.merge.keep import keep
 from urdf2mbs_edits.merge.plan import Left, Plan, plan_of
@@ -23,7 +22,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from urdf2mbs_edits.diff.changes import Path
-    from urdf2mbs_edits.merge.write import Elements
 
 
 class Merged(msgspec.Struct):
@@ -47,36 +45,30 @@ def merge(base: Mbs, edited: Mbs, new: Mbs, prefer: Prefer | None = "urdf") -> M
 
     Raises ConversionError where the merged file would be none that can be read.
     """
-    assert edited.origin is not None
     before, ours, theirs = versions(base, edited, new)
     settled = Settled(before, ours, theirs, prefer)
     orders = settled.orders()
     if settled.moved:
         parts = ((thing.part, ours.things.get(n)) for n, thing in theirs.things.items())
         keep(new, {id(part): mine.part for part, mine in parts if mine})
-    files = [edited.origin.source, new.origin.source if new.origin else writer.write(new)]
-    mine, other = (
-        elements(source, side) for source, side in zip(files, (ours, theirs), strict=True)
-    )
-    data = write(settled, orders, files[0], mine, other)
+        theirs.elements = elements(file_of(new), theirs.things.values())
+    data = write(settled, orders, file_of(edited))
     final = read(data, "the merged file")
     written = things(final)
     first = next(iter(settled.there))
     for thing, number in zip(written, _in_order(settled, orders, first), strict=True):
         thing.number = number
     result = flat(final, written)
-    if new.origin is None:
-        theirs.know(result)
     plan, left = plan_of(settled, result)
     names = {
         (thing.kind, thing.name): settled.name(number) if number in settled.there else None
         for number, thing in theirs.things.items()
         if thing.kind in ("body", "joint")
     }
-    sources: dict[Side, tuple[bytes, Version]] = {"edited": (files[0], ours)}
+    sides: dict[Side, tuple[Mbs, Version]] = {"edited": (edited, ours)}
     if new.origin is not None:  # a conversion is kept as the next base
-        sources["urdf"] = files[1], theirs
-    fragments = _fragments(left, sources)
+        sides["urdf"] = new, theirs
+    fragments = _fragments(left, sides)
     _become(theirs, written)
     return Merged(data, plan, names, fragments)
 
@@ -89,22 +81,7 @@ def versions(base: Mbs, edited: Mbs, new: Mbs) -> list[Version]:
         match(found[0], after)
     known = {thing.number for thing in found[0]}
     match_added(*([t for t in side if t.number not in known] for side in found[1:]))
-    versions = [flat(mbs, side) for mbs, side in zip(models, found, strict=True)]
-    if new.origin is None:
-        versions[2].know(versions[0])
-    return versions
-
-
-def elements(source: bytes, version: Version) -> Elements:
-    """The elements of a version's things in its file."""
-    mbs, found = read_again(source)
-    its: Elements = {}
-    for number, thing in zip(version.things, things(mbs), strict=True):
-        tag = {"base": "base", "view": "x3D"}.get(thing.kind)
-        one = found[0].find(tag) if tag else found[thing.part.origin.number]
-        assert one is not None
-        its[number] = one
-    return its
+    return [flat(mbs, side) for mbs, side in zip(models, found, strict=True)]
 
 
 def _in_order(settled: Settled, orders: dict[Path, list[int]], number: int) -> Iterator[int]:
@@ -127,15 +104,15 @@ def _become(theirs: Version, written: list[Thing]) -> None:
             setattr(parts[id(thing.part)], field, parts.get(id(value), value))
 
 
-def _fragments(left: list[Left], files: dict[Side, tuple[bytes, Version]]) -> bytes | None:
+def _fragments(left: list[Left], sides: dict[Side, tuple[Mbs, Version]]) -> bytes | None:
     """The elements of things that are left out of their files, each behind the lines that say
     why."""
     root = etree.Element("mbsDescR7")
-    for side, (source, version) in files.items():
+    for side, (mbs, version) in sides.items():
         why: dict[int, list[str]] = {}
         for _, number, said in [one for one in left if one[0] == side]:
             why.setdefault(number, []).append(said)
-        found = elements(source, version) if why else {}
+        found = elements(file_of(mbs), version.things.values()) if why else {}
         for number, words in why.items():
             # two hyphens end a comment
             root.extend([etree.Comment(f" {re.sub('-(?=-)', '- ', said)} ") for said in words])

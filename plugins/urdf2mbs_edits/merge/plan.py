@@ -10,11 +10,10 @@ import msgspec
 from urdf2mbs_edits.diff.changes import (
     Change,
     Differences,
-    Path,
     added,
     compare,
     content,
-    names_of,
+    shown,
 )
 from urdf2mbs_edits.diff.flat import Version, is_place
 from urdf2mbs_edits.diff.words import in_words, line, value_in_words
@@ -78,11 +77,10 @@ Left = tuple[Side, int, str]
 
 def plan_of(settled: Settled, result: Version) -> tuple[Plan, list[Left]]:
     """The plan, and what is left out; ``result`` is the table of the merged file."""
-    base, ours, theirs = settled.base, settled.ours, settled.theirs
-    edits = {path: change for change, path in reversed(compare(base, ours))}
-    conflicts = list(_conflicts(settled, edits))
+    ours, theirs = settled.ours, settled.theirs
+    conflicts = list(_conflicts(settled))
     orphans: dict[tuple[Side, int], Orphan] = {}
-    for side, number, change, why in _orphaned(settled, edits):
+    for side, number, change, why in _orphaned(settled):
         things = (ours if side == "edited" else theirs).things
         thing = things[number]
         while thing.owner and thing.owner.number not in settled.there:
@@ -101,40 +99,29 @@ def plan_of(settled: Settled, result: Version) -> tuple[Plan, list[Left]]:
     return Plan(updated, kept, said, list(orphans.values())), left
 
 
-def _conflicts(settled: Settled, edits: dict[Path, Change]) -> Iterator[tuple[Conflict, int]]:
+def _conflicts(settled: Settled) -> Iterator[tuple[Conflict, int]]:
     for (number, field), why in settled.contested.items():
         theirs = settled.theirs.things[number]
         if field and number not in settled.there:
             continue
         ours = settled.ours.things.get(number, theirs)
-        of = ours.owner.words() if ours.owner else ""
-        edit = edits.get((number, field)) or Change("changed", ours.kind, ours.name, of, field)
-        now: Any = settled.theirs.values[number].get(field)
-        if not field:
-            now = content(theirs)
-        elif field == "name":
-            now = theirs.name
-        elif field == "owner":
-            now = theirs.owner.words() if theirs.owner else ""
-        elif field in theirs.refers:
-            now = names_of(theirs, field)
-        elif field[0] == "[":
-            now = [settled.theirs.things[one].name for one in now]
+        edit = settled.edits.get((number, field)) or Change(
+            "changed", ours.kind, ours.name, ours.owner.words() if ours.owner else "", field
+        )
+        now = shown(settled.theirs, number, field) if field else content(theirs)
         wins = settled.is_ours(number, field) if field else number not in settled.there
         yield Conflict(edit, now, "edited" if wins else "urdf", why), number
 
 
-def _orphaned(
-    settled: Settled, edits: dict[Path, Change]
-) -> Iterator[tuple[Side, int, Change | None, str]]:
+def _orphaned(settled: Settled) -> Iterator[tuple[Side, int, Change | None, str]]:
     """What cannot stand: the side that has it, its thing, the edit of it, and why."""
-    base, ours, theirs = settled.base, settled.ours, settled.theirs
+    base, ours, theirs, edits = settled.base, settled.ours, settled.theirs, settled.edits
     for number, why in settled.lost.items():
         side: Side = "edited" if number in ours.things else "urdf"
         version = ours if side == "edited" else theirs
         owner = version.things[number].owner
         within = owner is not None and owner.number in settled.lost
-        yield side, number, None if within else added(version, number), why
+        yield side, number, None if within else added(version.things[number]), why
     for path, why in settled.homeless.items():
         if path in edits:
             yield "edited", path[0], edits[path], why

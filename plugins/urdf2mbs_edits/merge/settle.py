@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Hashable, Iterator
 from typing import Any, Literal
 
-from urdf2mbs_edits.diff.changes import Path
+from urdf2mbs_edits.diff.changes import Path, compare
 from urdf2mbs_edits.diff.flat import Thing, Version, is_place
 
 Side = Literal["urdf", "edited"]
@@ -54,7 +54,12 @@ class Settled:
         """What cannot stand, and why."""
         self.doomed: set[int] = set()
         """What ours removed, each the largest thing."""
-        self.moved = self._moves_the_diagram()
+        self.edits = {path: change for change, path in reversed(compare(base, ours))}
+        """What ours changed, by the paths."""
+        self.moved = prefer is not None and any(
+            is_place(change.kind, field) for (_, field), change in self.edits.items()
+        )
+        """Whether people moved something in a diagram that is made anew: then it stays theirs."""
         for number in [number for number in ours.values if number in theirs.values]:
             self._take(number)
         self._doom()
@@ -78,16 +83,6 @@ class Settled:
                 continue
             if mine == before or self._theirs_wins(number, field):
                 self.taken.add((number, field))
-
-    def _moves_the_diagram(self) -> bool:
-        """Whether people moved something in a diagram that is made anew: then it stays theirs."""
-        ours = self.ours.values
-        return self.prefer is not None and any(
-            was.get(field) != ours[number].get(field)
-            for number, was in self.base.values.items()
-            for field in ({**was, **ours[number]} if number in ours else ())
-            if is_place(self.base.things[number].kind, field)
-        )
 
     def _theirs_wins(self, number: int, field: str) -> bool:
         """Who wins where both changed the same; a conflict, if it is not of people by nature."""
@@ -192,6 +187,10 @@ class Settled:
         said[path] = why
         return True
 
+    def _give_or_lose(self, number: int, field: str, said: dict[Path, str], why: str) -> None:
+        if not self._give(number, field, said, why):
+            self._lose(number, why)
+
     # --- what a file can hold: each rule tells whether it did anything ---
 
     def _refer(self) -> bool:
@@ -210,8 +209,7 @@ class Settled:
                     continue
                 target = self.ours.things.get(gone) or self.theirs.things[gone]
                 why = f"{target.title()} is {'orphaned' if gone in self.lost else 'gone'}"
-                if not self._give(number, field, self.homeless, why):
-                    self._lose(number, why)
+                self._give_or_lose(number, field, self.homeless, why)
         return done
 
     def _be_alone(self) -> bool:
@@ -234,8 +232,7 @@ class Settled:
                     what = f"{kind} '{self.name(number)}'" if field == "name" else kind
                     there = "" if field == "name" else " there"
                     why = f"{self.other} has a {what} of its own{there} now"
-                    if not self._give(number, field, self.contested, why):
-                        self._lose(number, why)
+                    self._give_or_lose(number, field, self.contested, why)
                     done = True
         return done
 

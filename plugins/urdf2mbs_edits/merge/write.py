@@ -2,7 +2,7 @@
 
 A path is a place in the element of its thing, so a value that theirs gives is an element that is
 copied from there to here; a thing is its element, which moves with all that stands in it.  So the
-numbers keep their text, and what nobody knows keeps its place, comments and white space included.
+numbers keep their text, and what nobody knows keeps its place, comments included.
 """
 
 from __future__ import annotations
@@ -17,127 +17,119 @@ from lxml import etree
 from urdf2mbs.mbs.fields import INSIDE, KEPT, OBJECTS, Table
 from urdf2mbs.mbs.model import BASE, ORIGIN, SENSOR_MEASURES
 from urdf2mbs_edits.diff.flat import HELD
-from urdf2mbs_edits.unknown import ATTRIBUTES
+from urdf2mbs_edits.diff.unknown import OBJECT_OF
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterator
 
     from lxml.etree import _Element
 
     from urdf2mbs_edits.diff.changes import Path
     from urdf2mbs_edits.merge.settle import Settled
 
-    #: The elements of a file's things, by their numbers.
-    Elements = dict[int, _Element]
-
 _LISTS = {kind: field for field, kind in HELD.items()}
-#: The tags of the objects whose elements are called otherwise.
-_OBJECT_OF = {"mbsDescR7": "mbs", "x3D": "view"}
 
 
-def write(
-    settled: Settled, orders: dict[Path, list[int]], source: bytes, ours: Elements, theirs: Elements
-) -> bytes:
-    """The file of ours, this source, with what theirs gives; ``ours`` are changed."""
+def write(settled: Settled, orders: dict[Path, list[int]], source: bytes) -> bytes:
+    """The file of ours, this source, with what theirs gives; the elements of ours are changed."""
+    ours, theirs = settled.ours.elements, settled.theirs.elements
     root = next(iter(ours.values()))
     before = etree.tostring(root)
     elements = dict(ours)
-    numbers = {element: number for number, element in theirs.items()}
+    objects = set(theirs.values())
     for number in settled.there:
         if number not in elements:
-            _copy(theirs[number], settled, elements, numbers)
-    for number, field in sorted(settled.taken):
-        if number in settled.there and field[0] != "[":
-            _take(elements[number], theirs[number], field)
+            elements[number] = _copy(theirs[number], objects)
+    for number in {number for number, _ in settled.taken}:
+        if number in settled.there:
+            _take_all(settled, number, elements[number], theirs[number])
     for number in settled.there:
         _name(elements[number], settled, number)
     for (number, field), order in orders.items():
-        *way, _ = _paths(elements[number].tag)[_LISTS[field[1:-1]]].split("/")
-        _arrange(_step(elements[number], way), [elements[one] for one in order])
+        path = _paths(elements[number].tag)[_LISTS[field[1:-1]]]
+        _arrange(elements[number], path, [elements[one] for one in order])
     for number, element in ours.items():
         if number not in settled.there:
             _detach(element)
-    return source if etree.tostring(root) == before else _spelled(root, source)
+    if etree.tostring(root) == before:
+        return source
+    _lay_out(root)
+    return _spelled(root, source)
 
 
-def _copy(
-    element: _Element, settled: Settled, elements: Elements, numbers: dict[_Element, int]
-) -> None:
-    """Copy the element of a thing that theirs has alone, with what theirs alone has in it."""
+def _copy(element: _Element, objects: set[_Element]) -> _Element:
+    """A copy of the element of a thing, without the things in it: each of them has its own."""
     made = deepcopy(element)
     made.tail = None
-    copies = [
-        (numbers[one], copy)
-        for one, copy in zip(element.iter(), made.iter(), strict=True)
-        if one in numbers
-    ]
-    for number, copy in copies:
-        if number in settled.there and number not in elements:
-            elements[number] = copy
-        else:
+    both = list(zip(element.iter(), made.iter(), strict=True))
+    for one, copy in both:
+        if one in objects and one is not element:
             _detach(copy)
+    return made
 
 
-def _take(mine: _Element, theirs: _Element | None, field: str) -> None:
-    """Give an element what stands in that of theirs for a field of the thing."""
-    known = field[0] != "?"
-    if field == "kind" and theirs is not None:
-        mine.tag = theirs.tag
-    elif field == "measures" and theirs is not None:
-        for measure in SENSOR_MEASURES:
-            _set(mine, measure, theirs.get(measure))
-    elif not known or field in _paths(mine.tag):
-        *way, name = re.split(r"/(?![^{]*})", _paths(mine.tag)[field] if known else field[1:])
-        for step in way:
-            theirs = None if theirs is None else theirs.find(step)
-            mine = _step(mine, [step])
-        if name[0] == "@":
-            _set(mine, name[1:], None if theirs is None else theirs.get(name[1:]))
+# --- values ---
+
+
+def _take_all(settled: Settled, number: int, mine: _Element, theirs: _Element) -> None:
+    """Give an element what theirs gives.  A field brings all that stands in it, so what nobody
+    knows, which has paths of its own, is given after it."""
+    taken = [field for at, field in settled.taken if at == number and field[0] != "["]
+    before = deepcopy(mine)
+    paths = _paths(mine.tag)
+    for field in taken:
+        if field == "kind":
+            mine.tag = theirs.tag
+        elif field == "measures":
+            for measure in SENSOR_MEASURES:
+                _take(mine, theirs, f"@{measure}")
+        elif field in paths:
+            _take(mine, theirs, paths[field])
+    for field in [*settled.ours.values[number], *taken]:
+        if field[0] == "?":
+            _take(mine, theirs if field in taken else before, field[1:])
+
+
+def _take(mine: _Element, other: _Element | None, path: str) -> None:
+    """Give an element what another of its kind has at a path."""
+    thing, way = mine.tag, ""
+    *steps, name = re.split(r"/(?![^{]*})", path)
+    for step in steps:
+        other = None if other is None else other.find(step)
+        if other is None and mine.find(step) is None:
             return
-        there = [] if theirs is None else theirs.findall(name)
-        before = [one.tag for one in there[0].itersiblings("*", preceding=True)] if there else []
-        new, old = deepcopy(there), mine.findall(name)
-        if len(old) == len(new) == 1:
-            if known:
-                _keep_unknown(old[0], new[0])
-            new[0].tail = old[0].tail
-            mine.replace(old[0], new[0])
-            return
-        for one in new:
-            one.tail = None
-            _insert(mine, _index(mine, name, () if known else before), one)
-        for one in old:
-            _detach(one)
-        _prune(mine)
-
-
-def _set(element: _Element, name: str, value: str | None) -> None:
-    if value is not None:
-        element.set(name, value)
-    elif name in element.attrib:
-        del element.attrib[name]
-
-
-def _keep_unknown(old: _Element, new: _Element) -> None:
-    """Let a new element have of what nobody knows what the old has; it has paths of its own."""
-    known = ATTRIBUTES.get(new.tag, ())
-    for name in [*new.keys(), *old.keys()]:
-        if name not in known:
-            _set(new, str(name), old.get(name))
-    tags = _tags().get(new.tag, {})
-    for child in [child for child in new if child.tag not in tags]:
-        new.remove(child)
-    new.extend([deepcopy(child) for child in old if child.tag not in tags])
+        mine = _step(mine, thing, way, step)
+        way += f"{step}/"
+    if name[0] == "@":
+        value = None if other is None else other.get(name[1:])
+        if value is not None:
+            mine.set(name[1:], value)
+        elif name[1:] in mine.attrib:
+            del mine.attrib[name[1:]]
+        return
+    there, old = [] if other is None else other.findall(name), mine.findall(name)
+    tags = _tags(thing, way)
+    if name not in tags and there:
+        tags = [str(one.tag) for one in there[0].itersiblings("*", preceding=True)] + [name]
+    new = [deepcopy(one) for one in there]
+    for one, its in zip(old, new, strict=False):
+        its.tail = one.tail
+        mine.replace(one, its)
+    for one in new[len(old) :]:
+        _insert(mine, _index(mine, tags, name), one)
+    for one in old[len(new) :]:
+        _detach(one)
+    _prune(mine)
 
 
 def _name(element: _Element, settled: Settled, number: int) -> None:
     """Write the name of a thing, and those of what it refers to."""
-    thing, name = settled.there[number], settled.name(number)
+    thing, name, paths = settled.there[number], settled.name(number), _paths(element.tag)
     side = settled.ours if number in settled.ours.things else settled.theirs
-    if element.tag in ("sensor", "extforce"):
+    if thing.kind in ("sensor", "force"):
         element.set("name", name)
     elif name != side.things[number].name:
-        _say(element, _paths(element.tag)["name"], [name])
+        _say(element, paths["name"], [name])
     for field in thing.refers:
         value = settled.value(number, field)
         names = [
@@ -146,26 +138,24 @@ def _name(element: _Element, settled: Settled, number: int) -> None:
             for target in (() if field == "name" else value)
         ]  # fmt: skip
         if field in ("place", "endpoint1", "endpoint2"):
-            path = _paths(element.tag)[field]
             for part, said, own in zip(INSIDE["place"], names, (BASE, ORIGIN), strict=True):
-                _say(element, f"{path}/{part}", [own if said is None else said])
+                _say(element, f"{paths[field]}/{part}", [own if said is None else said])
         elif field != "name":
-            _say(element, _paths(element.tag)[field], [one or BASE for one in names])
+            _say(element, paths[field], [one or BASE for one in names])
 
 
 def _say(element: _Element, path: str, texts: list[str]) -> None:
     """Let the elements at a path have these texts."""
-    *way, tag = path.split("/")
     there = element.findall(path)
     if [(one.text or "").strip() for one in there] == texts:
         return
     if not there and texts in ([""], [BASE]):  # what the file leaves out
         return
-    parent = _step(element, way)
+    parent, tag = _parent(element, path)
     for one in there[len(texts) :]:
         _detach(one)
     for _ in texts[len(there) :]:
-        _insert(parent, _index(parent, tag), etree.Element(tag))
+        _insert(parent, len(parent), etree.Element(tag))
     for one, text in zip(element.findall(path), texts, strict=True):
         one.text = text
 
@@ -175,7 +165,8 @@ def _say(element: _Element, path: str, texts: list[str]) -> None:
 
 @cache
 def _paths(tag: str) -> dict[str, str]:
-    """Where the fields of an object stand in its element."""
+    """Where the fields of an object stand in its element, in the order of the writer; what the
+    writer marks has its path for a field."""
 
     def walk(table: Table, way: str, within: str) -> Iterator[tuple[str, str]]:
         for tag, entry in table.items():
@@ -186,51 +177,50 @@ def _paths(tag: str) -> dict[str, str]:
                     yield from walk(INSIDE["drawing"], f"{way}{tag}/", "drawing.")
             elif entry is not None:
                 yield from walk(entry, f"{way}{tag}/", within)
+            else:
+                yield f"{way}{tag}/", f"{way}{tag}"
 
-    known = OBJECTS.get(_OBJECT_OF.get(tag, tag))
+    known = OBJECTS.get(OBJECT_OF.get(tag, tag))
     return dict(walk(known.table, "", "")) if known else {}
 
 
-@cache
-def _tags() -> dict[str, dict[str, None]]:
-    """The tags of the children of each element, in the order of the writer."""
-    tags: dict[str, dict[str, None]] = {}
-
-    def note(tag: str, table: Table) -> None:
-        for child, entry in table.items():
-            tags.setdefault(tag, {})[child] = None
-            if isinstance(entry, tuple):
-                note(child, INSIDE.get(str(entry[1]), {}))
-            elif entry is not None:
-                note(child, entry)
-
-    called = {key: tag for tag, key in _OBJECT_OF.items()}
-    for key, known in OBJECTS.items():
-        note(called.get(key, key), known.table)
-    return tags
+def _tags(thing: str, way: str) -> list[str]:
+    """The tags of the children that stand at a way in a thing's element, in their order."""
+    paths = [path[len(way) :] for path in _paths(thing).values() if path.startswith(way)]
+    return [path.split("/")[0] for path in paths]
 
 
-def _step(element: _Element, way: list[str]) -> _Element:
-    """The element at the end of a way, made where it is not there."""
-    for tag in way:
-        there = element.find(tag)
-        if there is None:
-            there = etree.Element(tag)
-            _insert(element, _index(element, tag), there)
-        element = there
-    return element
+def _step(element: _Element, thing: str, way: str, tag: str) -> _Element:
+    """The child of an element at a way in a thing's element, made where it is not there."""
+    there = element.find(tag)
+    if there is None:
+        there = etree.Element(tag)
+        _insert(element, _index(element, _tags(thing, way), tag), there)
+    return there
 
 
-def _index(parent: _Element, tag: str, before: Iterable[object] = ()) -> int:
-    """Where a new child goes: behind those that the writer writes before it, or these."""
-    tags = list(_tags().get(parent.tag, ()))
-    first = {*before, *tags[: tags.index(tag) + 1]} if tag in tags else {*before, tag}
+def _parent(element: _Element, path: str) -> tuple[_Element, str]:
+    """The element at a path in a thing's element but for its last tag, and this tag."""
+    thing, way = element.tag, ""
+    *steps, last = path.split("/")
+    for step in steps:
+        element = _step(element, thing, way, step)
+        way += f"{step}/"
+    return element, last
+
+
+def _index(parent: _Element, tags: list[str], tag: str) -> int:
+    """Where a new child goes: behind those whose tags stand before its own."""
+    known = tag in tags
+    first = {*tags[: tags.index(tag)], tag} if known else {tag}
     places = [place for place, child in enumerate(parent, 1) if child.tag in first]
-    return places[-1] if places else 0 if tag in tags else len(parent)
+    return places[-1] if places else 0 if known else len(parent)
 
 
-def _arrange(parent: _Element, order: list[_Element]) -> None:
-    """Bring children into an order; what the order does not name stays where it is."""
+def _arrange(element: _Element, path: str, order: list[_Element]) -> None:
+    """Bring the things at a path into an order; what the order does not name stays where it is."""
+    parent, _ = _parent(element, path)
+    tags = _tags(element.tag, path[: path.rfind("/") + 1])
     places = {child: place for place, child in enumerate(parent)}
     first = next((child for child in order if child in places), None)
     last, previous = -1, None
@@ -243,26 +233,16 @@ def _arrange(parent: _Element, order: list[_Element]) -> None:
             if previous is not None:
                 index = parent.index(previous) + 1
             else:
-                index = _index(parent, child.tag) if first is None else parent.index(first)
+                index = _index(parent, tags, child.tag) if first is None else parent.index(first)
             _insert(parent, index, child)
         previous = child
 
 
 def _insert(parent: _Element, index: int, child: _Element) -> None:
-    """Insert an element, indented as its siblings are."""
-    depth = sum(1 for _ in parent.iterancestors())
-    closing, between = "\n" + "  " * depth, "\n" + "  " * (depth + 1)
-    if len(parent):
-        between = _blank(parent.text, between)
-    else:
-        parent.text = (parent.text or "").strip() + between
-    if index < len(parent):
-        child.tail = between
-    else:
-        child.tail = closing
-        if index:
-            child.tail = _blank(parent[-1].tail, closing)
-            parent[-1].tail = (parent[-1].tail or "").strip() + between
+    """Insert an element; that it has no white space behind it says that it is laid out later."""
+    if index and index == len(parent) and not (parent[-1].tail or "").strip():
+        parent[-1].tail = None
+    child.tail = None
     parent.insert(index, child)
 
 
@@ -272,11 +252,10 @@ def _detach(child: _Element) -> None:
     if parent is None:
         return
     tail, child.tail = child.tail or "", None
-    if tail.strip() or child.getnext() is None:
-        if previous is not None:
-            previous.tail = (previous.tail or "").rstrip() + tail
-        else:
-            parent.text = (parent.text or "").rstrip() + tail
+    if previous is not None and (tail.strip() or child.getnext() is None):
+        previous.tail = ((previous.tail or "") + tail).strip() or None
+    elif tail.strip():
+        parent.text = (parent.text or "").rstrip() + tail
     parent.remove(child)
     _prune(parent)
 
@@ -290,8 +269,14 @@ def _prune(element: _Element) -> None:
         _detach(element)
 
 
-def _blank(text: str | None, otherwise: str) -> str:
-    return text if text and not text.strip() else otherwise
+# --- text ---
+
+
+def _lay_out(root: _Element) -> None:
+    """Indent what is new, and what stands beside it."""
+    for parent in list(root.iter("*")):
+        if any(child.tail is None for child in parent):
+            etree.indent(parent, level=len(list(parent.iterancestors())))
 
 
 def _spelled(root: _Element, source: bytes) -> bytes:

@@ -310,13 +310,6 @@ def test_bodies_in_another_order_are_said_once_and_joints_have_other_numbers() -
     assert differences(before, before).renumbered == {}
 
 
-def test_what_is_no_number_is_a_difference() -> None:
-    before, after = everything(), everything()
-    after.bodies[0].mass = float("nan")
-    assert ("changed", "body", "trunk", "mass") in found(differences(before, after))
-    assert ("changed", "body", "trunk", "mass") in found(differences(after, before))
-
-
 def test_two_sensors_without_a_view_and_with_one() -> None:
     before, after = everything(), everything()
     before.view, after.view = None, View()
@@ -344,8 +337,8 @@ def test_the_words_of_changes() -> None:
 
 def test_changes_as_json_are_plain_and_the_same_every_time() -> None:
     before, after = everything(), everything()
-    for change in EDITS.values():
-        change(after)
+    for name in sorted(EDITS):
+        EDITS[name](after)
     texts = [msgspec.json.encode(differences(before, after)) for _ in range(2)]
     assert texts[0] == texts[1]
     again = msgspec.json.decode(texts[0], type=Differences)

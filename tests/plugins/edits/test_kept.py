@@ -19,8 +19,8 @@ from mbs.models import everything, few
 from urdf2mbs.mbs import writer
 from urdf2mbs.mbs.model import Body, Joint, Mbs, Parameter, Point, Sensor
 from urdf2mbs.mbs.reader import read
+from urdf2mbs_edits.diff.flat import flat, things
 from urdf2mbs_edits.merge.merge import merge
-from urdf2mbs_edits.unknown import unknown
 
 SAMPLES = sorted([*SHARED.glob("mbs-samples/*.mbs"), *SHARED.glob("mbs-samples/saved/*.mbs")])
 
@@ -322,7 +322,8 @@ def test_a_model_that_was_read_may_go_to_another_process() -> None:
 
 
 def test_a_parameter_of_a_type_that_the_model_does_not_know() -> None:
-    structure = b"<type>structure</type><structure>RwtMain</structure><header>r.h</header>"
+    lines = b"<type>structure</type>", b"<structure>Main</structure>", b"<header>r.h</header>"
+    structure = b"\n        ".join(lines)
     data = OWN.replace(b"<type>state</type>", structure)
     mbs = read(data, "m.mbs")
     assert mbs.user_models[0].parameters[2] == Parameter("empty", "structure")
@@ -451,21 +452,19 @@ def test_what_the_model_does_not_know() -> None:
         assert data.count(old)
         data = data.replace(old, new, 1)
     mbs = read(data, "m.mbs")
-    usual = unknown(read(OWN, "m.mbs"))  # MBSysPad's symbols
-    found = {n: dict(texts.items() - usual.get(n, {}).items()) for n, texts in unknown(mbs).items()}
-
-    def of(part: Any) -> dict[str, str]:
-        return found.pop(part.origin.number)
-
-    trunk, _, leg, _ = mbs.bodies
-    assert of(leg) == {"a": '<a><b x="2.0">t</b></a><a></a><a></a>'}
-    assert of(trunk) == {"graphics/x3D/x3D_hand": "<x3D_hand></x3D_hand>"}
-    assert of(trunk.joints[1]) == {"nature/@unit": "m"}
-    assert of(trunk.points[1].sensor) == {"@Jerk": "true"}
-    assert {number: texts for number, texts in found.items() if texts} == {
-        0: {
-            "base/@at": "2", "base/@size": "9", "base/mine": "<mine>1.5</mine>",
-            "x3D/background/color/@A": "1e0",
-        }
+    found, usual = (flat(model, things(model)) for model in (mbs, read(OWN, "m.mbs")))
+    texts = {}
+    for thing, values, before in zip(
+        found.things.values(), found.values.values(), usual.values.values(), strict=True
+    ):
+        for field, text in values.items():
+            if field[0] == "?" and before.get(field) != text:
+                texts[thing.title(), field] = text
+    assert texts == {
+        ("the base", "?@at"): "2", ("the base", "?@size"): "9",
+        ("the base", "?mine"): "<mine>1.5</mine>",
+        ("body 'leg'", "?a"): '<a><b x="2.0">t</b></a><a></a><a></a>',
+        ("body 'trunk'", "?graphics/x3D/x3D_hand"): "<x3D_hand></x3D_hand>",
+        ("joint 'turn'", "?nature/@unit"): "m", ("sensor 'touch'", "?@Jerk"): "true",
+        ("the view", "?background/color/@A"): "1e0",
     }  # fmt: skip
-    assert unknown(Mbs("m")) == {}
