@@ -259,7 +259,7 @@ class CCode(PythonCode):
         self._hook("output", self._output)
         if self.in_c:
             if data.pushes:
-                self._hook("pushes", data.push)
+                self._hook("pushes", lambda t: data.push(t, turned=data.turned))
             return
         motion = SensorInC.in_dll(self.library, "motion")
         p, v, om, a, omp = (

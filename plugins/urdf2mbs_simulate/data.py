@@ -62,7 +62,7 @@ class MbsData:
         self.held: list[int] = []
         """Joints that move nothing that has mass."""
         self.can_turn, self.turned, self.own_angles = False, False, np.zeros(3)
-        """Whether the base is in other axes near its singular place, and its own angles (rad)."""
+        """Whether the base may be, and is in turned axes (``turn``), and its own angles (rad)."""
         self.process, self.flag_stop, self.DonePart, self.tsim = 0, 0, 0, 0.0
 
     def _joints(self) -> None:

@@ -179,7 +179,7 @@ def integrate(
     data.tsim = time
     if not np.isfinite(data.q + data.qd).all():
         raise _no_partition(data)
-    data.can_turn, data.turned = getattr(code, "in_c", False) and can_turn(data), False
+    data.can_turn, data.turned = can_turn(data), False
     turn_if_near(code)
     part(code)
     with own_axes(data):

@@ -12,7 +12,7 @@ from urdf2mbs.messages.diagnostics import ConfigError, nearest
 from urdf2mbs.spatial import ZERO, Vec
 from urdf2mbs_simulate.data import MbsData, MbsSensor
 from urdf2mbs_simulate.python_code import default
-from urdf2mbs_simulate.turn import in_state_axes
+from urdf2mbs_simulate.turn import QUARTER
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _FORM = re.compile(
@@ -51,12 +51,12 @@ def add_pushes(data: MbsData) -> None:
     user = data.user_JointForces
     places = [(push, *_place(data, push.link)) for push in data.pushes]
 
-    def add(tsim: float) -> None:
+    def add(tsim: float, *, turned: bool = False) -> None:
         for push, body, at in places:
             if push.start <= tsim < push.stop:
                 frame = MbsSensor(data)
                 frame.comp_gen_sensor(data.body_id[body])
-                force = in_state_axes(data, push.force)
+                force = QUARTER @ push.force if turned else push.force
                 moment = np.cross(frame.R[1:, 1:].T @ at, force)
                 data.Qq[1:] += frame.J[1:, 1:].T @ [*force, *moment]
 

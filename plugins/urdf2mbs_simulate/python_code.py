@@ -19,6 +19,7 @@ from urdf2mbs_equations.python import PythonWriter
 from urdf2mbs_simulate import names
 from urdf2mbs_simulate.data import MbsData
 from urdf2mbs_simulate.equations import SimulationError, equations
+from urdf2mbs_simulate.turn import functions_in_own_axes
 
 Function = Callable[..., Any]
 
@@ -137,6 +138,8 @@ class PythonCode:
     def __init__(self, data: MbsData) -> None:
         self.data = data
         self.rows = count_rows(data)
+        self.own: dict[str, Function] = {}
+        """The user functions, while others stand for them in turned axes."""
         self.has_loops = bool(sum(self.rows) or data.nqv) or data.natures != [
             joint.nature for joint in data.mbs.joints().values()
         ]
@@ -176,6 +179,12 @@ class PythonCode:
 
     def take_axes(self) -> None:
         """Take the axes in which the base is."""
+        vars(self.data).update(self.own)
+        self.own = {}
+        if self.data.turned:
+            turned = functions_in_own_axes(self.data)
+            self.own = {name: getattr(self.data, name) for name in turned}
+            vars(self.data).update(turned)
 
     def take_parameters(self) -> None:
         """Take the parameters of user models anew."""

@@ -17,58 +17,64 @@ double *run_JointForces(MbsData *s, double tsim);
 
 int can_turn, turned;
 double own_angles[3]; /* as they were shown last: the next ones are near */
-static double kept[2][7];
+static double kept[3][7];
 
 static const double PI = 3.14159265358979323846, LEAST = 1e-9;
 
-static void forth(double *v)
+/* A quarter forth (1) or back (-1). */
+static void quarter(double *v, int way)
 {
     const double x = v[1];
 
-    v[1] = v[2];
-    v[2] = -x;
+    v[1] = way * v[2];
+    v[2] = -way * x;
 }
 
-static void back(double *v)
+static double away(double cosine)
 {
-    const double x = v[1];
-
-    v[1] = -v[2];
-    v[2] = x;
+    return fabs(cosine) < LEAST ? copysign(LEAST, cosine) : cosine;
 }
 
-/* 1 where the second angle of the base asks for other axes. */
-int must_turn(const double *y)
+/* The spin w of a body behind three joints R1, R2, R3 at q, by their rates. */
+static void find_spin(const double *q, const double *rates, double *w)
 {
-    return can_turn && fabs(cos(y[4])) < 0.3;
+    const double last = rates[3] * cos(q[2]);
+
+    w[1] = rates[1] + sin(q[2]) * rates[3];
+    w[2] = cos(q[1]) * rates[2] - sin(q[1]) * last;
+    w[3] = sin(q[1]) * rates[2] + cos(q[1]) * last;
 }
 
-/* Show the model's own q and qd of the base, which is near own_angles. */
-void show_base(MbsData *s)
+static void find_rates(const double *q, const double *w, double *rates)
 {
-    double *q = s->q, *qd = s->qd, R[4][4], w[4], best = INFINITY, found[3], a, b, c, cb;
-    const double ca = cos(q[4]), sa = sin(q[4]), cc = cos(q[6]), sc = sin(q[6]), sb = sin(q[5]);
+    rates[3] = (cos(q[1]) * w[3] - sin(q[1]) * w[2]) / away(cos(q[2]));
+    rates[2] = cos(q[1]) * w[2] + sin(q[1]) * w[3];
+    rates[1] = w[1] - sin(q[2]) * rates[3];
+}
 
-    if (!turned)
-        return;
-    memcpy(kept[0], q, sizeof kept[0]);
-    memcpy(kept[1], qd, sizeof kept[1]);
-    cb = cos(q[5]);
-    w[1] = qd[4] + sb * qd[6];
-    w[2] = ca * qd[5] - sa * cb * qd[6];
-    w[3] = sa * qd[5] + ca * cb * qd[6];
-    /* the rows of the rotation, turned back: the first is the second one's opposite */
-    R[1][1] = -(ca * sc + sa * sb * cc);
-    R[1][2] = -(ca * cc - sa * sb * sc);
-    R[1][3] = sa * cb;
-    R[2][3] = sb;
-    R[3][3] = ca * cb;
-    back(q), back(qd), back(w);
+/* Add to a how the spin changes while the rates do not. */
+static void add_drift(const double *q, const double *rates, double sign, double *a)
+{
+    const double first = rates[1], second = rates[2], last = rates[3] * cos(q[2]);
+    const double along = rates[3] * sin(q[2]) * second;
+
+    a[1] += sign * last * second;
+    a[2] += sign * (sin(q[1]) * along - first * (sin(q[1]) * second + cos(q[1]) * last));
+    a[3] += sign * (first * (cos(q[1]) * second - sin(q[1]) * last) - cos(q[1]) * along);
+}
+
+/* The angles of the rotation that is turned back from q, and nearest to own_angles. */
+static void find_own_angles(const double *q)
+{
+    const double ca = cos(q[1]), sa = sin(q[1]), cc = cos(q[3]), sc = sin(q[3]), sb = sin(q[2]);
+    const double middle = asin(fmax(-1.0, fmin(1.0, sa * cos(q[2]))));
+    double best = INFINITY, found[3];
+
     for (int side = 0; side < 2; side++) { /* two triples of angles are the same rotation */
         double off = 0.0, angles[3] = {
-            atan2(-R[2][3], R[3][3]) + side * PI,
-            side ? PI - asin(fmax(-1.0, fmin(1.0, R[1][3]))) : asin(fmax(-1.0, fmin(1.0, R[1][3]))),
-            atan2(-R[1][2], R[1][1]) + side * PI,
+            atan2(-sb, ca * cos(q[2])) + side * PI,
+            side ? PI - middle : middle,
+            atan2(ca * cc - sa * sb * sc, -(ca * sc + sa * sb * cc)) + side * PI,
         };
 
         for (int i = 0; i < 3; i++) {
@@ -81,13 +87,34 @@ void show_base(MbsData *s)
         }
     }
     memcpy(own_angles, found, sizeof found);
-    a = found[0], b = found[1];
-    c = cos(b);
-    c = fabs(c) < LEAST ? copysign(LEAST, c) : c;
-    memcpy(q + 4, found, sizeof found);
-    qd[6] = (cos(a) * w[3] - sin(a) * w[2]) / c;
-    qd[5] = cos(a) * w[2] + sin(a) * w[3];
-    qd[4] = w[1] - sin(b) * qd[6];
+}
+
+/* 1 where the second angle of the base asks for other axes. */
+int must_turn(const double *y)
+{
+    return can_turn && fabs(cos(y[4])) < 0.3;
+}
+
+/* Show the model's own q, qd and qdd of the base. */
+void show_base(MbsData *s)
+{
+    double *rows[] = {s->q, s->qd, s->qdd}, *q = s->q + 3, spin[4], gain[4];
+
+    if (!turned)
+        return;
+    for (int i = 0; i < 3; i++)
+        memcpy(kept[i], rows[i], sizeof kept[i]);
+    find_spin(q, s->qd + 3, spin);
+    find_spin(q, s->qdd + 3, gain);
+    add_drift(q, s->qd + 3, 1.0, gain);
+    find_own_angles(q);
+    memcpy(q + 1, own_angles, sizeof own_angles);
+    for (int i = 0; i < 3; i++)
+        quarter(rows[i], -1);
+    quarter(spin, -1), quarter(gain, -1);
+    find_rates(q, spin, s->qd + 3);
+    add_drift(q, s->qd + 3, -1.0, gain);
+    find_rates(q, gain, s->qdd + 3);
 }
 
 /* Back to the turned axes. */
@@ -96,6 +123,7 @@ void hide_base(MbsData *s)
     if (turned) {
         memcpy(s->q, kept[0], sizeof kept[0]);
         memcpy(s->qd, kept[1], sizeof kept[1]);
+        memcpy(s->qdd, kept[2], sizeof kept[2]);
     }
 }
 
@@ -108,34 +136,32 @@ double *run_ExtForces(double P[4], double R[4][4], double V[4], double OM[4], do
     if (!turned)
         return user_ExtForces(P, R, V, OM, A, OMP, s, tsim, number);
     for (int i = 0; i < 8; i++)
-        back(moved[i]);
+        quarter(moved[i], -1);
     show_base(s);
     given = user_ExtForces(P, R, V, OM, A, OMP, s, tsim, number);
     hide_base(s);
     for (int i = 0; i < 8; i++)
-        forth(moved[i]);
+        quarter(moved[i], 1);
     memcpy(force, given, sizeof forces[number]);
-    forth(force), forth(force + 3);
+    quarter(force, 1), quarter(force + 3, 1);
     return force;
 }
 
 /* Forces that the user puts on the joints of the base become those of its turned joints. */
 double *run_JointForces(MbsData *s, double tsim)
 {
-    double *Q = s->Qq, n[4], a, b, c, rest;
+    double *Q = s->Qq, n[4], a, b, rest;
 
     show_base(s);
     user_JointForces(s, tsim);
     a = s->q[4], b = s->q[5];
     hide_base(s);
     if (turned && (Q[1] != 0.0 || Q[2] != 0.0 || Q[4] != 0.0 || Q[5] != 0.0 || Q[6] != 0.0)) {
-        c = cos(b);
-        c = fabs(c) < LEAST ? copysign(LEAST, c) : c;
-        rest = (Q[6] - Q[4] * sin(b)) / c;
+        rest = (Q[6] - Q[4] * sin(b)) / away(cos(b));
         n[1] = Q[4];
         n[2] = Q[5] * cos(a) - rest * sin(a);
         n[3] = Q[5] * sin(a) + rest * cos(a);
-        forth(Q), forth(n);
+        quarter(Q, 1), quarter(n, 1);
         a = s->q[4], b = s->q[5];
         Q[4] = n[1];
         Q[5] = cos(a) * n[2] + sin(a) * n[3];

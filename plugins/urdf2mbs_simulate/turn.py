@@ -2,8 +2,8 @@
 
 The angles of a base have no solution where the second is 90 degrees.  Near there the state is that
 in turned axes, x' = y and y' = -x, in which the second angle is small; gravity stays the same.
-User functions and results see the model's own axes: see ``turn.c``, which does the same in C while
-forces are computed.
+User functions and results see the model's own axes: ``turn.c`` does the same in C while forces are
+computed.
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ NEAR, LEAST = 0.3, 1e-9
 QUARTER = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 TYPES = ["T1", "T2", "T3", "R1", "R2", "R3"]
 POSITIONS, ANGLES = slice(1, 4), slice(4, 7)
+SAID = "its base comes near 90 degrees, where Robotran itself cannot go on"
 
 
 def can_turn(data: MbsData) -> bool:
@@ -48,6 +49,7 @@ def turn_if_near(code: PythonCode, at: tuple[float, Any] | None = None) -> bool:
         else:
             data.own_angles = data.q[ANGLES].copy()
             _change(data, QUARTER, np.zeros(3))
+            data.said += [SAID] * (SAID not in data.said)
         data.turned = not data.turned
     if turns or at is None:
         code.take_axes()
@@ -75,9 +77,38 @@ def own_axes(data: MbsData) -> Iterator[None]:
                 row[1:7] = before
 
 
-def in_state_axes(data: MbsData, vector: Any) -> Any:
-    """A vector of the world, in the axes of the state."""
-    return QUARTER @ vector if data.turned else vector
+def functions_in_own_axes(data: MbsData) -> dict[str, Any]:
+    """The user functions in Python, for equations in turned axes."""
+    user = {name: getattr(data, name) for name in ("user_JointForces", "user_ExtForces")}
+    derivatives = data.user_derivatives
+
+    def joint_forces(mbs_data: MbsData, tsim: float) -> None:
+        rows = (data.q, data.qd, data.qdd)
+        kept = [row[1:7].copy() for row in rows]
+        show(data)
+        user["user_JointForces"](mbs_data, tsim)
+        _change(data, QUARTER, np.zeros(3))
+        for row, before in zip(rows, kept, strict=True):
+            row[1:7] = before
+
+    def external_forces(*words: Any) -> Any:
+        """``words``: P, R, V, OM, A, OMP, mbs_data, tsim, ixF."""
+        moved = [word.copy() for word in words[:6]]
+        for word in moved:
+            word[..., 1:] = word[..., 1:] @ QUARTER
+        with own_axes(data):
+            found = np.array(user["user_ExtForces"](*moved, *words[6:]))
+        found[1:7] = (QUARTER @ found[1:7].reshape(2, 3).T).T.ravel()
+        return found
+
+    def rates_of_states(mbs_data: MbsData) -> None:
+        with own_axes(data):
+            derivatives(mbs_data)
+
+    return {
+        "user_JointForces": joint_forces, "user_ExtForces": external_forces,
+        "user_derivatives": rates_of_states,
+    }  # fmt: skip
 
 
 def _change(data: MbsData, way: Any, near: Any) -> None:

@@ -1,4 +1,4 @@
-"""A base passes the angle at which its three angles have no solution, in C."""
+"""A base passes the angle at which its three angles have no solution, in Python and in C."""
 
 from __future__ import annotations
 
@@ -11,9 +11,15 @@ import pytest
 
 from plugins.project.standin import make
 from urdf2mbs_simulate.runtime import MbsData, MbsDirdyn
-from urdf2mbs_simulate.turn import _rates, _rotation
+from urdf2mbs_simulate.turn import SAID, _rates, _rotation
 
-pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
+in_c = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
+#: The languages of the project, and of the run.
+LANGUAGES = pytest.mark.parametrize(
+    ("written", "language"),
+    [pytest.param("c", "c", marks=in_c), pytest.param("python", "c", marks=in_c),
+     ("python", "python")],
+)  # fmt: skip
 MOMENTS = np.diag([0.02, 0.03, 0.04])
 BOX = (
     '<robot name="box"><link name="box"><inertial><mass value="2"/><inertia ixx="0.02" iyy="0.03" '
@@ -22,23 +28,26 @@ BOX = (
 )
 
 
-def thrown(project: Path, q: Any, qd: Any, time: float, **options: Any) -> Any:
+def thrown(project: Path, q: Any, qd: Any, time: float, language: str, **options: Any) -> Any:
     data = MbsData(project / "dataR" / "robot.mbs")
     data.q[1:], data.qd[1:] = q, qd
     data.pushes = options.pop("pushes", [])
     dirdyn = MbsDirdyn(data)
-    dirdyn.set_options(tf=time, language="c", save2file=0, **options)
+    dirdyn.set_options(tf=time, language=language, save2file=0, **options)
     results = dirdyn.run()
     assert np.isfinite(results.q).all()
     return results
 
 
 @pytest.mark.parametrize("method", ["DOP853", None])
-def test_a_body_that_tumbles_keeps_its_momentum(tmp_path: Path, method: str | None) -> None:
+@LANGUAGES
+def test_a_body_that_tumbles_keeps_its_momentum(
+    tmp_path: Path, written: str, language: str, method: str | None
+) -> None:
     """Results are in the model's own axes, whatever the axes in which it was computed."""
-    project = make(tmp_path, BOX, base="floating", language="c")
-    rates = [1.0, 2.0, 5.0, 0.4, 6.0, 0.7]
-    found = thrown(project, [0.0] * 6, rates, 1.0, integrator=method, rtoler=1e-9, atoler=1e-10)
+    project = make(tmp_path, BOX, base="floating", language=written)
+    rates, exact = [1.0, 2.0, 5.0, 0.4, 6.0, 0.7], {"rtoler": 1e-9, "atoler": 1e-10}
+    found = thrown(project, [0.0] * 6, rates, 1.0, language, integrator=method, **exact)
     angles, speeds = found.q[:, 4:7], found.qd[:, 4:7]
     assert np.abs(angles[:, 1]).max() > 1.4
     first = MOMENTS @ _rates(angles[0]) @ speeds[0]
@@ -48,26 +57,33 @@ def test_a_body_that_tumbles_keeps_its_momentum(tmp_path: Path, method: str | No
             momentum = turned @ MOMENTS @ turned.T @ _rates(q) @ qd
             assert momentum == pytest.approx(first, abs=1e-6)
     assert found.q[-1, 1:4] == pytest.approx([1.0, 2.0, 5.0 - 9.81 / 2], abs=1e-7)
+    assert found.data.said == [SAID]
     assert np.abs(np.diff(found.q[:, 1:4], axis=0)).max() < 0.06
 
 
-def test_a_box_that_turns_over_ten_times_has_gone_on(tmp_path: Path) -> None:
+@LANGUAGES
+def test_a_box_that_turns_over_ten_times_has_gone_on(
+    tmp_path: Path, written: str, language: str
+) -> None:
     """Its second angle is not wrapped, and the first and third stay."""
-    project = make(tmp_path, BOX, base="floating", language="c", gravity=[0, 0, 0])
-    found = thrown(project, [0.0] * 6, [0.0, 0.0, 0.0, 0.0, 20 * np.pi, 0.0], 1.0)
+    project = make(tmp_path, BOX, base="floating", language=written, gravity=[0, 0, 0])
+    found = thrown(project, [0.0] * 6, [0.0, 0.0, 0.0, 0.0, 20 * np.pi, 0.0], 1.0, language)
     assert found.q[-1, 5] == pytest.approx(20 * np.pi, abs=1e-4)
     assert np.abs(found.q[:, [4, 6]]).max() < 1e-4
 
 
-def test_a_box_lies_on_its_side_at_the_singular_angle(tmp_path: Path) -> None:
+@LANGUAGES
+def test_a_box_lies_on_its_side_at_the_singular_angle(
+    tmp_path: Path, written: str, language: str
+) -> None:
     """It is pushed there, slides as Coulomb says, and rests."""
     from urdf2mbs_simulate.push import Push
 
     passes = {"contacts": {"links": ["*"], "friction": 0.5, "depth": 1e-4}}
-    project = make(tmp_path, BOX, base="floating", language="c", passes=passes)
+    project = make(tmp_path, BOX, base="floating", language=written, passes=passes)
     start = [0.0, 0.0, 0.15, 0.0, np.pi / 2, 0.0]
     push = Push("box", (0.0, 19.62, 0.0), 0.5, 0.7)
-    found = thrown(project, start, [0.0] * 6, 1.5, pushes=[push])
+    found = thrown(project, start, [0.0] * 6, 1.5, language, pushes=[push])
     assert found.q[-1, 5] == pytest.approx(np.pi / 2, abs=1e-3)
     assert np.abs(found.qd[-1, 1:4]).max() < 1e-6
     # it is pushed with twice the friction, and goes on as far as it was pushed
@@ -76,6 +92,7 @@ def test_a_box_lies_on_its_side_at_the_singular_angle(tmp_path: Path) -> None:
     assert weight == pytest.approx([0.0, 0.0, 19.62], abs=1e-3)
 
 
+@in_c
 def test_two_bodies_have_each_their_own_force(tmp_path: Path) -> None:
     """Two boxes that hang together lie on their sides."""
     second = BOX[BOX.index("<link") : BOX.index("</robot>")].replace("box", "lid", 1)
@@ -86,6 +103,41 @@ def test_two_bodies_have_each_their_own_force(tmp_path: Path) -> None:
     passes = {"contacts": {"links": ["*"]}, "posture": {"hold": {}}}
     project = make(tmp_path, text, base="floating", language="c", passes=passes)
     start = [0.0, 0.0, 0.3, 0.0, np.pi / 2, 0.0, 0.0]
-    found = thrown(project, start, [0.0] * 7, 1.5)
+    found = thrown(project, start, [0.0] * 7, 1.5, "c")
     each = [rows[-1, 2] for rows in found.external.values()]
     assert each == pytest.approx([19.62, 19.62], rel=1e-3)
+
+
+WATCH = {
+    "python": """
+    found = robot.sensor(mbs_data, "box")
+    mbs_data.set_output(max(abs(found.OMP[1:])), "gain")
+    mbs_data.set_output(mbs_data.q[5], "angle")""",
+    "c": """
+    MbsSensor *sensor = mbs_dd->mbs_aux->psens;
+    mbs_sensor(sensor, mbs_data, 1);
+    for (int i = 1; i <= 3; i++)
+        set_output(sensor->OMP[i], "gain");
+    set_output(mbs_data->q[5], "angle");""",
+}
+CHECK = {"python": "    robot.check_step(mbs_data)", "c": "    robot_check_step(mbs_data);"}
+
+
+@LANGUAGES
+def test_user_functions_see_the_base_in_its_own_axes(
+    tmp_path: Path, written: str, language: str
+) -> None:
+    """A ball that spins has no gain of spin, which follows from q, qd and qdd."""
+    ball = BOX.replace("0.03", "0.02").replace("0.04", "0.02")
+    passes = {"sensors": {"links": ["box"]}}
+    project = make(tmp_path, ball, base="floating", language=written, passes=passes)
+    file = project / "userfctR" / f"user_dirdyn.{'py' if written == 'python' else 'c'}"
+    check = CHECK[written]
+    assert check in file.read_text()
+    file.write_text(file.read_text().replace(check, check + WATCH[written]))
+    found = thrown(project, [0.0] * 6, [1.0, 2.0, 5.0, 0.4, 6.0, 0.7], 1.0, language, dt_max=0.01)
+    gain, angle = (found.outputs[name] for name in ("gain", "angle"))
+    assert np.abs(gain[:, 1]).max() < 1e-6
+    assert angle[-1, 1] == pytest.approx(found.q[-1, 5], abs=1e-9)
+    assert angle[:, 1].max() > 1.4
+    assert np.abs(np.diff(angle[:, 1])).max() < 0.3
