@@ -222,7 +222,8 @@ def integrate(
             turns = turn_if_near(code, (time, y))
             if turns or choose_again(code):
                 y = code.state()
-                solver = make_solver(code, time, y, last, options, frames)
+                if time < last:
+                    solver = make_solver(code, time, y, last, options, frames)
         if data.flag_stop:
             break
         time = stop

@@ -37,12 +37,12 @@ RANK, ROW = 1e-5, 1e-8
 CLOSED = 1e-10
 #: A rod at its dead point, which no joint moves, need not be closed more closely than as if a joint
 #: moved it by so small a part of what moves most.
-DEAD = 1e-3
+DEAD = 1e-2
 #: The longest step (rad, m) of Newton's method.
 STEP = 0.3
-#: A new choice is made where the determinant of the dependent joints falls to a 30th, and at the
-#: start where a dependent joint moves so much faster than an independent one.
-NEARLY, FAST = -np.log(30.0), 300.0
+#: A new choice is made where a dependent joint moves so many times as fast as an independent one,
+#: or where the determinant of the rows that are kept falls to such a part.
+FAST = 20.0
 
 
 def hold_in_tree(data: MbsData) -> None:
@@ -68,13 +68,7 @@ def part(code: PythonCode) -> None:
     elif not _fits(code):
         _choose(code)
     _hold_in_loops(code)
-    try:
-        singular = np.abs(following(code)).max(initial=0.0) > FAST
-    except np.linalg.LinAlgError:
-        singular = True
-    if singular:
-        code.least = np.inf
-        choose_again(code)
+    choose_again(code)
     code.guess[:] = data.q[code.dependent]
 
 
@@ -122,21 +116,22 @@ def _choose(code: PythonCode) -> None:
 
 
 def choose_again(code: PythonCode) -> bool:
-    """Choose other dependent joints where a motion has come near a pose at which the present ones
-    are singular; true if there are better ones.  The loops are closed."""
+    """Choose other dependent joints near a pose at which the present ones are singular; true if
+    there are better ones.  The loops are closed."""
+    data = code.data
+    joints = np.concatenate([data.qv[1:], data.qu[1:]])
     if not len(code.kept):
         return False
-    data, jac = code.data, code.constraints()[1]
-    size = _determinant(jac, code.kept, code.dependent)
+    jac = code.constraints()[1]
+    speed, size = _speed_and_size(jac, code.kept, code.dependent, joints)
     if code.least is None:
-        code.least = size + NEARLY
-    if size > code.least:
+        code.least = size / FAST
+    if speed <= FAST and size > code.least:
         return False
-    groups = [np.concatenate([data.qv[1:], data.qu[1:]])]
-    rows, columns = _pivots(jac, groups, [len(code.kept)])
-    better = _determinant(jac, rows, columns)
-    code.least = max(size, better) + NEARLY
-    if better < size - NEARLY / 2:
+    rows, columns = _pivots(jac, [joints], [len(code.kept)])
+    new_speed, new_size = _speed_and_size(jac, rows, columns, joints)
+    code.least = max(size, new_size) / FAST
+    if new_speed > FAST / 2 and new_size < 5 * size:
         return False
     data.divide(dict.fromkeys(data.qv[1:], "independent") | dict.fromkeys(columns, "dependent"))
     code.repartition(np.sort(rows))
@@ -166,7 +161,7 @@ def close(code: PythonCode, rows: Any, columns: Any, checked: Any) -> bool:
                 break
         else:
             break
-    size = np.maximum(size, DEAD * size.max())
+    size = np.maximum(size, DEAD * size.max(initial=0.0))
     return bool(np.all(np.abs(h) < 100 * CLOSED * size))
 
 
@@ -198,9 +193,15 @@ def following(code: PythonCode) -> Any:
     return -np.linalg.solve(jac[:, code.dependent], jac[:, code.free])
 
 
-def _determinant(jac: Any, rows: Any, columns: Any) -> float:
-    """The logarithm of its size."""
-    return float(np.linalg.slogdet(jac[np.ix_(rows, columns)])[1])
+def _speed_and_size(jac: Any, rows: Any, columns: Any, joints: Any) -> tuple[float, float]:
+    """If ``columns`` are the dependent joints: how many times as fast as another joint one of them
+    moves; and the determinant."""
+    others, square = np.setdiff1d(joints, columns), jac[np.ix_(rows, columns)]
+    size = abs(float(np.linalg.det(square)))
+    if size == 0.0:
+        return np.inf, 0.0
+    follow = np.linalg.solve(square, jac[np.ix_(rows, others)])
+    return float(np.abs(follow).max(initial=0.0)), size
 
 
 def _rank(jac: Any) -> int:
