@@ -233,7 +233,7 @@ def test_a_start_beside_a_dead_point_moves_as_others_do(tmp_path: Path) -> None:
 
 
 def test_rods_at_their_dead_points_are_closed(tmp_path: Path) -> None:
-    """A drawing that is closed to a ten-thousandth of a millimetre, where no joint moves the rod."""
+    """The drawing is closed to a ten-thousandth of a millimetre, and no joint moves the rod."""
     slide = arm("slide", BASE, ("T1", 3e-7, FOLLOWS), tip=(0.0, 0.0, 0.0))
     loop = four_bar_bodies([FREE, FOLLOWS, FOLLOWS], 1.0)
     cuts = [("ball", ("rod", "tip"), ("rocker", "tip"))] + [
