@@ -14,9 +14,6 @@ from lxml import etree
 
 from urdf2mbs.api import convert
 from urdf2mbs.cli import main
-from urdf2mbs.config.model import Config, Lines, typed
-from urdf2mbs.engine.output import write
-from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.testing import TINY
 from urdf2mbs_report.page import make
@@ -89,14 +86,9 @@ def project(folder: Path, names: list[str]) -> Path:
     folder.mkdir(parents=True)
     file = folder / "robot.urdf"
     file.write_text(robot(names), "utf-8")
-    given = {
-        "source": str(file), "output": {"project": str(folder / "p"), "language": "both"},
-        "base": "fixed",
-    }  # fmt: skip
-    lines = Lines()
-    conversion = Pipeline(typed(Config, given, lines), lines, installed_plugins=False).run()
-    write(conversion)
-    (folder / "page.html").write_bytes(make(conversion).data)
+    result = convert(file, output={"project": folder / "p", "language": "both"}, base="fixed")
+    result.write()
+    (folder / "page.html").write_bytes(make(result.conversion).data)
     return folder / "p"
 
 

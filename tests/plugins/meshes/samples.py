@@ -434,9 +434,6 @@ def glb(document: dict[str, object], buffer: bytes) -> bytes:
 
 
 RED = {"materials": [{"pbrMetallicRoughness": {"baseColorFactor": [1, 0, 0, 1]}}]}
-
-
-RED = {"materials": [{"pbrMetallicRoughness": {"baseColorFactor": [1, 0, 0, 1]}}]}
 add("glb_material", "material.glb", glb(*gltf(RED)), [(255, 0, 0)])
 add("glb_vertex_colors", "vertexcolors.glb", glb(*gltf(colors=CORNER_COLORS)), CORNER_COLORS)
 add("glb_texture", "textured.glb", glb(*gltf(picture=image("PNG"))), texture=True)

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from urdf2mbs import convert
 from urdf2mbs_simulate import runtime
 from urdf2mbs_simulate.dirdyn import close
 from urdf2mbs_simulate.python_code import PythonCode, load, loaded
@@ -121,18 +122,12 @@ def without_meshes(name: str) -> list[str]:
 
 def make(folder: Path, source: Path | str, name: str = "robot", **settings: Any) -> Path:
     """Convert a robot (its file, or its text) into a project; returns the project's folder."""
-    from urdf2mbs.config.model import Config, Lines, typed
-    from urdf2mbs.engine.output import write
-    from urdf2mbs.engine.pipeline import Pipeline
-
     if isinstance(source, str):
         file = folder / "source.urdf"
         file.write_text(source, "utf-8")
         source = file
-    language = settings.pop("language", "python")
-    output = {"project": str(folder / name), "language": language}
-    given = {"source": str(source), "output": output, **settings}
-    conversion = Pipeline(typed(Config, given, Lines()), Lines(), installed_plugins=False).run()
-    write(conversion)
-    assert conversion.checked.rejected is None
+    output = {"project": folder / name, "language": settings.pop("language", "python")}
+    result = convert(source, output=output, **settings)
+    result.write()
+    assert result.conversion.checked.rejected is None
     return folder / name

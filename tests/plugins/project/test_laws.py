@@ -10,10 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+import urdf2mbs
 from urdf2mbs import simulate
-from urdf2mbs.config.model import Config, Lines, typed
 from urdf2mbs.engine.output import write
-from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.testing import TINY
 from urdf2mbs_simulate.c_code import compiler
 
@@ -64,15 +63,11 @@ def urdf2mbs_passes():
 def convert(tmp_path: Path, **options: Any) -> Any:
     (tmp_path / "tiny.urdf").write_text(TINY)
     (tmp_path / "laws.py").write_text(PLUGIN)
-    lines = Lines()
-    values = {
-        "source": str(tmp_path / "tiny.urdf"),
-        "output": {"project": str(tmp_path / "moved"), "language": "both"},
-        "plugins": [str(tmp_path / "laws.py")],
-        "after": {"joint-parameters": "laws"},
-        "passes": {"laws": options},
-    }
-    return Pipeline(typed(Config, values, lines), lines, installed_plugins=False).run()
+    return urdf2mbs.convert(
+        tmp_path / "tiny.urdf", output={"project": tmp_path / "moved", "language": "both"},
+        plugins=[tmp_path / "laws.py"], after={"joint-parameters": "laws"},
+        passes={"laws": options},
+    ).conversion  # fmt: skip
 
 
 def test_the_generated_python_calls_the_laws(tmp_path: Path) -> None:

@@ -9,9 +9,8 @@ from typing import Any
 
 from conftest import SHARED
 from proving import SOLID, joint, link, robot
-from urdf2mbs.config.model import Config, Lines, typed
+from urdf2mbs import convert
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.engine.pipeline import Pipeline
 
 ROBOTS = SHARED / "robots"
 CONFIGS = Path(__file__).resolve().parents[3] / "configs"
@@ -40,12 +39,8 @@ SHOWN: dict[str, tuple[Path, str, tuple[str, ...]]] = {
 
 def run(source: Path, project: Path, packages: Iterable[str] = (), **more: Any) -> Conversion:
     """Convert into a project folder, writing nothing."""
-    given = {
-        "source": str(source), "output": {"project": str(project)},
-        "packages": {Path(name).name: str(ROBOTS / name) for name in packages}, **more,
-    }  # fmt: skip
-    lines = Lines()
-    return Pipeline(typed(Config, given, lines), lines, installed_plugins=False).run()
+    folders = {Path(name).name: ROBOTS / name for name in packages}
+    return convert(source, output={"project": project}, packages=folders, **more).conversion
 
 
 def shown(name: str, project: Path) -> Conversion:

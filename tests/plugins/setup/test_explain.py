@@ -28,15 +28,6 @@ def test_explain_runs_nothing(here: Path, capsys: Any) -> None:
     assert prune["file"].endswith("prune_massless.py")
 
 
-def test_no_plugins_leaves_out_those_of_a_config(here: Path) -> None:
-    (here / "lab.py").write_text("open('ran', 'w').close()\n")
-    (here / "tiny.yaml").write_text("source: tiny.urdf\nplugins: [lab.py]\n")
-    main(["explain", "tiny.yaml", "--no-plugins"])
-    assert not (here / "ran").exists()
-    main(["explain", "tiny.yaml"])
-    assert (here / "ran").exists()
-
-
 def test_passes(capsys: Any) -> None:
     plugin = str(ROOT / "tests" / "strangers" / "samples" / "rename_links.py")
     assert main(["explain", "--no-plugins", "--plugin", plugin]) == 0

@@ -16,8 +16,6 @@ from plugins.project.standin import MbsData, make, user_functions
 from plugins.project.test_laws import convert as with_laws
 from proving import codes
 from urdf2mbs import convert
-from urdf2mbs.config.model import Config, Lines, typed
-from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
 from urdf2mbs.testing import TINY, convert_text
@@ -273,10 +271,12 @@ def test_a_project_that_was_renamed(tmp_path: Path) -> None:
     make(tmp_path, TINY, name="old", language="both").rename(tmp_path / "new")
     touched = tmp_path / "new" / "userfctR" / "user_ExtForces.c"
     touched.write_text(touched.read_text() + "/* mine */\n")
-    settings = {"source": str(tmp_path / "source.urdf")}
-    given = {**settings, "output": {"project": str(tmp_path / "new"), "language": "both"}}
-    conversion = Pipeline(typed(Config, given, Lines()), Lines(), installed_plugins=False).run()
-    (told,) = [found for found in conversion.diagnostics if found.code == "project-renamed"]
+    output = {"project": tmp_path / "new", "language": "both"}
+    (told,) = [
+        found
+        for found in convert(tmp_path / "source.urdf", output=output).diagnostics
+        if found.code == "project-renamed"
+    ]
     assert "the project is called 'new', and your files use 'old_robot'" in told.message
     assert told.message.endswith(": user_ExtForces.c"), "those nobody touched are renewed"
 
