@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from textwrap import dedent, indent
 from typing import Any
 
 import msgspec
@@ -17,7 +18,7 @@ from urdf2mbs.urdf.model import Robot
 from urdf2mbs.urdf.packages import Packages
 from urdf2mbs.urdf.reader import read_file, read_text
 
-__all__ = ["hookimpl", "make", "passes_of", "read_robot"]
+__all__ = ["hookimpl", "make", "passes_of", "read_robot", "write_plugin"]
 
 
 def read_robot(
@@ -49,3 +50,17 @@ def make(
         "run": lambda self, conversion: run(conversion, self),
     }  # fmt: skip
     return msgspec.defstruct("Made", [], bases=(Pass,), namespace=words)  # type: ignore[return-value]
+
+
+def write_plugin(
+    folder: Path, name: str, does: str, *, reads: tuple[str, ...] = (), writes: tuple[str, ...] = ()
+) -> Path:
+    """The file NAME.py, a plugin whose one pass, of the same name, does these lines."""
+    file = folder / f"{name}.py"
+    file.write_text(
+        "from making import hookimpl, make\n"
+        f"def run(conversion, options):\n{indent(dedent(does), '    ')}\n"
+        "@hookimpl\ndef urdf2mbs_passes():\n"
+        f"    return [make({name!r}, run, reads={reads}, writes={writes})]\n"
+    )
+    return file

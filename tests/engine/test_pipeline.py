@@ -9,7 +9,7 @@ from typing import Any
 import msgspec
 import pytest
 
-from making import passes_of
+from making import passes_of, write_plugin
 from urdf2mbs import convert
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.pipeline import Pipeline
@@ -105,11 +105,7 @@ def pipeline_of(folder: Path, text: str = "") -> Pipeline:
 
 def test_hooks_are_called_around_every_pass(tmp_path: Path) -> None:
     """And where a pass says what it is at."""
-    (tmp_path / "slow.py").write_text(
-        "from making import hookimpl, make\n"
-        "def run(conversion, options): conversion.progress('half')\n"
-        "@hookimpl\ndef urdf2mbs_passes(): return [make('slow', run)]\n"
-    )
+    write_plugin(tmp_path, "slow", "conversion.progress('half')")
     pipeline = pipeline_of(tmp_path, "plugins: [slow.py]\nafter: {expand: slow}")
     watcher = Watcher()
     pipeline.watch(watcher)

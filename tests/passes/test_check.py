@@ -4,24 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from textwrap import dedent, indent
 from typing import Any
 
 import pytest
 
+from making import write_plugin
 from urdf2mbs import Result
 from urdf2mbs.testing import TINY, convert_text
 
-PLUGIN = """
-from making import hookimpl, make
-
-def run(conversion, options):
-{code}
-
-@hookimpl
-def urdf2mbs_passes():
-    return [make("spoil", run, writes={writes})]
-"""
 #: Changes the finished file, after ``emit`` and before ``check``.
 REPLACE = """
     (output,) = conversion.files
@@ -31,11 +21,12 @@ REPLACE = """
 """
 
 
-def spoil(code: str, after: str, text: str = TINY, writes: str = "()", **settings: Any) -> Result:
+def spoil(
+    code: str, after: str, text: str = TINY, writes: tuple[str, ...] = (), **settings: Any
+) -> Result:
     """A robot, with a pass of this code put in."""
     with TemporaryDirectory() as folder:
-        plugin = Path(folder, "spoil.py")
-        plugin.write_text(PLUGIN.format(code=indent(dedent(code), "    "), writes=writes))
+        plugin = write_plugin(Path(folder), "spoil", code, writes=writes)
         return convert_text(text, plugins=[plugin], after={after: "spoil"}, **settings)
 
 
@@ -123,8 +114,10 @@ def test_a_link_that_is_nowhere_is_a_difference() -> None:
     assert [(d.kind, d.link) for d in found.differences] == [("frame-lost", "tool")]
 
 
-@pytest.mark.parametrize(("writes", "kinds"), [("()", ["changed"]), ("('robot',)", [])])
-def test_a_change_that_no_pass_declares_is_a_difference(writes: str, kinds: list[str]) -> None:
+@pytest.mark.parametrize(("writes", "kinds"), [((), ["changed"]), (("robot",), [])])
+def test_a_change_that_no_pass_declares_is_a_difference(
+    writes: tuple[str, ...], kinds: list[str]
+) -> None:
     """Though the .mbs is that of the changed robot."""
     code = "conversion.robot.links['arm'].inertial.mass = 0.25"
     proof = spoil(code, "expand", writes=writes).report.proof

@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 
+from making import write_plugin
 from presets import PRESETS
 from proof.test_words import MIMIC
 from urdf2mbs import convert
@@ -91,65 +92,50 @@ def test_numbers_that_overflow_are_no_traceback() -> None:
 # --- the reference is what was read -------------------------------------------------------------
 
 SCALE = """
-from making import hookimpl, make
-
-def run(conversion, options):
-    for link in conversion.robot.links.values():
-        if link.inertial:
-            link.inertial.mass /= 2
-
-@hookimpl
-def urdf2mbs_passes():
-    return [make("scale-masses", run, {tokens})]
+for link in conversion.robot.links.values():
+    if link.inertial:
+        link.inertial.mass /= 2
 """
 
 
-def plugin(tmp_path: Path, text: str) -> Path:
-    file = tmp_path / "plugin.py"
-    file.write_text(text)
-    return file
-
-
 def test_what_a_pass_changed_on_purpose_is_told(tmp_path: Path) -> None:
-    file = plugin(tmp_path, SCALE.replace("{tokens}", 'writes=("robot",)'))
-    result = run_pass("scale-masses", file)
+    result = run_pass("scale", write_plugin(tmp_path, "scale", SCALE, writes=("robot",)))
     assert result.report.proof is not None
     assert result.report.proof.same
-    assert result.report.verdict == "the same robot, but for what scale-masses changed: 3 masses"
+    assert result.report.verdict == "the same robot, but for what scale changed: 3 masses"
     (change,) = result.report.changed
-    assert (change.by, change.plugin, change.declared) == ("scale-masses", "plugin", True)
+    assert (change.by, change.plugin, change.declared) == ("scale", "scale", True)
     first = change.changes[0]
     assert (first.kind, first.name, first.before, first.after) == ("mass", "body", 2.0, 1.0)
     assert_same_robot(result)
 
 
 def test_a_change_that_no_pass_owns_up_to_is_a_difference(tmp_path: Path, capsys: Any) -> None:
-    file = plugin(tmp_path, SCALE.replace("{tokens}", 'reads=("robot",)'))
-    result = run_pass("scale-masses", file)
+    result = run_pass("scale", write_plugin(tmp_path, "scale", SCALE, reads=("robot",)))
     assert result.report.proof is not None
     assert [d.kind for d in result.report.proof.differences] == ["changed"]
     assert result.report.verdict == "NOT the same robot"
-    with pytest.raises(AssertionError, match="scale-masses"):
+    with pytest.raises(AssertionError, match="scale"):
         assert_same_robot(result)
 
     (tmp_path / "tiny.urdf").write_text(TINY)
     config = tmp_path / "tiny.yaml"
-    config.write_text("source: tiny.urdf\nplugins: [plugin.py]\nafter: {expand: scale-masses}\n")
+    config.write_text("source: tiny.urdf\nplugins: [scale.py]\nafter: {expand: scale}\n")
     assert main(["run", str(config)]) == 3
     said = capsys.readouterr()
-    assert "scale-masses (plugin 'plugin') changed of the robot: 3 masses" in said.err
+    assert "scale (plugin 'scale') changed of the robot: 3 masses" in said.err
     assert "writes = ('robot',)" in said.err
     assert not (tmp_path / "tiny.mbs").exists()
 
 
 def test_so_is_one_that_a_hook_makes(tmp_path: Path) -> None:
-    file = plugin(
-        tmp_path,
+    file = tmp_path / "plugin.py"
+    file.write_text(
         "from urdf2mbs.hookspecs import hookimpl\n"
         "@hookimpl\n"
         "def urdf2mbs_after_pass(pass_, conversion):\n"
         "    if pass_.name == 'expand':\n"
-        "        conversion.robot.joints['shoulder'].axis = (1.0, 0.0, 0.0)\n",
+        "        conversion.robot.joints['shoulder'].axis = (1.0, 0.0, 0.0)\n"
     )
     result = convert_text(plugins=[file])
     assert result.report.proof is not None
@@ -158,16 +144,11 @@ def test_so_is_one_that_a_hook_makes(tmp_path: Path) -> None:
 
 
 def test_a_file_changed_after_it_was_checked_is_an_error(tmp_path: Path) -> None:
-    file = plugin(
-        tmp_path,
-        "from making import hookimpl, make\n"
-        "def run(conversion, options):\n"
-        "    output = conversion.settings.output\n"
-        "    conversion.files[output] = conversion.files[output].replace(b'2.0', b'3.0')\n"
-        "@hookimpl\n"
-        "def urdf2mbs_passes():\n"
-        "    return [make('late', run, reads=('mbs-file',))]\n",
-    )
+    changes = """
+        output = conversion.settings.output
+        conversion.files[output] = conversion.files[output].replace(b"2.0", b"3.0")
+    """
+    file = write_plugin(tmp_path, "late", changes, reads=("mbs-file",))
     with pytest.raises(ConversionError, match=r"is not the 'robot\.mbs' that was checked"):
         run_pass("late", file, after="check")
 
@@ -175,21 +156,14 @@ def test_a_file_changed_after_it_was_checked_is_an_error(tmp_path: Path) -> None
 # --- natures, names and words -------------------------------------------------------------------
 
 DEPENDENT = """
-from making import hookimpl, make
 from urdf2mbs.mbs.model import UserConstraint
-
-def run(conversion, options):
-    for segment in conversion.segments.values():
-        for step in segment.steps:
-            if step.joint.mimic:
-                step.coordinates[0].nature = "dependent"
-                conversion.mbs.user_constraints.append(
-                    UserConstraint("follows", (step.joint.mimic.joint, step.joint.name)))
-                conversion.settle("axis-aligned", joint=step.joint.name)
-
-@hookimpl
-def urdf2mbs_passes():
-    return [make("couple", run, writes=("joints",))]
+for segment in conversion.segments.values():
+    for step in segment.steps:
+        if step.joint.mimic:
+            step.coordinates[0].nature = "dependent"
+            conversion.mbs.user_constraints.append(
+                UserConstraint("follows", (step.joint.mimic.joint, step.joint.name)))
+            conversion.settle("axis-aligned", joint=step.joint.name)
 """
 
 
@@ -198,7 +172,8 @@ def test_counts_and_warnings_are_of_the_finished_mbs(tmp_path: Path, capsys: Any
     assert "mimic" in {one.code for one in free.diagnostics}
     assert free.report.joints.independent == 9
 
-    coupled = run_pass("couple", plugin(tmp_path, DEPENDENT), after="decompose-joints", robot=MIMIC)
+    couple = write_plugin(tmp_path, "couple", DEPENDENT, writes=("joints",))
+    coupled = run_pass("couple", couple, after="decompose-joints", robot=MIMIC)
     assert "mimic" not in {one.code for one in coupled.diagnostics}
     joints = coupled.report.joints
     assert (joints.independent, joints.dependent) == (8, 1)

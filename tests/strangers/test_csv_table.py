@@ -6,24 +6,15 @@ import csv
 from pathlib import Path
 from typing import Any
 
+from making import write_plugin
 from urdf2mbs.cli import main
 
 PLUGIN = Path(__file__).with_name("samples") / "csv_table.py"
-SPOIL = """
-from making import hookimpl, make
-
-def run(conversion, options):
-    conversion.mbs.bodies[1].mass *= 1.01
-
-@hookimpl
-def urdf2mbs_passes():
-    return [make("spoil", run)]
-"""
 
 
 def test_a_table_in_place_of_the_mbs(here: Path, capsys: Any) -> None:
     """And a table of another robot is found out."""
-    Path("spoil.py").write_text(SPOIL)
+    write_plugin(here, "spoil", "conversion.mbs.bodies[1].mass *= 1.01")
     config = f"source: tiny.urdf\noutput: tiny.csv\nplugins: [{PLUGIN}, spoil.py]\n"
     config += "swap: {emit: csv_table}\n"
     Path("spoilt.yaml").write_text(config + "after: {reframe-inertia: spoil}\n")

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from making import write_plugin
 from proof.test_words import MIMIC
 from urdf2mbs import convert
 from urdf2mbs.cli import main
@@ -65,21 +66,15 @@ def test_a_follower_driven_by_the_config_is_named() -> None:
 
 
 def test_a_user_model_that_is_not_as_the_passes_made_it_is_a_difference(tmp_path: Path) -> None:
-    (tmp_path / "stiff.py").write_text(
-        "from making import hookimpl, make\n"
-        "def run(conversion, options):\n"
-        "    output = conversion.settings.output\n"
-        "    old = conversion.files[output]\n"
-        "    changed = old.replace(b'<name>ground</name>', b'<name>grown</name>')\n"
-        "    conversion.files[output] = changed\n"
-        "@hookimpl\n"
-        "def urdf2mbs_passes():\n"
-        "    return [make('stiff', run, reads=('mbs-file',))]\n"
-    )
+    changes = """
+        output = conversion.settings.output
+        changed = conversion.files[output].replace(b"<name>ground<", b"<name>grown<")
+        conversion.files[output] = changed
+    """
+    stiff = write_plugin(tmp_path, "stiff", changes, reads=("mbs-file",))
     contacts = {"points": {"hand": [[0.0, 0.0, 0.0]]}}
     result = convert_text(
-        TINY, plugins=[tmp_path / "stiff.py"], after={"emit": "stiff"},
-        passes={"contacts": contacts},
-    )  # fmt: skip
+        TINY, plugins=[stiff], after={"emit": "stiff"}, passes={"contacts": contacts}
+    )
     assert result.report.proof is not None
     assert [found.kind for found in result.report.proof.differences] == ["parameter"]

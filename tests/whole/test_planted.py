@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from making import write_plugin
 from proof.test_compare import body, compared, own_joint, setting
 from urdf2mbs import Result, convert
 from urdf2mbs.cli import main
@@ -144,21 +145,6 @@ def test_a_mistake_is_found_where_it_is(result: Result, name: str) -> None:
     assert named <= ({link, "right_arm"} if "anchors" in name else {link})
 
 
-SABOTAGE = '''
-from making import hookimpl, make
-
-def run(conversion, options):
-    """Make the head heavier."""
-    for body in conversion.mbs.bodies:
-        if body.name == "head":
-            body.mass *= 1.001
-
-@hookimpl
-def urdf2mbs_passes():
-    return [make("sabotage", run, reads=("inertias",))]
-'''
-
-
 def test_what_is_not_the_same_never_takes_the_place_of_a_good_file(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -168,7 +154,8 @@ def test_what_is_not_the_same_never_takes_the_place_of_a_good_file(
     good = (tmp_path / "biped.mbs").read_bytes()
     capsys.readouterr()
 
-    (tmp_path / "sabotage.py").write_text(SABOTAGE)
+    heavier = "for body in conversion.mbs.bodies:\n  body.mass *= 1 + 0.001 * (body.name == 'head')"
+    write_plugin(tmp_path, "sabotage", heavier, reads=("inertias",))
     config.write_text(
         f"source: {BIPED}\noutput: biped.mbs\nplugins: [sabotage.py]\n"
         "after: {reframe-inertia: sabotage}\n"

@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 
+from making import write_plugin
 from urdf2mbs import convert
 from urdf2mbs.cli import main
 from urdf2mbs.testing import TINY
@@ -90,14 +91,7 @@ def test_a_project_never_lands_in_the_folder_of_its_robot(here: Path, capsys: An
 def test_a_rejected_model_is_beside_its_place_and_never_on_standard_output(
     here: Path, capsys: Any
 ) -> None:
-    (here / "wrong.py").write_text(
-        "from making import hookimpl, make\n"
-        "def run(conversion, options):\n"
-        "    conversion.mbs.bodies[0].mass = 99.0\n"
-        "@hookimpl\n"
-        "def urdf2mbs_passes():\n"
-        "    return [make('wrong', run, reads=('inertias',))]\n"
-    )
+    write_plugin(here, "wrong", "conversion.mbs.bodies[0].mass = 99.0", reads=("inertias",))
     words = ["convert", "tiny.urdf", "--plugin", "wrong.py", "--after", "reframe-inertia=wrong"]
     assert main([*words, "-o", "-"]) == 3
     out, err = capsys.readouterr()

@@ -13,6 +13,7 @@ from typing import Any
 
 import pytest
 
+from making import write_plugin
 from urdf2mbs import convert, convert_many
 from urdf2mbs.cli import main
 from urdf2mbs.testing import TINY
@@ -143,20 +144,8 @@ def test_a_folder_carries_on_past_failures(tmp_path: Path, capsys: Any) -> None:
     ]  # fmt: skip
 
 
-HEAVIER = """
-from making import hookimpl, make
-
-def run(conversion, options):
-    conversion.mbs.bodies[0].mass = 99.0
-
-@hookimpl
-def urdf2mbs_passes():
-    return [make("heavier", run, reads=("inertias",))]
-"""
-
-
 def test_the_worst_exit_code(here: Path, capsys: Any) -> None:
-    Path("heavier.py").write_text(HEAVIER)
+    write_plugin(here, "heavier", "conversion.mbs.bodies[0].mass = 99.0", reads=("inertias",))
     Path("bad.urdf").write_text("<robot name='b'>")
     configs = {
         "good": "source: tiny.urdf",

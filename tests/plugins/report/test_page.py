@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 from lxml.html import HTMLParser, document_fromstring
 
+from making import write_plugin
 from oracle.mbs import Evaluator
 from plugins.report.shown import EVIL, HOSTILE, SHOWN, data, edit, run, shown
 from urdf2mbs.cli import main
@@ -177,18 +178,6 @@ def test_without_a_drawing_all_else_is_there(tiny: Path, tmp_path: Path) -> None
     assert html.island["mbs"]["bodies"]
 
 
-HEAVIER = """
-from making import hookimpl, make
-
-def run(conversion, options):
-    conversion.mbs.bodies[-1].mass *= 2
-
-@hookimpl
-def urdf2mbs_passes():
-    return [make("heavier", run, reads=("inertias",))]
-"""
-
-
 def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """It writes the page and nothing else, and says when it is another robot."""
     (tmp_path / "tiny.urdf").write_text(TINY)
@@ -203,8 +192,10 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     assert main(["report", str(file), "--json", "-o", str(tmp_path / "my.html")]) == 0
     assert json.loads(capsys.readouterr().out)["sizes"]["all"] == size
     assert (tmp_path / "my.html").read_bytes() == (out / "robot.html").read_bytes()
-    (tmp_path / "heavier.py").write_text(HEAVIER)
-    plugin = ["--plugin", str(tmp_path / "heavier.py"), "--after", "reframe-inertia=heavier"]
+    heavier = write_plugin(
+        tmp_path, "heavier", "conversion.mbs.bodies[-1].mass *= 2", reads=("inertias",)
+    )
+    plugin = ["--plugin", str(heavier), "--after", "reframe-inertia=heavier"]
     words = ["report", str(tmp_path / "tiny.urdf"), "-o", str(tmp_path / "x.html"), *plugin]
     assert main(words) == 3
     assert "NOT the same robot" in capsys.readouterr().out

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from making import write_plugin
 from urdf2mbs import convert
 from urdf2mbs.engine.output import plan
 from urdf2mbs.testing import TINY
@@ -75,16 +76,12 @@ def test_a_rejected_file_has_none_and_the_good_one_keeps_its_own(
 ) -> None:
     convert(tiny, output=tmp_path / "tiny.mbs", passes=ALWAYS).write()
     good = (tmp_path / "tiny.proof.json").read_bytes()
-    (tmp_path / "heavy.py").write_text(
-        "from making import hookimpl, make\n"
-        "def run(conversion, options):\n"
-        "    conversion.mbs.bodies[1].mass *= 2\n"
-        "@hookimpl\ndef urdf2mbs_passes():\n"
-        "    return [make('heavy', run, reads=('inertias',))]\n"
+    heavy = write_plugin(
+        tmp_path, "heavy", "conversion.mbs.bodies[1].mass *= 2", reads=("inertias",)
     )
     convert(
         tiny, output=tmp_path / "tiny.mbs", passes=ALWAYS,
-        plugins=[tmp_path / "heavy.py"], after={"reframe-inertia": "heavy"},
+        plugins=[heavy], after={"reframe-inertia": "heavy"},
     ).write()  # fmt: skip
     assert (tmp_path / "tiny.rejected.mbs").exists()
     assert [*tmp_path.glob("*.proof.json")] == [tmp_path / "tiny.proof.json"]

@@ -6,30 +6,24 @@ from pathlib import Path
 
 import pytest
 
+from making import write_plugin
 from plugins.project.standin import MbsData, make
 from urdf2mbs.testing import TINY, convert_text
 
 #: The anchor point of the link ``tool`` gets a force, as a plugin may give it.
 FORCED = """
-from making import hookimpl, make
 from urdf2mbs.plugin import mbs
-
-def run(conversion, options):
-    for body in conversion.mbs.bodies:
-        for point in body.points:
-            if point.name == "tool":
-                point.extforce = mbs.Sensor("push", ("Pos",))
-
-@hookimpl
-def urdf2mbs_passes():
-    return [make("forced", run, writes=("anchors",))]
+for body in conversion.mbs.bodies:
+    for point in body.points:
+        if point.name == "tool":
+            point.extforce = mbs.Sensor("push", ("Pos",))
 """
 
 
 def test_a_sensor_is_not_on_the_point_of_a_force(tmp_path: Path) -> None:
-    (tmp_path / "forced.py").write_text(FORCED)
+    forced = write_plugin(tmp_path, "forced", FORCED, writes=("anchors",))
     result = convert_text(
-        TINY, plugins=[tmp_path / "forced.py"], after={"collect-anchors": "forced"},
+        TINY, plugins=[forced], after={"collect-anchors": "forced"},
         passes={"sensors": {"links": ["tool"]}},
     )  # fmt: skip
     points = {point.name: point for body in result.mbs.bodies for point in body.points}
