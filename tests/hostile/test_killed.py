@@ -19,7 +19,7 @@ from unittest.mock import patch
 import pytest
 
 from plugins.edits.edits import as_saved
-from urdf2mbs import convert
+from urdf2mbs import Result, convert
 from urdf2mbs.disk.record import RECORD
 from urdf2mbs.mbs.model import Point
 from urdf2mbs.mbs.reader import read
@@ -93,17 +93,17 @@ def lay(folder: Path, template: Path) -> None:
 
 
 @pytest.fixture(params=["new", "edited", "other language"])
-def case(request: Any, tmp_path: Path) -> tuple[Path, Callable[[], Any]]:
-    """The folder of a project as it is before, and the run that writes into it."""
+def case(request: Any, tmp_path: Path) -> tuple[Path, Callable[[], Result]]:
+    """The folder of a project as it is before, and the conversion that is written into it."""
     folder, source, language = tmp_path / "out", tmp_path / "tiny.urdf", ["python"]
     source.write_text(TINY)
 
-    def run() -> None:
-        convert(source, output={"project": folder, "language": language}).write()
+    def converted() -> Result:
+        return convert(source, output={"project": folder, "language": language})
 
     folder.mkdir()
     if request.param != "new":
-        run()
+        converted().write()
         source.write_text(TINY.replace('<mass value="2', '<mass value="3', 1))
     if request.param == "edited":
         model = folder / "dataR" / "out.mbs"
@@ -114,23 +114,23 @@ def case(request: Any, tmp_path: Path) -> tuple[Path, Callable[[], Any]]:
     if request.param == "other language":
         language[:] = ["c"]
     shutil.copytree(folder, tmp_path / "before")
-    return folder, run
+    return folder, converted
 
 
 def test_a_kill_at_any_step(case: Any, tmp_path: Path) -> None:
-    folder, run = case
-    before = state(folder)
-    run()
+    folder, converted = case
+    before, ready = state(folder), converted()
+    converted().write()
     wanted = state(folder)
     assert wanted != before
     number = 1
     while True:
         lay(folder, tmp_path / "before")
-        ended = killed_at(number, run)
+        ended = killed_at(number, ready.write)
         for name, data in state(folder).items():
             if not name.endswith(".part"):
                 assert data in (before.get(name), wanted.get(name)), f"step {number}: {name}"
-        run()
+        converted().write()
         assert state(folder) == wanted, f"step {number}"
         if not ended:
             break
@@ -139,9 +139,9 @@ def test_a_kill_at_any_step(case: Any, tmp_path: Path) -> None:
 
 
 def test_a_full_disk_at_any_step(case: Any, tmp_path: Path) -> None:
-    folder, run = case
+    folder, converted = case
     before = state(folder)
-    run()
+    converted().write()
     wanted = state(folder)
 
     def full() -> None:
@@ -155,11 +155,11 @@ def test_a_full_disk_at_any_step(case: Any, tmp_path: Path) -> None:
         said = ""
         with at_step(number, full) as taken, suppress(ConfigError):
             said = "unwritable"
-            run()
+            converted().write()
             said = ""
         failed += bool(said)
         for name, data in state(folder).items():
             assert data in (before.get(name), wanted.get(name)), f"step {number}: {name}"
-        run()
+        converted().write()
         assert state(folder) == wanted, f"step {number}"
     assert failed > 20

@@ -60,7 +60,10 @@ def texts(root: etree._Element, old: str, new: str, *tags: str) -> None:
 
 
 @pytest.mark.skipif(not SAMPLES, reason=f"the real files are not here: {SHARED} does not exist")
-@pytest.mark.parametrize("file", SAMPLES, ids=lambda file: file.stem)
+@pytest.mark.parametrize("file", [
+    pytest.param(file, id=file.stem, marks=[pytest.mark.slow] * (k % 4 > 0))
+    for k, file in enumerate(SAMPLES)
+])  # fmt: skip
 def test_a_real_file_stays_but_for_what_is_changed(file: Path) -> None:
     data = file.read_bytes()
     mbs = read(data, file.name)
