@@ -36,6 +36,12 @@ def state_numbers(mbs: Mbs, kind: str) -> dict[str, int]:
     return found
 
 
+def force_of(point: Point) -> str:
+    """The name of the external force at a point."""
+    assert point.extforce is not None
+    return point.extforce.name
+
+
 class Coupling(msgspec.Struct):
     """A ``<mimic>``: q of ``follower`` = ``multiplier`` * q of ``leader`` + ``offset``.
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from urdf2mbs.mbs.model import Mbs, Point
+from urdf2mbs.mbs.model import Mbs
 from urdf2mbs_equations import equations_fit
 
 #: Stands for the name of the project, alone or in NAME_robot.
@@ -105,9 +105,3 @@ def plotted(mbs: Mbs) -> list[str]:
         if joint.nature == "independent"
     ]
     return [name for name in moving if name not in base] or moving
-
-
-def force_of(point: Point) -> str:
-    """The name of the external force at a point."""
-    assert point.extforce is not None
-    return point.extforce.name

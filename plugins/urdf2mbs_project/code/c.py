@@ -9,13 +9,14 @@ from collections.abc import Iterable, Iterator
 from urdf2mbs.mbs.model import BASE, Mbs, UserModel
 from urdf2mbs.messages.diagnostics import quoted
 from urdf2mbs.spatial import IDENTITY
-from urdf2mbs_project.code import FOLDER, dependent, fill, force_of
+from urdf2mbs_project.code import FOLDER, dependent, fill
 from urdf2mbs_project.simulation import (
     CONTACT_STATES,
     JOINT_STATES,
     WRENCH,
     Simulation,
     Spot,
+    force_of,
     state_numbers,
 )
 

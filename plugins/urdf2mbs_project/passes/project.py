@@ -18,8 +18,10 @@ from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, counted, some
 from urdf2mbs.plugin import Conversion, File, OnPurpose, Pass
-from urdf2mbs_project.simulation import CONTACT_STATES, JOINT_STATES, Simulation
+from urdf2mbs_project.simulation import CONTACT_STATES, JOINT_STATES, Simulation, force_of
 
+#: The endings of files in which user functions may be.
+SOURCES = (".py", ".c", ".h", ".cc", ".cpp")
 #: The generated module, where a user function loads it.
 _MODULE = r"(?m)^(?:import |#include \")(\w+)_robot\b"
 
@@ -38,33 +40,27 @@ class Project(Pass):
         from urdf2mbs_project.code.c import generated
         from urdf2mbs_project.code.python import robot_module
 
-        mbs = conversion.mbs
-        of_users: set[Path] = set()
+        mbs, simulation = conversion.mbs, conversion.state(Simulation)
+        languages, user = conversion.settings.languages, folder / "userfctR"
         _check_states(conversion)
         _check_laws(conversion)
-        if "python" in conversion.settings.languages:
-            conversion.files[folder / "userfctR" / f"{mbs.name}_robot.py"] = robot_module(
-                mbs, conversion.state(Simulation)
-            )
-            conversion.files[folder / "userfctR" / "equations_fit.py"] = EQUATIONS_FIT.read_bytes()
-        if "c" in conversion.settings.languages:
-            for name, data in generated(mbs, conversion.state(Simulation)).items():
-                conversion.files[folder / "userfctR" / name] = data
+        if "python" in languages:
+            conversion.files[user / f"{mbs.name}_robot.py"] = robot_module(mbs, simulation)
+            conversion.files[user / "equations_fit.py"] = EQUATIONS_FIT.read_bytes()
+        if "c" in languages:
+            made = generated(mbs, simulation)
+            conversion.files |= {user / name: data for name, data in made.items()}
             _warn_of_rows_of_zeros(conversion)
+        of_users: set[Path] = set()
         for language in ("python", "c"):
             texts = {folder / path: data for path, data in starters(language, mbs).items()}
             of_users |= texts.keys()
-            if language in conversion.settings.languages:
+            if language in languages:
                 conversion.files |= {p: File(text, "starter") for p, text in texts.items()}
-        _remove_obsolete(conversion, folder / "userfctR", of_users)
-        conversion.report["project"] = {
-            "anew": sorted(
-                p.name for p in conversion.files_of("ours") if p.parent.name == "userfctR"
-            ),
-            "once": sorted(
-                p.relative_to(folder).as_posix() for p in conversion.files_of("starter")
-            ),
-        }
+        _remove_obsolete(conversion, user, of_users)
+        anew = [p.name for p in conversion.files_of("ours") if p.parent == user]
+        once = [p.relative_to(folder).as_posix() for p in conversion.files_of("starter")]
+        conversion.report["project"] = {"anew": sorted(anew), "once": sorted(once)}
         _warn_of_renamed_project(conversion)
         _warn_of_lost_names(conversion, folder)
 
@@ -83,15 +79,13 @@ def _count_as_compared(conversion: Conversion) -> None:
 def _made(conversion: Conversion) -> Iterator[str]:
     """What the user functions compute and no URDF has, as ``Proof.not_compared`` begins."""
     made = conversion.state(Simulation)
-    for point in [c.point for c in made.contacts] + [w.point for w in made.wrenches]:
-        if point.extforce is not None:
-            yield f"force '{point.extforce.name}'"
+    for point in (*(c.point for c in made.contacts), *(w.point for w in made.wrenches)):
+        yield f"force '{force_of(point)}'"
     for link in made.springs:
         yield f"link '{link.name}' ({link.kind})"
     followers = {coupling.follower.name for coupling in made.couplings}
-    if not any(
-        getattr(file, "replaces", None) for file in conversion.files.values()
-    ):  # else people may have changed the start
+    if not any(getattr(file, "replaces", None) for file in conversion.files.values()):
+        # else people may have changed the start
         yield "start of "
     for step, joint in conversion.single_coordinates():
         if joint.name in followers:
@@ -186,17 +180,10 @@ def _warn_of_lost_names(conversion: Conversion, folder: Path) -> None:
     named = re.compile(rf"([\"'])({names})\1|\b({names})_id\b")
     uses = []
     for path in sorted([*folder.glob("userfctR/*"), *folder.glob("workR/**/*")]):
-        if path in conversion.files_of("ours") or path.suffix not in (
-            ".py",
-            ".c",
-            ".h",
-            ".cc",
-            ".cpp",
-        ):
-            continue
-        data = files.beginning(path, 2**20)
-        if not is_ours(path):
-            for number, text in enumerate(data.decode("utf-8", "replace").splitlines(), start=1):
+        own = path in conversion.files_of("ours") or is_ours(path)
+        if path.suffix in SOURCES and not own:
+            lines = files.beginning(path, 2**20).decode("utf-8", "replace").splitlines()
+            for number, text in enumerate(lines, start=1):
                 uses += [f"{path.name}:{number} '{a or b}'" for _, a, b in named.findall(text)]
     if uses:
         conversion.warn(

@@ -136,10 +136,10 @@ def test_what_is_plotted(bodies: Any, names: list[str]) -> None:
 )  # fmt: skip
 def test_a_table_in_python_is_its_value(value: Any) -> None:
     space: dict[str, Any] = {}
-    text = python._assign("TABLE", value)
+    text = f"TABLE = {python._table(value)}"
     exec(text, space)
     assert space["TABLE"] == value
-    assert python._assign("ZERO", [-0.0]) == "ZERO = [\n    0.0,\n]\n"
+    assert python._table([-0.0]) == "[\n    0.0,\n]"
     assert all(len(line) < 100 or "long" in line for line in text.splitlines())
 
 
