@@ -168,6 +168,8 @@ class Use(msgspec.Struct, frozen=True):
     """The URDF link that it belongs to."""
     rotation: Rot = IDENTITY
     """The axes of a sensor in the body frame, since a point has none."""
+    spots: tuple[Vec, ...] = ()
+    """Where an external force may push, if not at its own point (m, in the body frame)."""
 
 
 class Summary(msgspec.Struct):

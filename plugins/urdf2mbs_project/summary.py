@@ -14,7 +14,10 @@ def summarise(conversion: Conversion) -> Summary:
             for one in simulation.sensors
         ),
         *(
-            (one.point.extforce, Use("contact", ", ".join(one.links)))
+            (
+                one.point.extforce,
+                Use("contact", ", ".join(one.links), spots=tuple(spot.at for spot in one.spots)),
+            )
             for one in simulation.contacts
         ),
         *(

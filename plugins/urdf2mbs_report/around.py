@@ -45,7 +45,8 @@ def marks(said: Summary, model: Mbs) -> dict[str, Any]:
         if point.extforce is not None:
             use = said.uses.get(point.extforce.name)
             kind = "contacts" if use is not None and use.what == "contact" else "forces"
-            dots.append((body, point.coordinates, kind, None))
+            spots = use.spots if use is not None and use.spots else (point.coordinates,)
+            dots += [(body, spot, kind, None) for spot in spots]
     return {
         "points": dots,
         "lines": [

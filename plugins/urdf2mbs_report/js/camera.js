@@ -4,13 +4,14 @@ import {data, size, vector} from "./basics.js";
 import {camera, holders, redraw, scene} from "./scene.js";
 import {drawn} from "./shapes.js";
 
-// the box around the robot, without its base
+// the box around the robot, without a base that is much larger, such as a floor
 export function extent() {
-  const box = new THREE.Box3();
+  const box = new THREE.Box3(), base = new THREE.Box3(), across = (of) => of.getSize(vector()).length();
   scene.updateMatrixWorld(true);
   for (const one of drawn) {
-    if (one.side === "mbs" && one.owner !== null) box.expandByObject(one.group);
+    if (one.side === "mbs") (one.owner === null ? base : box).expandByObject(one.group);
   }
+  if (box.isEmpty() || across(base) < 3 * across(box)) box.union(base);
   for (const [name, group] of [...holders.mbs, ...holders.urdf]) {
     if (name !== null && name !== data.urdf.root) {
       box.expandByPoint(vector().setFromMatrixPosition(group.matrix));

@@ -353,7 +353,7 @@ def test_marks_stand_where_the_model_has_them(browser: Browser, tmp_path: Path) 
     assert np.allclose(np.array(stops["slider"]["hand"])[:3, 3], cart[:3, 3], rtol=0, atol=1e-6)
     one.ask("urdf2mbs.set('slider', 0.3)")
     text = one.page.locator("#around").inner_text()
-    for said in ("user model 'push'", "cart_contact_1", "rope", "q_max", "0.3"):
+    for said in ("user model 'push'", "cart_contact", "rope", "q_max", "0.3"):
         assert said in text, said
     one.page.uncheck("#show-contacts")
     assert one.ask("urdf2mbs.marks('contacts')") == []
