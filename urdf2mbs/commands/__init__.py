@@ -84,10 +84,10 @@ def _say(error: Exception, as_json: bool) -> int:
             hint="this is a mistake in urdf2mbs: please report it; --debug shows more",
         )  # fmt: skip
         as_json = False
-    print(error, file=sys.stderr)
-    if as_json:
-        from urdf2mbs.commands.printing import print_json
+    from urdf2mbs.commands.printing import print_json, with_near_paths
 
+    print(with_near_paths(str(error)), file=sys.stderr)
+    if as_json:
         fields = ("code", "message", "file", "line", "hint")
         said = {name: getattr(error, name) for name in fields}
         print_json({"error": said, "diagnostics": error.said})

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -50,8 +51,8 @@ def tell_diagnostics(
     for said in warnings + notes if verbose else _fold([] if shown else warnings):
         path = (said.file or "").removesuffix(EXPANDED)
         line = said.line if said.file == path else None
-        file = near(Path(path)) if path else None
-        print(render(said.level, said.code, said.message, file, line, said.hint), file=sys.stderr)
+        text = render(said.level, said.code, said.message, path or None, line, said.hint)
+        print(with_near_paths(text), file=sys.stderr)
 
 
 def _fold(warnings: Sequence[Diagnostic]) -> list[Diagnostic]:
@@ -86,6 +87,15 @@ def next_steps(conversion: Conversion, found: Report) -> str:
 def near(path: Path) -> str:
     """A path as the user would type it: relative if it is below the working folder."""
     return os.path.relpath(path) if path.is_relative_to(Path.cwd()) else str(path)
+
+
+def with_near_paths(text: str) -> str:
+    """A message in which each path below the working folder is as the user would type it."""
+    try:
+        here = f"{Path.cwd()}{os.sep}"
+    except OSError:  # the folder is gone
+        return text
+    return re.sub(rf"(?<![^\s'\"(]){re.escape(here)}", "", text)
 
 
 def beside(model: Path, suffix: str) -> Path:

@@ -2,13 +2,41 @@
 
 import {byId, data} from "./basics.js";
 
-// 32-bit words of all meshes
-let words = null, textures = [];
+// 32-bit words of all meshes, and how page.py has packed them
+let allWords = null, textures = [];
+function words([place, length]) {
+  const bytes = new Uint8Array(allWords, place, 4 * length), out = new Uint8Array(4 * length);
+  for (let k = 0; k < length; k++) {
+    for (let b = 0; b < 4; b++) out[4 * k + b] = bytes[b * length + k];
+  }
+  return new Uint32Array(out.buffer);
+}
+
+function cornersOf(part) {
+  let next = 0;
+  return words(part.triangles).map((back) => {
+    const point = next - back;
+    next = Math.max(next, point + 1);
+    return point;
+  });
+}
+
+// x, y and z of each point: all x come first, each as steps from that of the point before
+function pointsOf(part) {
+  const steps = words(part.points), count = steps.length / 3, points = new Float32Array(3 * count);
+  for (let axis = 0; axis < 3; axis++) {
+    for (let k = 0, at = 0; k < count; k++) {
+      at = at + steps[axis * count + k] & 65535;
+      points[3 * k + axis] = part.low[axis] + at * part.step;
+    }
+  }
+  return points;
+}
 
 export async function unpack() {
   const packed = Uint8Array.from(atob(byId("arrays").textContent.trim()), (c) => c.charCodeAt(0));
   const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
-  words = await new Response(stream).arrayBuffer();
+  allWords = await new Response(stream).arrayBuffer();
   textures = await Promise.all(data.textures.map(async (url) => {
     const image = new Image();
     image.src = url;
@@ -38,7 +66,7 @@ export const primitive = {
 // a mesh: of each part the geometry, its own colour, opacity and texture, if it has these
 export function meshParts(number) {
   return data.meshes[number].map((part) => ({
-    geometry: once(JSON.stringify([part.points, part.triangles, part.uv, part.colors]),
+    geometry: once(JSON.stringify([part.points, part.low, part.step, part.triangles, part.uv, part.colors]),
       () => meshGeometry(part)),
     map: textures[part.texture] || null,
     vertexColors: part.colors !== undefined,
@@ -48,7 +76,7 @@ export function meshParts(number) {
 }
 
 function meshGeometry(part) {
-  const points = new Float32Array(words, ...part.points), index = new Uint32Array(words, ...part.triangles);
+  const points = pointsOf(part), index = cornersOf(part);
   const position = new Float32Array(3 * index.length);
   index.forEach((point, corner) => position.set(points.subarray(3 * point, 3 * point + 3), 3 * corner));
   const geometry = new THREE.BufferGeometry();
@@ -56,8 +84,8 @@ function meshGeometry(part) {
     geometry.setAttribute(name, new THREE.BufferAttribute(values, count, ...more));
   put("position", position, 3);
   put("normal", smoothNormals(position, index), 3);
-  if (part.uv) put("uv", new Float32Array(words, ...part.uv), 2);
-  if (part.colors) put("color", new Uint8Array(words, part.colors[0], 4 * part.colors[1]), 4, true);
+  if (part.uv) put("uv", new Float32Array(words(part.uv).buffer), 2);
+  if (part.colors) put("color", new Uint8Array(words(part.colors).buffer), 4, true);
   return geometry;
 }
 
