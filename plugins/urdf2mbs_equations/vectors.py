@@ -6,7 +6,8 @@ A zero is the number 0, and what it takes part in costs no operation.
 from __future__ import annotations
 
 from collections.abc import Callable
-from operator import add, sub
+from itertools import repeat
+from operator import add, mul, neg, sub
 from typing import TYPE_CHECKING, TypeVar
 
 from urdf2mbs_equations.graph import Scalar
@@ -30,10 +31,10 @@ class _Elements(tuple[T, ...]):
         return type(self)(map(sub, self, less))
 
     def __neg__(self) -> Self:
-        return type(self)([-element for element in self])
+        return type(self)(map(neg, self))  # type: ignore[arg-type]
 
     def __mul__(self, x: Scalar) -> Self:  # type: ignore[override]
-        return type(self)([x * element for element in self])
+        return type(self)(map(mul, repeat(x), self))
 
     __rmul__ = __mul__  # type: ignore[assignment]
 
