@@ -16,7 +16,6 @@ from plugins.project.passes.test_mimic import CHAIN
 from plugins.project.standin import make, without_meshes
 from urdf2mbs.engine.output import write
 from urdf2mbs.testing import TINY
-from urdf2mbs_simulate.c_code import FLAGS as RUN_FLAGS
 
 ROOT = Path(__file__).resolve().parents[3]
 HEADERS = ROOT / "plugins" / "urdf2mbs_simulate" / "mbsysc"
@@ -62,9 +61,8 @@ NAMES = NAMES.replace('"three"', '"a_c"').replace('"d"', '"stop"').replace('"fou
     ),
 ], ids=["rich", "dependent", "driven", "names", "gripper"])  # fmt: skip
 def test_c_does_what_python_and_the_laws_say(
-    text: Any, passes: Any, settings: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    text: Any, passes: Any, settings: Any, tmp_path: Path
 ) -> None:
-    monkeypatch.setattr("urdf2mbs_simulate.c_code.FLAGS", (*RUN_FLAGS, "-O0"))  # quicker in all
     name = settings.pop("output", "rich")
     output = {"project": str(tmp_path / name), "language": "both"}
     text = text.read_text() if isinstance(text, Path) else text
