@@ -120,20 +120,17 @@ def test_c(fold: bool, tmp_path: Path) -> None:
 
 
 #: All in compact, and some in faithful, whose equations are three times as long.
-EVERY = [(param.values[0], "compact") for param in CONVERTIBLE]
-SOME = [
-    (param.values[0], "faithful")
+FAITHFUL = ("ur-ur10e", "franka-fr3", "leo_rover-leo", "robotiq_2f_140-robotiq_arg2f_140_model")
+EVERY = [
+    pytest.param(*param.values, preset, id=f"{param.id}-{preset}", marks=param.marks)
+    for preset in ("compact", "faithful")
     for param in CONVERTIBLE
-    if param.values[0].name
-    in ("ur-ur10e", "franka-fr3", "leo_rover-leo", "robotiq_2f_140-robotiq_arg2f_140_model")
+    if preset == "compact" or param.id in FAITHFUL
 ]
 
 
-@pytest.mark.parametrize(
-    "robot", [pytest.param(one, id=f"{one[0].name}-{one[1]}") for one in EVERY + SOME]
-)
-def test_real_robots(robot: tuple[RealRobot, str], tmp_path: Path) -> None:
-    source, preset = robot
+@pytest.mark.parametrize(("source", "preset"), EVERY)
+def test_real_robots(source: RealRobot, preset: str, tmp_path: Path) -> None:
     data = source.convert(pipeline=preset).data
     mbs = read(data, "robot.mbs", mechanics_only=True)
     if not mbs.numbers():
