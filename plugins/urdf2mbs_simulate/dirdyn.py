@@ -163,7 +163,7 @@ def _has_own_python(data: MbsData) -> bool:
 def close(data: MbsData, code: PythonCode) -> bool:
     """Solve the constraints at the present position; False if that cannot be done."""
     closed = bool(np.isfinite(code.accelerate(data.tsim, code.state())).all())
-    code.guess[:] = data.q[code.dependent]
+    code.remember()
     return closed
 
 
@@ -206,7 +206,7 @@ def integrate(
                     raise _stuck(data, code, time, y, said)
                 steps, before = 0, time
             code.accelerate(time, y)
-            code.guess[:] = data.q[code.dependent]
+            code.remember()
             if code.has_loop and not (isinstance(solver, Rosenbrock) and solver.loops):
                 code.react()
                 with own_axes(data):

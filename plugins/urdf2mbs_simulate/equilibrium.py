@@ -160,7 +160,7 @@ class _Unknowns:
         if self.parameters:
             self.code.take_parameters()
         found = self.code.accelerate(self.data.tsim, self.y)[self.rates]
-        self.code.guess[:] = self.data.q[self.code.dependent]
+        self.code.remember()
         return found
 
     def slopes(self, x: Any) -> Any:
@@ -220,7 +220,7 @@ def _settle_and_solve(
 
 def _take(code: PythonCode, y: Any) -> None:
     code.accelerate(code.data.tsim, y)
-    code.guess[:] = code.data.q[code.dependent]
+    code.remember()
 
 
 def _settle(code: PythonCode, y: Any, time: float) -> Any:

@@ -69,7 +69,7 @@ def part(code: PythonCode) -> None:
         _choose(code)
     _hold_in_loops(code)
     choose_again(code)
-    code.guess[:] = data.q[code.dependent]
+    code.remember()
 
 
 def _fits(code: PythonCode) -> bool:

@@ -154,8 +154,16 @@ class PythonCode:
         self.least: float | None = None
         self.free, self.dependent = data.qu[1:], data.qv[1:]
         self.guess = data.q[self.dependent]
+        self.remember()
         if type(self) is PythonCode and self.has_loops:
             self.accelred = _accelred(data, self.rows, kept)
+
+    def remember(self) -> None:
+        """Let Newton's method start from the present place of the dependent joints, and move on
+        with their speeds: near a fold, a place that is left behind leads to another branch."""
+        data = self.data
+        self.guess[:] = data.q[self.dependent]
+        self.rate, self.since = data.qd[self.dependent], data.tsim
 
     def state(self) -> Any:
         """q and qd of the independent joints, and ux."""
@@ -170,7 +178,7 @@ class PythonCode:
         data, free, n = self.data, self.free, len(self.free)
         data.tsim = t
         data.q[free], data.qd[free], data.ux[1:] = y[:n], y[n : 2 * n], y[2 * n :]
-        data.q[self.dependent] = self.guess
+        data.q[self.dependent] = self.guess + self.rate * (t - self.since)
         if self.solve():
             return np.full(len(y), np.nan)
         if data.Nux:
