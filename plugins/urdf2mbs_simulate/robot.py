@@ -11,6 +11,7 @@ import numpy as np
 from urdf2mbs.config.model import Config
 from urdf2mbs.mbs.model import BASE
 from urdf2mbs.messages.diagnostics import ConfigError
+from urdf2mbs_equations.tree import is_fixed
 from urdf2mbs_simulate.c_code import CCode, Memory, SensorInC, compiled, compiler, table, vector
 from urdf2mbs_simulate.data import MbsData, MbsSensor
 from urdf2mbs_simulate.equations import SimulationError, equations
@@ -20,6 +21,8 @@ from urdf2mbs_simulate.python_code import USER, PythonCode, default, loaded
 
 #: Functions that are also given the time.
 TIMED = frozenset(["dirdyna", "invdyna"])
+#: The shape of what has one number for each joint.
+JOINTS = (None,)
 #: Stands for a zero in each joint.
 ZERO = object()
 
@@ -29,6 +32,7 @@ def load_equations(
     *,
     language: str | None = None,
     math: Any = None,
+    moving: bool = False,
     **fields: Any,
 ) -> Robot:
     """The equations of motion of an .mbs, a project's folder, a robot or a config.
@@ -36,7 +40,7 @@ def load_equations(
     ``language``: ``c`` or ``python``; by itself C where there is a compiler.  ``math``: a module
     with ``sin``, ``cos`` and ``sqrt`` for other numbers than floats: ``numpy`` for many states at
     once (q is then (joints, states)), ``casadi``, ``jax.numpy``; the equations are then Python.
-    ``fields`` are as in ``simulate``.  Raises ConversionError.
+    ``moving``: leave out the joints that never move, which stay where they are drawn.  ``fields`` are as in ``simulate``.  Raises ConversionError.
     """
     if language not in (None, "c", "python"):
         raise ConfigError("usage", f"there is no language '{language}'", hint="c, or python")
@@ -45,7 +49,7 @@ def load_equations(
     model, keep = project_of(source, fields)
     if language is None:
         language = "python" if math is not None or compiler() is None else "c"
-    return Robot(MbsData(model), language, math, keep)
+    return Robot(MbsData(model), language, math, keep, moving=moving)
 
 
 class Robot:
@@ -57,17 +61,31 @@ class Robot:
     they are told, and cuts are open.  Only ``forward_dynamics`` closes loops.  Of the project's
     user functions only those for constraints are called.  A wrong number of values is a ValueError.
 
-    With ``math``, results are arrays of objects; with numpy, arrays with the states last.
+    With ``math``, results are its own arrays; with numpy and JAX, the states come last.
     """
 
-    def __init__(self, data: MbsData, language: str, math: Any = None, keep: Any = None) -> None:
+    def __init__(
+        self,
+        data: MbsData,
+        language: str,
+        math: Any = None,
+        keep: Any = None,
+        *,
+        moving: bool = False,
+    ) -> None:
         self.data, self.language, self.math, self.keep = data, language, math, keep
         self.kind: Any = float if math is None else object
         if math is not None:
             data.math = math
             for name in ("q", "qd", "qdd", "Qq"):
                 setattr(data, name, np.full(data.njoint + 1, 0.0, object))
-        self.joints = list(data.joint_id)
+        joints = data.mbs.joints()
+        self.moving = np.flatnonzero([not is_fixed(joint) for joint in joints.values()])
+        """The indices of the joints that ever move, among all of the model."""
+        self.taken = self.moving if moving else np.arange(data.njoint)
+        """The indices of those that q, qd, qdd and tau have numbers for."""
+        self.left = np.setdiff1d(np.arange(data.njoint), self.taken)
+        self.joints = [name for k, name in enumerate(joints) if k in self.taken]
         self.bodies = list(data.body_id)
         for name in USER:
             if not name.startswith("user_cons_"):
@@ -76,20 +94,24 @@ class Robot:
         self.functions: dict[str, Any] = {}
         self.code: PythonCode | None = None
 
+    def __repr__(self) -> str:
+        moving = f"{len(self.joints)} joints, of which {len(self.moving)} move"
+        return f"<Robot {self.data.mbs_name}: {moving}; {len(self.bodies)} bodies>"
+
     def mass_matrix(self, q: Any) -> Any:
         """M, joints by joints."""
         self._set(q=q, qd=ZERO)
-        return self._fill("dirdyna", (self._size, self._size), (self._size,))[0]
+        return self._fill("dirdyna", JOINTS * 2, JOINTS)[0]
 
     def bias(self, q: Any, qd: Any) -> Any:
         """c: the forces that hold the joints at constant velocities, against gravity."""
         self._set(q=q, qd=qd)
-        return self._fill("dirdyna", (self._size, self._size), (self._size,))[1]
+        return self._fill("dirdyna", JOINTS * 2, JOINTS)[1]
 
     def inverse_dynamics(self, q: Any, qd: Any, qdd: Any) -> Any:
         """The forces of the joints."""
         self._set(q=q, qd=qd, qdd=qdd)
-        return self._fill("invdyna", (self._size,))[0]
+        return self._fill("invdyna", JOINTS)[0]
 
     def forward_dynamics(self, q: Any, qd: Any, tau: Any) -> Any:
         """The accelerations of the joints.
@@ -113,19 +135,18 @@ class Robot:
             failed = self.code.solve()
         if failed:
             raise np.linalg.LinAlgError("the loops cannot be closed from these positions")
-        return self._result(self.data.qdd[1:].copy())
+        return self._result(self.data.qdd[1:][self.taken])
 
     def inverse_dynamics_derivatives(self, q: Any, qd: Any, qdd: Any) -> tuple[Any, Any, Any]:
         """The derivatives of ``inverse_dynamics`` by q, qd and qdd: a row for each force."""
         self._set(q=q, qd=qd, qdd=qdd)
-        shape = self._size, self._size
-        by_q, by_qd, by_qdd = self._fill("derivatives", shape, shape, shape)
+        by_q, by_qd, by_qdd = self._fill("derivatives", *[JOINTS * 2] * 3)
         return by_q, by_qd, by_qdd
 
     def regressor(self, q: Any, qd: Any, qdd: Any) -> Any:
         """Y of Y p = tau, for the p of ``parameters``."""
         self._set(q=q, qd=qd, qdd=qdd)
-        return self._fill("regressor", (self._size, 10 * len(self.bodies) + 1))[0]
+        return self._fill("regressor", (*JOINTS, 10 * len(self.bodies) + 1))[0]
 
     def parameters(self) -> Any:
         """Ten numbers for each body, in the order of ``bodies``: mass (kg), first moments x, y, z
@@ -150,7 +171,7 @@ class Robot:
         qdd = self.forward_dynamics(q, qd, tau)
         by_q, by_qd, _ = self.inverse_dynamics_derivatives(q, qd, qdd)
         mass = self.mass_matrix(q)
-        free = self.data.qu[1:] - 1
+        free = np.flatnonzero(np.isin(self.taken + 1, self.data.qu[1:]))
         inverse = np.zeros_like(mass)
         inverse[np.ix_(free, free)] = np.linalg.inv(mass[np.ix_(free, free)])
         return -inverse @ by_q, -inverse @ by_qd, inverse
@@ -185,13 +206,12 @@ class Robot:
         """Linear momentum (kg m/s), and angular momentum about the centre of mass (kg m^2/s): six
         numbers."""
         self._set(q=q, qd=qd)
-        return np.concatenate(self._fill("momentum", (4,), (4,)))
+        linear, angular = self._fill("momentum", (4,), (4,))
+        if hasattr(self.math, "vertcat"):
+            return self.math.vertcat(linear, angular)
+        return (self.math or np).concatenate([linear, angular])
 
     # --- calls ---
-
-    @property
-    def _size(self) -> int:
-        return self.data.njoint + 1
 
     def _set(self, **state: Any) -> None:
         """Put values into the data: ZERO, or a number for each joint."""
@@ -206,31 +226,44 @@ class Robot:
             if shape[0:1] != (count,) or (self.math is None and len(shape) > 1):
                 what = "tau" if name == "Qq" else name
                 raise ValueError(f"{what} has the shape {shape}, and the model has {count} joints")
+            array[1:][self.left] = self.data.q0[1:][self.left] if name == "q" else 0.0
             if self.math is not None:  # such as symbols, or a row of states for each joint
-                for k in range(count):
-                    array[k + 1] = given[k]
+                for k, place in enumerate(self.taken):
+                    array[place + 1] = given[k]
             elif given.dtype.kind in "fiu":
-                array[1:] = given
+                array[1:][self.taken] = given
             else:
                 raise TypeError(f"{name} must be real numbers, and is of type {given.dtype}")
 
     def _result(self, array: Any) -> Any:
-        """An array of objects, or with numpy of numbers, the states last."""
-        if self.math is not np:
+        """An array of the kind that ``math`` has: with numpy and JAX, the states are last."""
+        if hasattr(self.math, "vertcat"):  # CasADi
+            rows = array if array.ndim == 1 else [self.math.horzcat(*row) for row in array]
+            return self.math.vertcat(*rows)
+        if not hasattr(self.math, "broadcast_to"):
             return array
-        states = np.broadcast_arrays(*array.ravel(), self.data.q[1])[:-1]
-        return np.array(states, float).reshape(*array.shape, *np.shape(self.data.q[1]))
+        states = np.broadcast_shapes(*map(np.shape, self.data.q))
+        every = [self.math.broadcast_to(one, states) for one in array.ravel()]
+        return self.math.stack(every).reshape(*array.shape, *states) * 1.0
 
-    def _fill(self, name: str, *shapes: tuple[int, ...]) -> list[Any]:
-        """What a function of the equations fills, from index 0."""
-        arrays = [np.full(shape, 0.0, self.kind) for shape in shapes]
+    def _fill(self, name: str, *shapes: tuple[int | None, ...]) -> list[Any]:
+        """What a function of the equations fills, from index 0; None is one for each joint."""
+        arrays = [
+            np.full([self.data.njoint + 1 if n is None else n for n in shape], 0.0, self.kind)
+            for shape in shapes
+        ]
         time = (0.0,) if name in TIMED else ()
         if self.memory is None:
             getattr(self.data, f"mbs_{name}")(*arrays, self.data, *time)
         else:
             given = [vector(array) if array.ndim == 1 else table(array) for array in arrays]
             self._c(name)(*given, self.memory.at, *map(ctypes.c_double, time))
-        return [self._result(array[(slice(1, None),) * array.ndim]) for array in arrays]
+        return [
+            self._result(
+                array[np.ix_(*[self.taken + 1 if n is None else np.arange(1, n) for n in shape])]
+            )
+            for array, shape in zip(arrays, shapes, strict=True)
+        ]
 
     def _c(self, name: str) -> Any:
         """A function of the equations in C, compiled when it is first asked for."""
@@ -253,9 +286,9 @@ class Robot:
     def _point(self, place: str | tuple[str, str]) -> tuple[Any, Any]:
         """Position and Jacobian of a place."""
         body, at = self._find(place)
-        jac = np.full((7, self._size), 0.0, self.kind)
+        jac = np.full((7, self.data.njoint + 1), 0.0, self.kind)
         if body is None:
-            return at, self._result(jac[1:, 1:])
+            return at, self._result(jac[1:, 1:][:, self.taken])
         sensor: Any = MbsSensor(self.data)
         number = self.data.body_id[body]
         if self.memory is None:
@@ -275,7 +308,7 @@ class Robot:
         for k in range(3):  # the spin x arm
             i, j = (k + 1) % 3, (k + 2) % 3
             jac[k] += jac[3 + i] * arm[j : j + 1] - jac[3 + j] * arm[i : i + 1]
-        return self._result(origin + arm), self._result(jac)
+        return self._result(origin + arm), self._result(jac[:, self.taken])
 
     def _find(self, place: str | tuple[str, str]) -> tuple[str | None, Any]:
         """The body that a place is on (None: the base), and where it is in its axes (m)."""

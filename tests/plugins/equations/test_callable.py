@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import cmath
 from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,10 +22,9 @@ from urdf2mbs.mbs.model import BASE
 from urdf2mbs.mbs.reader import read
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from urdf2mbs.mbs.model import Mbs
 
+CONFIGS = Path(__file__).resolve().parents[3] / "configs"
 TOLERANCE = 1e-10
 #: Robots, and the languages of their equations; Cassie's in C are in pieces.
 NAMES = {"ur-ur10e": ("c", "python"), "cassie-cassie_v4": ("c",)}
@@ -238,6 +238,34 @@ def test_many_states_at_once_have_the_same_bits(minimal: Path) -> None:
         many.mass_matrix(states[0, 1:])
 
 
+@pytest.mark.parametrize("math", [None, np])
+def test_joints_that_never_move_may_be_left_out(math: Any) -> None:
+    """An arm of seven joints and a follower is 8 by 8, whatever the .mbs turns its axes with."""
+    every, some = (
+        load_equations(CONFIGS / "arm.urdf.xacro", language="python", math=math, moving=moving)
+        for moving in (False, True)
+    )
+    assert repr(every) == "<Robot arm: 17 joints, of which 8 move; 9 bodies>"
+    assert [every.joints[k] for k in every.moving] == some.joints
+    state = np.random.default_rng(9).uniform(-1, 1, (3, 8))
+    full = np.zeros((3, 17))
+    full[0] = every.data.q0[1:]
+    full[:, some.moving] = state
+    of_joints = {"mass_matrix": (0, 1), "bias": (0,), "inverse": (0,), "by_q": (0, 1),
+                 "regressor": (0,), "jacobian": (1,)}  # fmt: skip
+    for name, call in CALLS.items():
+        if name == "forward":
+            continue
+        found, wanted = call(some, *state), call(every, *full)
+        for axis in of_joints.get(name, ()):
+            wanted = np.take(wanted, some.moving, axis)
+        assert found.shape == wanted.shape, name
+        assert error(found, wanted) <= 1e-13, name
+    if math is None:
+        wanted = every.forward_dynamics(*full)[some.moving]
+        assert error(some.forward_dynamics(*state), wanted) <= 1e-13
+
+
 def test_casadi(minimal: Path) -> None:
     casadi = pytest.importorskip("casadi", reason="casadi is not installed")
     robot = load_equations(minimal, language="python")
@@ -246,9 +274,9 @@ def test_casadi(minimal: Path) -> None:
     state = np.random.default_rng(7).uniform(-1, 1, (3, n))
     symbols = [casadi.SX.sym(name, n) for name in ("q", "qd", "u")]
     for name, call in CALLS.items():
-        made = casadi.vertcat(*call(symbolic, *symbols).ravel().tolist())
-        found = np.array(casadi.Function("f", symbols, [made])(*state)).ravel()
-        assert error(found, np.ravel(call(robot, *state))) <= 1e-13, name
+        found = np.array(casadi.Function("f", symbols, [call(symbolic, *symbols)])(*state))
+        wanted = call(robot, *state)
+        assert error(found.reshape(wanted.shape), wanted) <= 1e-13, name
 
 
 @pytest.mark.slow
@@ -261,7 +289,7 @@ def test_jax(minimal: Path) -> None:
 
     @jax.jit
     def force(*state: Any) -> Any:
-        return jax.numpy.stack([1.0 * x for x in traced.inverse_dynamics(*state)])
+        return traced.inverse_dynamics(*state)
 
     with jax.enable_x64(True):
         assert error(np.asarray(force(*state)), robot.inverse_dynamics(*state)) <= 1e-13
