@@ -51,6 +51,7 @@ WITHOUT_EFFECT = frozenset([
     "save_anim", "saveperiod", "realtime", "verbose", "accelred", "n_freeze", "flag_oneshot",
     "flag_waypoint", "delta_t_wp", "flag_baumgarte_stabilization", "baumgarte_alpha",
     "baumgarte_beta", "save_result", "lpk_itermax", "visualize", "clearmbsglobal",
+    "soft",
 ])  # fmt: skip
 
 
@@ -78,7 +79,7 @@ class Module:
 class MbsPart(Module):
     """Partition: that of the .mbs where it fits, else Robotran's choice; the loops are closed."""
 
-    OPTIONS: ClassVar[dict[str, Any]] = {"rowperm": 1}
+    OPTIONS: ClassVar[dict[str, Any]] = {"rowperm": 1, "verbose": 0}
 
     def run(self) -> None:
         """Choose, and close the loops at the start; mbs_data.DonePart is 1 then."""
@@ -86,6 +87,8 @@ class MbsPart(Module):
         with loaded(data), shown(data):
             closed_code(data, None)
             data.DonePart = 1
+        for said in data.said if self.options["verbose"] else ():
+            print(said)
 
 
 class MbsDirdyn(Module):

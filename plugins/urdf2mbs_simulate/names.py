@@ -10,12 +10,14 @@ from typing import Any
 
 import numpy as np
 
+from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs_simulate.data import MbsData
 
 #: What stands for the modules of MBsysPy.
 MODULES = {
     "MBsysPy": "urdf2mbs_simulate.runtime", "MBsysPy.mbs_utilities": __name__,
     "MBsysPy.mbsyspy.mbs_sensor": "urdf2mbs_simulate.runtime",
+    "MBsysPy.mbsyspy.utilities.algebra": __name__,
 }  # fmt: skip
 #: The model whose user code runs, which the functions below write to.
 present: list[MbsData] = []
@@ -58,10 +60,19 @@ def vector_cross_product(one: Any, other: Any) -> Any:
     return np.concatenate([[0.0], np.cross(np.asarray(one)[1:4], np.asarray(other)[1:4])])
 
 
+matrix_matrix_product, cross_product = matrix_product, vector_cross_product
+
+
 def run_script(script: str) -> None:
-    """Run a project's own main.py, with this runtime in MBsysPy's place."""
+    """Run a project's own main.py, with this runtime in MBsysPy's place.
+
+    An error of ours ends the program with its words.
+    """
     file = Path(script).absolute()
     sys.modules.update({name: import_module(at) for name, at in MODULES.items()})
     sys.path[:0] = [str(file.parent), str(file.parent.parent / "userfctR")]
     sys.argv = [script, *sys.argv[2:]]
-    runpy.run_path(str(file), run_name="__main__")
+    try:
+        runpy.run_path(str(file), run_name="__main__")
+    except ConversionError as error:
+        sys.exit(str(error))

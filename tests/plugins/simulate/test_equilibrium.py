@@ -221,6 +221,7 @@ def test_a_swing_is_shown_and_written(tmp_path: Path, capsys: pytest.CaptureFixt
 MAIN = """
 import MBsysPy as Robotran
 from MBsysPy.mbs_utilities import set_output
+from MBsysPy.mbsyspy.utilities.algebra import cross_product, matrix_matrix_product
 import numpy as np, os
 here = os.path.dirname(os.path.abspath(__file__))
 mbs_data = Robotran.MbsData(os.path.join(here, "..", "dataR", "loops.mbs"))
@@ -235,7 +236,8 @@ mbs_dirdyn = Robotran.MbsDirdyn(mbs_data)
 mbs_dirdyn.set_options(dt0=1e-3, tf=0.1, save2file=1); results = mbs_dirdyn.run()
 print(results.outputs["three"].shape, mbs_data.nqa, mbs_data.Nsensor)
 product = Robotran.matrix_vector_product(np.eye(4) * 2, np.arange(4.0))
-print(product.tolist())
+print(product.tolist(), cross_product([0, 1, 0, 0], [0, 0, 1, 0]).tolist())
+mbs_dirdyn.set_options(integrator="Sundials"); mbs_dirdyn.run()
 """
 LOOP = """
 import MBsysPy as Robotran
@@ -250,6 +252,7 @@ def user_dirdyn_finish(mbs_data, mbs_dirdyn):
 
 
 def test_a_main_py_of_robotrans_runs_unchanged(tmp_path: Path) -> None:
+    """Up to its last line, of which the error has our words."""
     project = made(tmp_path, arm("bob", BASE, ("R2", 0.3, FREE))).parent.parent
     for name, text in (("workR/main.py", MAIN), ("userfctR/user_dirdyn.py", LOOP)):
         (project / name).parent.mkdir()
@@ -258,8 +261,10 @@ def test_a_main_py_of_robotrans_runs_unchanged(tmp_path: Path) -> None:
         [sys.executable, "-m", "urdf2mbs_simulate", str(project / "workR" / "main.py")],
         check=False, capture_output=True, text=True,
     )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    assert re.search(r"\(\d+, 4\) 0 0\n\[0.0, 2.0, 4.0, 6.0\]", done.stdout)
+    assert done.returncode == 1, done.stderr
+    assert "no integrator 'Sundials'" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert re.search(r"\(\d+, 4\) 0 0\n\[0.0, 2.0, 4.0, 6.0\] \[0.0, 0.0, 0.0, 1.0\]", done.stdout)
     names = {file.name for file in (project / "resultsR").iterdir()}
     assert {"equil_q.res", "modal_eval_a.res", "dirdyn_q.res", "dirdyn_three.res"} <= names
     assert (project / "animationR" / "modal_1_q.anim").is_file()
