@@ -122,7 +122,8 @@ class MbsData:
         self.xfidpt, self.Nxfrc = np.array(forces, dtype=np.int32), len(forces) - 1
         self.SWr = np.zeros((self.Nxfrc + 1, 10))
         self.Nsensor = len(self.sensor_id)
-        self.sensors: list[MbsSensor] = []
+        self.sensors = [MbsSensor(self)]
+        """People append one for each sensor, and find them by their numbers, from 1."""
 
     def _connections(self) -> None:
         mbs = self.mbs

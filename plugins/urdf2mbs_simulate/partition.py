@@ -68,6 +68,9 @@ def part(code: PythonCode) -> None:
     elif not _fits(code):
         _choose(code)
     _hold_in_loops(code)
+    if not data.nqu and not _is_driven(data):
+        data.said.append("the loops leave no joint free, so nothing moves: add a joint, or let a "
+                         "ball (3 equations, 2 in a plane) be a rod (1)")  # fmt: skip
     choose_again(code)
     code.remember()
 
@@ -261,8 +264,13 @@ def _hold_in_loops(code: PythonCode) -> None:
 
 def _has_motion(data: MbsData) -> bool:
     """Whether something has mass, or is driven."""
+    return bool(data.m.any()) or _is_driven(data)
+
+
+def _is_driven(data: MbsData) -> bool:
+    """Whether a joint moves by a law."""
     joints = data.mbs.joints().values()
-    return bool(data.m.any()) or any(j.nature == "driven" and not is_fixed(j) for j in joints)
+    return any(joint.nature == "driven" and not is_fixed(joint) for joint in joints)
 
 
 def _hold(data: MbsData, joints: Iterable[str]) -> None:

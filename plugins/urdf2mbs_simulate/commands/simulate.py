@@ -51,8 +51,8 @@ def add_options(command: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     command.add_argument(
         "-o", "--output", type=path, metavar="DIR|PAGE.html",
-        help="the folder of the project that a robot becomes (default: NAME_robotran); or a page "
-        "that plays the motion",
+        help="the folder of the project that a robot becomes (default: NAME_robotran), or an "
+        ".mbs outside a project; or a page that plays the motion",
     )  # fmt: skip
     command.add_argument("--time", type=float, default=2.0, metavar="S", help="default: 2 s")
     command.add_argument(
@@ -91,7 +91,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
     if model is None:
         model = make_project(arguments)
     elif arguments.output is not None and not is_page(arguments.output):
-        raise ConfigError("usage", f"--output: '{arguments.config}' is a project already")
+        model = _copied(model, arguments)
     begin = perf_counter()
     with Progress(arguments) as progress:
 
@@ -118,6 +118,18 @@ def carry_out(arguments: argparse.Namespace) -> int:
     else:
         _tell(results, files, seconds)
     return 1 if results.stopped else 0
+
+
+def _copied(model: Path, arguments: argparse.Namespace) -> Path:
+    """The .mbs in the project of its own that ``-o`` names."""
+    from urdf2mbs.disk.files import read_model
+    from urdf2mbs.engine.output import write_files
+
+    if model.parent.name == "dataR":
+        raise ConfigError("usage", f"--output: '{arguments.config}' is a project already")
+    copy = Path(arguments.output, "dataR", model.name)
+    write_files({copy: read_model(model)}, force=arguments.force)
+    return copy
 
 
 def is_page(output: Path | None) -> bool:
@@ -195,7 +207,7 @@ def _tell(results: Results, files: list[Path], seconds: float) -> None:
     data, time = results.data, float(results.time[-1])
     joints = counted(data.nqu, "independent joint")
     print(f"{data.mbs_name}: {time:g} s of {joints} simulated in {seconds:.2f} s")
-    print(f"  equations and user functions in {results.language}")
+    print(f"  computed in {results.language}")
     if not data.user_path.is_dir():
         print("  no user functions: gravity alone moves it")
     for said in data.said:

@@ -234,6 +234,7 @@ mbs_modal = Robotran.MbsModal(mbs_data)
 mbs_modal.set_options(save_result=1, save_anim=1, mode_ampl=0.2); mbs_modal.run()
 mbs_dirdyn = Robotran.MbsDirdyn(mbs_data)
 mbs_dirdyn.set_options(dt0=1e-3, tf=0.1, save2file=1); results = mbs_dirdyn.run()
+mbs_data.sensors.append(Robotran.MbsSensor(mbs_data)); mbs_data.sensors[1].P
 print(results.outputs["three"].shape, mbs_data.nqa, mbs_data.Nsensor)
 product = Robotran.matrix_vector_product(np.eye(4) * 2, np.arange(4.0))
 print(product.tolist(), cross_product([0, 1, 0, 0], [0, 0, 1, 0]).tolist())

@@ -303,6 +303,10 @@ def test_what_is_chosen_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[st
     never = "ball", ("crank", None), (None, "pivot")
     assert main(["simulate", str(four_bar(tmp_path, [FREE] * 3, 1.0, never)), *python]) == 0
     assert "cut 'cut_2' can never close: its ends are 0.6 m" in capsys.readouterr().out
+    props = [("rod", ("crank", "tip"), (None, "pivot"), 0.7)]
+    file = four_bar(tmp_path, [FREE, FOLLOWS, FOLLOWS], 1.0, *props)
+    assert main(["simulate", str(file), *python]) == 0
+    assert "the loops leave no joint free, so nothing moves" in capsys.readouterr().out
     robot = load_equations(parallel(tmp_path, 2), language="python")
     assert np.isfinite(robot.forward_dynamics(robot.data.q0[1:], [0.0] * 4, [0.0] * 4)).all()
 
