@@ -40,7 +40,8 @@ def load_equations(
     ``language``: ``c`` or ``python``; by itself C where there is a compiler.  ``math``: a module
     with ``sin``, ``cos`` and ``sqrt`` for other numbers than floats: ``numpy`` for many states at
     once (q is then (joints, states)), ``casadi``, ``jax.numpy``; the equations are then Python.
-    ``moving``: leave out the joints that never move, which stay where they are drawn.  ``fields`` are as in ``simulate``.  Raises ConversionError.
+    ``moving``: leave out the joints that never move, which stay where they are drawn.  ``fields``
+    are as in ``simulate``.  Raises ConversionError.
     """
     if language not in (None, "c", "python"):
         raise ConfigError("usage", f"there is no language '{language}'", hint="c, or python")
