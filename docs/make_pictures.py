@@ -140,6 +140,22 @@ def moving(page: Page, work: Path) -> None:
     first.save(OUT / "moving.gif", save_all=True, append_images=rest, duration=50, loop=0)
 
 
+def swinging(page: Page, work: Path) -> None:
+    """The biped at both ends of its first mode."""
+    config, html = work / "swing.yaml", work / "swing.html"
+    run("init", ROBOTS["biped"], "-o", config)
+    first = json.loads(run("modes", config, "-o", html, "--json"))["modes"][0]
+    page_of(page, html)
+    page.add_style_tag(content="#view > :not(canvas) { visibility: hidden }")
+    ends = []
+    for time in (0.0, 0.5 / first["frequency"]):
+        page.evaluate("(time) => urdf2mbs.player.at(time)", time)
+        page.evaluate(DRAWN)
+        png = page.locator("#view canvas").screenshot()
+        ends.append(Image.open(BytesIO(png)).convert("RGB"))
+    (OUT / "swing.png").write_bytes(compressed(ends, 960))
+
+
 def how_to(page: Page, work: Path) -> None:
     """A picture for each of the pages that say how to do something."""
     # fewer joints: the arm with every link's frame kept; arm.svg is the same in `compact`
@@ -208,6 +224,7 @@ def make() -> None:
         page = still_page(chromium)
         gallery(page, work)
         moving(page, work)
+        swinging(page, work)
         how_to(page, work)
         operations(work)
         chromium.close()

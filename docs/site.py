@@ -101,7 +101,7 @@ def _codes() -> str:
         for file in sorted((DOCS.parent / folder).glob("*/codes.py")):
             module = import_module(f"{package}{file.parent.name}.codes")
             lines += ["", f"### {module.__doc__}".replace("``", "`").rstrip("."), ""]
-            lines += ["| code | level | meaning |", "|---|---|---|"]
+            lines += ["| code | level | meaning, and what to do |", "|---|---|---|"]
             for code, text in module.CODES.items():
                 level, _, meaning = text.partition(": ")
                 lines.append(f"| `{code}` | {level} | {re.sub('`([a-z-]+)`', link, meaning)} |")

@@ -1,7 +1,9 @@
 """Equations of motion."""
 
 CODES = {
-    "equations-language": "warning: `passes: {equations: ...}` has no `language`: no equations",
-    "equations-stale": "warning: equations in `symbolicR` are of another model; ours are removed",
+    "equations-language": "warning: `passes: {equations: ...}` has no `language`: no equations. "
+    "Name a language, or leave the pass out.",
+    "equations-stale": "warning: equations in `symbolicR` are of another model; ours are "
+    "removed. Make them again: `urdf2mbs equations`.",
     "mbsname-no-identifier": "error: `<mbsname>` is no identifier, and the equations need one",
 }

@@ -1,12 +1,15 @@
 """Masses and inertias."""
 
 CODES = {
-    "inertia-repaired": "warning: inertias were moved to possible ones (`estimate-inertia`)",
-    "inertia-estimated": "warning: links without inertia got an inertia, as the config asks",
+    "inertia-repaired": "warning: inertias were moved to possible ones (`estimate-inertia`). "
+    "Correct the URDF, if you know better numbers.",
+    "inertia-estimated": "warning: links without inertia got an inertia, as the config asks. "
+    "State masses in the URDF, if you know them.",
     "snapped": "note: angles are taken for exact ones, as the config asks (`snap`)",
-    "nothing-estimated": "warning: the config wants inertias, and no link without one has a shape",
+    "nothing-estimated": "warning: the config wants inertias, and no link without one has a "
+    "shape. State inertias in the URDF.",
     "rotors-left-out": "warning: `<transmission>` states the inertia of rotors, which nothing "
-    "counts; `rotors` does",
+    "counts; `rotors` does. Set `from_urdf` of `rotors`.",
     "rotors-joints": "error: `rotors` names no joint that moves by one coordinate",
     "rotors-project": "error: `rotors` wants a project: nothing else holds a rotor to its joint",
     "estimate-inertia": "error: the options contradict each other or the robot",

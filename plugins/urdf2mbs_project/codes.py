@@ -1,27 +1,48 @@
 """A Robotran project."""
 
 CODES = {
-    "singular": "warning: the mass matrix is singular at every position (`find-singular`)",
-    "singular-at-start": "warning: the mass matrix is singular at the initial position",
-    "mimic-leader": "warning: a joint whose leader is not one coordinate stays independent",
-    "mimic-driven": "warning: a joint is driven by its leader, which does not feel its inertia",
-    "posture-limit": "warning: joints start beyond their limits; a project starts them at a limit",
-    "posture-state": "warning: a group state names a joint that has not one position",
-    "time-step-softened": "warning: numbers give way, because the time step would be below 1e-5 s",
-    "time-step-short": "warning: a number of robot or config makes the time step less than 1e-5 s",
-    "contacts-balance": "warning: a floating robot's centre of mass is not well over its feet",
-    "contacts-mesh": "warning: the lowest points of a mesh cannot be found",
-    "sensor-left-out": "warning: a sensor is on no moving body, or cannot be read",
-    "sensor-renamed": "warning: a sensor has no name, or the name of another; it gets its own",
-    "actuator-unknown": "warning: a transmission names a joint that does not exist",
-    "loop-open": "warning: a loop is open at the start position",
-    "loop-never-closes": "warning: no joint can close a loop; Robotran says nothing",
-    "loop-row-of-zeros": "warning: a planar loop and mimic: MBsysC of 2017 may find no partition",
-    "loop-left-out": "warning: a joint in `<gazebo>` cannot become a cut, or cannot be read",
-    "loop-renamed": "warning: a cut has the name of another cut or of a link; it gets its own",
-    "project-names-lost": "warning: your user functions name what the model has no more",
-    "project-renamed": "warning: your user functions call the generated module by another name",
-    "project-obsolete": "warning: generated code of an earlier conversion is removed",
+    "singular": "warning: the mass matrix is singular at every position (`find-singular`). Give "
+    "masses and inertias to what the message names.",
+    "singular-at-start": "warning: the mass matrix is singular at the initial position. Start in "
+    "another posture.",
+    "mimic-leader": "warning: a joint whose leader is not one coordinate stays independent. "
+    "Drive it by user functions, if it must follow.",
+    "mimic-driven": "warning: a joint is driven by its leader, which does not feel its inertia. "
+    "Take `dependent`, if the inertia matters.",
+    "posture-limit": "warning: joints start beyond their limits; a project starts them at a "
+    "limit. Give start positions within the limits.",
+    "posture-state": "warning: a group state names a joint that has not one position. Remove the "
+    "joint from the state.",
+    "time-step-softened": "warning: numbers give way, because the time step would be below 1e-5 "
+    "s. State softer numbers, or more inertia.",
+    "time-step-short": "warning: a number of robot or config makes the time step less than 1e-5 "
+    "s. State a smaller damping or stiffness.",
+    "contacts-balance": "warning: a floating robot's centre of mass is not well over its feet. "
+    "Put the feet under it, by `posture`.",
+    "contacts-mesh": "warning: the lowest points of a mesh cannot be found. Give the points of "
+    "contact in the config.",
+    "sensor-left-out": "warning: a sensor is on no moving body, or cannot be read. Put the "
+    "sensor on a link that moves.",
+    "sensor-renamed": "warning: a sensor has no name, or the name of another; it gets its own. "
+    "Give the sensor a name of its own.",
+    "actuator-unknown": "warning: a transmission names a joint that does not exist. Correct the "
+    "name.",
+    "loop-open": "warning: a loop is open at the start position. Give a start position in which "
+    "it is closed.",
+    "loop-never-closes": "warning: no joint can close a loop; Robotran says nothing. Move the "
+    "ends of the cut.",
+    "loop-row-of-zeros": "warning: a planar loop and mimic: MBsysC of 2017 may find no "
+    "partition. Try; if it fails, let followers be `driven`.",
+    "loop-left-out": "warning: a joint in `<gazebo>` cannot become a cut, or cannot be read. "
+    "Give the cut in the config, by `loops`.",
+    "loop-renamed": "warning: a cut has the name of another cut or of a link; it gets its own. "
+    "Give the cut a name of its own.",
+    "project-names-lost": "warning: your user functions name what the model has no more. Correct "
+    "the names in the lines given.",
+    "project-renamed": "warning: your user functions call the generated module by another name. "
+    "Correct the import in the lines given.",
+    "project-obsolete": "warning: generated code of an earlier conversion is removed. Nothing: "
+    "keep a copy, if you want the old code.",
     "mimic-held": "note: a joint follows another with the multiplier 0; it is held at its offset",
     "posture-urdf": "note: joints start where `<ros2_control>` says; `from_urdf: false` ends this",
     "stand": "note: how far the base was moved so that the robot stands on the ground",

@@ -7,8 +7,9 @@ CODES = {
     "xacro-file": "error: xacro would read a file outside of the workspace and the packages",
     "xacro-too-large": "error: an expression or the expansion takes too much work or memory",
     "xacro-arg": "error: a xacro argument has no value",
-    "package-unresolved": "warning: the ROS package of a mesh was not found",
-    "xacro-warning": "warning: a warning of xacro",
+    "package-unresolved": "warning: the ROS package of a mesh was not found. Name its folder "
+    "with `--package`.",
+    "xacro-warning": "warning: a warning of xacro. Ask who wrote the file.",
     "xacro-message": "note: a message of xacro",
     "unknown-description": "error: `robot_descriptions` has no robot of this name",
     "description-no-urdf": "error: `robot_descriptions` has the robot as MJCF only",

@@ -1,7 +1,8 @@
 """The settings of a run, plugins, and the files that are written."""
 
 CODES = {
-    "plugin-idle": "warning: no pass of a plugin is in the pipeline",
+    "plugin-idle": "warning: no pass of a plugin is in the pipeline. Name its pass in the "
+    "config, or leave the plugin out.",
     "unknown-preset": "error: there is no such preset",
     "preset-circle": "error: presets extend each other in a circle",
     "unknown-code": "error: `diagnostics` or `--level` names a code that cannot be changed",

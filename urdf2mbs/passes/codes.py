@@ -2,12 +2,17 @@
 
 CODES = {
     "mbs-unwritable": "error: the model has an infinite number, or a word unknown to the format",
-    "base-guessed": "warning: a guess says if the base floats; `base: fixed` or `floating` decides",
-    "no-mass": "warning: no link has mass or inertia; the model has no dynamics",
-    "massless-leaf": "warning: joints move no mass; they are held (`prune-massless`)",
-    "mimic": "warning: joints that follow others are independent; a project (`mimic`) couples them",
-    "texture": "warning: textures of materials are left out",
-    "joint-dynamics-lost": "warning: damping and springs of joints of several axes are left out",
+    "base-guessed": "warning: a guess says if the base floats; `base: fixed` or `floating` "
+    "decides. Say `base: fixed` or `base: floating`.",
+    "no-mass": "warning: no link has mass or inertia; the model has no dynamics. Give masses, or "
+    "use `estimate-inertia`.",
+    "massless-leaf": "warning: joints move no mass; they are held (`prune-massless`). Give the "
+    "links mass, or list them in `keep`.",
+    "mimic": "warning: joints that follow others are independent; a project (`mimic`) couples "
+    "them. Write a project.",
+    "texture": "warning: textures of materials are left out. Give the material a colour.",
+    "joint-dynamics-lost": "warning: damping and springs of joints of several axes are left out. "
+    "Write them into user functions.",
     "base": "note: whether the base floats, and why",
     "mbs-name": "note: the name of the file is no identifier; the model has another name",
     "ground-mass": "note: mass that is fixed to the ground has no body",
