@@ -40,9 +40,13 @@ def write(settled: Settled, orders: dict[Path, list[int]], source: bytes) -> byt
     for number in settled.there:
         if number not in elements:
             elements[number] = _copy(theirs[number], objects)
-    for number in {number for number, _ in settled.taken}:
-        if number in settled.there:
-            _take_all(settled, number, elements[number], theirs[number])
+    taken: dict[int, list[str]] = {}
+    for number, field in sorted(settled.taken):
+        if number in settled.there and field[0] != "[":
+            taken.setdefault(number, []).append(field)
+    for number, fields in taken.items():
+        own = [field for field in settled.ours.values[number] if field[0] == "?"]
+        _take_all(elements[number], theirs[number], fields, own)
     for number in settled.there:
         _name(elements[number], settled, number)
     for (number, field), order in orders.items():
@@ -71,13 +75,11 @@ def _copy(element: _Element, objects: set[_Element]) -> _Element:
 # --- values ---
 
 
-def _take_all(settled: Settled, number: int, mine: _Element, theirs: _Element) -> None:
-    """Give an element what theirs gives.  A field brings all that stands in it, so what nobody
-    knows, which has paths of its own, is given after it."""
-    taken = [field for at, field in settled.taken if at == number and field[0] != "["]
-    before = deepcopy(mine)
-    paths = _paths(mine.tag)
-    for field in taken:
+def _take_all(mine: _Element, theirs: _Element, fields: list[str], own: list[str]) -> None:
+    """Give an element these fields of theirs.  A field brings all that stands in its element, so
+    what nobody knows, which has paths of its own, is given after it."""
+    before, paths = deepcopy(mine) if own else mine, _paths(mine.tag)
+    for field in fields:
         if field == "kind":
             mine.tag = theirs.tag
         elif field == "measures":
@@ -85,9 +87,9 @@ def _take_all(settled: Settled, number: int, mine: _Element, theirs: _Element) -
                 _take(mine, theirs, f"@{measure}")
         elif field in paths:
             _take(mine, theirs, paths[field])
-    for field in [*settled.ours.values[number], *taken]:
+    for field in dict.fromkeys([*own, *fields]):
         if field[0] == "?":
-            _take(mine, theirs if field in taken else before, field[1:])
+            _take(mine, theirs if field in fields else before, field[1:])
 
 
 def _take(mine: _Element, other: _Element | None, path: str) -> None:

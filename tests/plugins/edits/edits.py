@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from random import Random
 from typing import Any
 
 from lxml import etree
 
 from urdf2mbs.mbs import model as m
+from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.writer import write
+from urdf2mbs_edits.diff.flat import things
 
 MEASURES = ("Pos", "Rot", "Vit", "Om", "Acc", "Omp")
 
@@ -32,27 +35,7 @@ def as_saved(data: bytes) -> bytes:
     return text.replace(b"\n", b"\r\n").replace(b"/>", b" />")
 
 
-def places(mbs: m.Mbs, random: Random) -> None:
-    for body in mbs.bodies:
-        for joint in body.joints:
-            if joint.position:
-                joint.position = (joint.position[0] + 40.0, joint.position[1] + 7.0)
-
-
-def colour(mbs: m.Mbs, random: Random) -> None:
-    for body in mbs.bodies:
-        if body.shapes:
-            random.choice(body.shapes).color = (1, 2, random.randrange(200))
-            return
-
-
-def a_shape(mbs: m.Mbs, random: Random) -> None:
-    one = m.Shape("box", "New_Shape", size=(0.5, 0.25, random.random()))
-    random.choice(mbs.bodies).shapes.append(one)
-
-
-def own_point(mbs: m.Mbs, random: Random) -> None:
-    random.choice(mbs.bodies).points.append(m.Point("mine", (random.random(), 0.0, 0.5)))
+# --- edits with names and numbers of their own ---
 
 
 def sensor(mbs: m.Mbs, random: Random) -> None:
@@ -60,60 +43,13 @@ def sensor(mbs: m.Mbs, random: Random) -> None:
     random.choice(mbs.bodies).points.append(point)
 
 
-def force_at_origin(mbs: m.Mbs, random: Random) -> None:
-    body = random.choice([b for b in mbs.bodies if not any(p.name == "origin" for p in b.points)])
-    body.points.insert(0, m.Point("origin", extforce=m.Sensor("my_force", MEASURES)))
-
-
 def link(mbs: m.Mbs, random: Random) -> None:
     one, two = random.sample(mbs.bodies, 2)
     mbs.links.append(m.Connection("link", "my_link", (one.name, None), (two.name, None)))
 
 
-def cut(mbs: m.Mbs, random: Random) -> None:
-    one = random.choice(mbs.bodies)
-    mbs.cuts.append(m.Connection("rod", "my_rod", (one.name, None), (None, None), 1.5))
-
-
-def user_model(mbs: m.Mbs, random: Random) -> None:
-    mbs.user_models.append(m.UserModel("Mine", [m.Parameter("gain", "scalar", ("0.5",))]))
-
-
-def variable(mbs: m.Mbs, random: Random) -> None:
-    mbs.user_variables.append(m.UserVariable("mine", "in", "3"))
-
-
-def start(mbs: m.Mbs, random: Random) -> None:
-    free = [j for b in mbs.bodies for j in b.joints if j.nature == "independent"]
-    random.choice(free).q = 0.125 + random.random() / 8
-
-
-def nature(mbs: m.Mbs, random: Random) -> None:
-    joint = random.choice([j for b in mbs.bodies for j in b.joints])
-    joint.nature = "driven" if joint.nature == "independent" else "independent"
-    joint.symbols = ("q", "qd", "qdd")
-
-
-def camera(mbs: m.Mbs, random: Random) -> None:
-    assert mbs.view is not None
-    mbs.view.viewpoints.append(m.Viewpoint("mine", (1.0, random.random(), 0.0), (0.0, 0.0, 0.0)))
-    joint = random.choice(mbs.bodies).joints[-1].name
-    mbs.view.lights.append(m.Light("lamp_of_mine", (0.0, 0.0, -1.0), joint))
-    mbs.view.background = (9, 9, 9)
-
-
 def mass(mbs: m.Mbs, random: Random) -> None:
     random.choice([body for body in mbs.bodies if body.mass]).mass = 33.25 + random.random()
-
-
-def centre(mbs: m.Mbs, random: Random) -> None:
-    random.choice([body for body in mbs.bodies if body.mass]).com = (0.0, random.random(), 0.25)
-
-
-def point_moved(mbs: m.Mbs, random: Random) -> None:
-    points = [p for b in mbs.bodies for p in b.points if p.name != "origin"]
-    if points:
-        random.choice(points).coordinates = (3.0, random.random(), 0.5)
 
 
 def renamed_joint(mbs: m.Mbs, random: Random) -> None:
@@ -151,18 +87,6 @@ def a_body(mbs: m.Mbs, random: Random) -> None:
     mbs.bodies = mbs.depth_first()
 
 
-def a_joint(mbs: m.Mbs, random: Random) -> None:
-    body = random.choice(mbs.bodies)
-    place = random.randrange(len(body.joints) + 1)
-    body.joints.insert(place, m.Joint("my_slide", "T3", position=(70.0, 80.0)))
-
-
-def no_shape(mbs: m.Mbs, random: Random) -> None:
-    bodies = [body for body in mbs.bodies if body.shapes]
-    if bodies:
-        random.choice(bodies).shapes.pop()
-
-
 def no_leaf(mbs: m.Mbs, random: Random) -> None:
     """Remove a body that carries nothing."""
     used = {body.parent for body in mbs.bodies}
@@ -175,14 +99,212 @@ def no_leaf(mbs: m.Mbs, random: Random) -> None:
         mbs.bodies.remove(random.choice(free))
 
 
-#: Of them, the edits that make it another robot.
-MECHANICS: list[Callable[[m.Mbs, Random], None]] = [
-    cut, nature, mass, centre, point_moved, a_body, a_joint, no_leaf,
+def my_slide(mbs: m.Mbs, random: Random) -> None:
+    body = random.choice(mbs.bodies)
+    place = random.randrange(len(body.joints) + 1)
+    body.joints.insert(place, m.Joint("my_slide", "T3", position=(70.0, 80.0)))
+
+
+# --- edits of any model; one that finds nothing to change does nothing ---
+
+
+def new(random: Random, word: str) -> str:
+    return f"{word}_{random.randrange(10**6)}"
+
+
+def vector(random: Random) -> Any:
+    return tuple(random.randrange(-40, 40) / 8 for _ in range(3))
+
+
+def some(random: Random, parts: Iterable[Any]) -> Any:
+    parts = list(parts)
+    return random.choice(parts) if parts else None
+
+
+def joints(mbs: m.Mbs) -> list[m.Joint]:
+    return [joint for body in mbs.bodies for joint in body.joints]
+
+
+def a_value(mbs: m.Mbs, random: Random) -> None:
+    """Another number for something that has one."""
+    owners: list[Any] = [*mbs.bodies, mbs.base]
+    found = [(body, field) for body in mbs.bodies for field in ("mass", "com")]
+    found += [(p, "coordinates") for o in owners for p in o.points if p.name != "origin"]
+    found += [
+        (shape, field) for o in owners for shape in o.shapes for field in ("rotation", "scale")
+    ]
+    found += [(joint, field) for joint in joints(mbs) for field in ("q", "qd")]
+    found += [(mbs.base, "gravity")]
+    part, field = random.choice(found)
+    value = vector(random)
+    setattr(part, field, value if field not in ("mass", "q", "qd") else value[0])
+
+
+def a_word(mbs: m.Mbs, random: Random) -> None:
+    joint = some(random, joints(mbs))
+    if joint:
+        joint.type = random.choice(["R1", "R2", "R3", "T1", "T2", "T3"])
+        joint.nature = random.choice(["independent", "dependent", "driven"])
+
+
+def a_place(mbs: m.Mbs, random: Random) -> None:
+    for joint in joints(mbs)[: random.randrange(3)]:
+        joint.position = (float(random.randrange(900)), float(random.randrange(900)))
+
+
+def body_on_a_new_point(mbs: m.Mbs, random: Random) -> None:
+    on = some(random, mbs.bodies) or mbs.base
+    point = m.Point(new(random, "hook"), vector(random))
+    on.points.append(point)
+    parent = on.name if isinstance(on, m.Body) else None
+    joint, body = (new(random, word) for word in ("turn", "load"))
+    mbs.bodies.append(m.Body(body, parent, point.name, [m.Joint(joint, "R2")], 1.5))
+    mbs.links.append(m.Connection("link", new(random, "rope"), (body, None), (parent, point.name)))
+
+
+def a_point(mbs: m.Mbs, random: Random) -> None:
+    body = some(random, mbs.bodies)
+    if body:
+        point = m.Point(new(random, "eye"), vector(random))
+        setattr(
+            point, random.choice(["sensor", "extforce"]), m.Sensor(new(random, "feel"), ("Pos",))
+        )
+        body.points.insert(random.randrange(len(body.points) + 1), point)
+
+
+def a_joint(mbs: m.Mbs, random: Random) -> None:
+    body = some(random, mbs.bodies)
+    if body:
+        place = random.randrange(len(body.joints) + 1)
+        body.joints.insert(place, m.Joint(new(random, "slide"), "T2"))
+
+
+def a_shape(mbs: m.Mbs, random: Random) -> None:
+    shape = m.Shape("box", "New_Shape", size=vector(random))
+    (some(random, mbs.bodies) or mbs.base).shapes.append(shape)
+
+
+def a_model(mbs: m.Mbs, random: Random) -> None:
+    parameter = m.Parameter(new(random, "gain"), "scalar", ("0.5",))
+    own = some(random, mbs.user_models)
+    if own and random.random() < 0.5:
+        own.parameters.append(parameter)
+    else:
+        mbs.user_models.append(m.UserModel(new(random, "Mine"), [parameter]))
+    mbs.user_variables.append(m.UserVariable(new(random, "mine"), "in", "3"))
+    if mbs.view is not None:
+        light = m.Light(new(random, "lamp"), vector(random))
+        mbs.view.lights.append(light)
+
+
+def a_cut(mbs: m.Mbs, random: Random) -> None:
+    one, two = (some(random, [None, *mbs.bodies]) for _ in range(2))
+    ends = [(body.name, None) if body else (None, None) for body in (one, two)]
+    mbs.cuts.append(m.Connection("rod", new(random, "rod"), *ends, 1.5))
+
+
+def no_thing(mbs: m.Mbs, random: Random) -> None:
+    """A thing goes, of those that nothing needs."""
+    ends = [end for c in (*mbs.cuts, *mbs.links) for end in (c.endpoint1, c.endpoint2)]
+    used = {body.place for body in mbs.bodies} | {*ends}
+    concerned = {name for constraint in mbs.user_constraints for name in constraint.joints}
+    concerned |= {light.joint for light in (mbs.view.lights if mbs.view else [])}
+    concerned |= {eye.joint for eye in (mbs.view.viewpoints if mbs.view else [])}
+    lists: list[tuple[list[Any], Any]] = []
+    for body in mbs.bodies:
+        lists += [(body.points, p) for p in body.points if (body.name, p.name) not in used]
+        lists += [(body.shapes, shape) for shape in body.shapes]
+        if len(body.joints) > 1:
+            lists += [(body.joints, joint) for joint in body.joints if joint.name not in concerned]
+        names = {joint.name for joint in body.joints}
+        if body.name not in {place[0] for place in used} and not names & concerned:
+            lists.append((mbs.bodies, body))
+    for parts in (mbs.cuts, mbs.links, mbs.user_models, mbs.user_variables):
+        lists += [(parts, part) for part in parts]
+    if lists:
+        parts, part = random.choice(lists)
+        parts[:] = [one for one in parts if one is not part]
+
+
+def sensors_change_places(mbs: m.Mbs, random: Random) -> None:
+    points = [point for body in mbs.bodies for point in body.points]
+    if len(points) > 1:
+        one, two = random.sample(points, 2)
+        field = random.choice(["sensor", "extforce"])
+        here, there = getattr(one, field), getattr(two, field)
+        if here and there and random.random() < 0.5:  # only their names do
+            here.name, there.name = there.name, here.name
+        else:
+            setattr(one, field, there)
+            setattr(two, field, here)
+
+
+def joint_moves(mbs: m.Mbs, random: Random) -> None:
+    body = some(random, [body for body in mbs.bodies if len(body.joints) > 1])
+    if body:
+        joint = body.joints.pop(random.randrange(len(body.joints)))
+        other = random.choice(mbs.bodies)
+        other.joints.insert(random.randrange(len(other.joints) + 1), joint)
+
+
+def body_hangs_elsewhere(mbs: m.Mbs, random: Random) -> None:
+    body = some(random, mbs.bodies)
+    if body is None:
+        return
+    below = {body.name}
+    for other in mbs.bodies:
+        below |= {other.name} if other.parent in below else set()
+    on = random.choice([mbs.base, *[b for b in mbs.bodies if b.name not in below]])
+    body.parent = on.name if isinstance(on, m.Body) else None
+    body.point = random.choice([None, *[p.name for p in on.points if p.name != "origin"]])
+    mbs.bodies = mbs.depth_first()
+
+
+def order(mbs: m.Mbs, random: Random) -> None:
+    lists = [mbs.cuts, mbs.links, mbs.user_models]
+    lists += [parts for b in mbs.bodies for parts in (b.joints, b.points, b.shapes)]
+    parts: Any = some(random, [parts for parts in lists if len(parts) > 1])
+    if parts:
+        parts.insert(random.randrange(len(parts)), parts.pop(random.randrange(len(parts))))
+
+
+def rename(mbs: m.Mbs, random: Random) -> None:
+    """Call a body, joint or point otherwise wherever it is named."""
+    found = things(mbs)
+    thing = some(random, [t for t in found if t.kind in ("body", "joint", "sensor", "point")])
+    if thing is None or thing.name == "origin":
+        return
+    name = new(random, "other")
+    for other in found:
+        for field, targets in other.refers.items():
+            names = [
+                name if target is thing else None if target is None or target.kind == "base"
+                else target.name for target in targets if not isinstance(target, str)
+            ]  # fmt: skip
+            if thing in targets and len(names) == len(targets):
+                one = field in ("joint", "name")
+                setattr(other.part, field, names[0] if one else tuple(names))
+    thing.part.name = name
+
+
+EDITS: list[Callable[[m.Mbs, Random], None]] = [
+    a_value, a_word, a_place, body_on_a_new_point, a_point, a_joint, a_shape, a_model, a_cut,
+    no_thing, sensors_change_places, joint_moves, body_hangs_elsewhere, order, rename,
 ]  # fmt: skip
-BESIDE: list[Callable[[m.Mbs, Random], None]] = [
-    places, colour, a_shape, own_point, sensor, force_at_origin, link, user_model, variable,
-    start, camera, renamed_joint, renamed_body, no_shape,
-]  # fmt: skip
+
+
+def edited(data: bytes, random: Random, count: int) -> bytes:
+    """A file with some edits, and with elements that nobody knows."""
+    mbs = read(data, "base")
+    for edit in random.choices(EDITS, k=count):
+        edit(mbs, random)
+    made = write(mbs)
+    if random.random() < 0.3:
+        places = [found.end() for found in re.finditer(rb"</jointname>|</bodyname>", made)]
+        if places:
+            at = random.choice(places)
+            made = made[:at] + b"<brake><force>%d</force></brake>" % random.randrange(9) + made[at:]
+    return made
 
 
 # --- the URDF ---

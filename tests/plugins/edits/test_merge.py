@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 from lxml import etree
 
 from conftest import SHARED
-from plugins.edits.edits import BESIDE, CHANGES, MECHANICS, as_saved, no_leaf, renamed_joint
+from plugins.edits import edits as made
+from plugins.edits.edits import CHANGES, as_saved, no_leaf, renamed_joint
 from urdf2mbs import convert
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.reader import read, read_again
@@ -27,6 +28,16 @@ ROBOTS = ("lamp.urdf", "biped.urdf.xacro", "arm.urdf.xacro", "hexapod.urdf.xacro
 SAMPLES = SHARED / "mbs-samples"
 
 few = settings(max_examples=40, deadline=None, derandomize=True, database=None)
+
+BESIDE: list[Any] = [
+    made.a_place, made.a_point, made.a_shape, made.a_model, made.sensor, made.link,
+    renamed_joint, made.renamed_body,
+]  # fmt: skip
+#: The edits that make it another robot.
+MECHANICS: list[Any] = [
+    made.a_value, made.a_word, made.body_on_a_new_point, made.a_joint, made.a_cut, made.mass,
+    made.sensors_change_places, no_leaf,
+]  # fmt: skip
 
 
 @cache
@@ -137,13 +148,6 @@ def test_each_edit_is_kept_or_named_and_the_plan_is_the_deed(
     changes: list[Any], backwards: bool,
 ) -> None:  # fmt: skip
     folder = tmp_path_factory.getbasetemp()
-    check(folder, robot, preset, seed, edits, changes, backwards)
-
-
-def check(
-    folder: Path, robot: str, preset: str, seed: int, edits: list[Any], changes: list[Any],
-    backwards: bool,
-) -> None:  # fmt: skip
     random = Random(seed)
     texts = [urdf(robot), changed(urdf(robot), changes, random)]
     data = [fresh(text, preset, folder) for text in (texts[::-1] if backwards else texts)]

@@ -27,6 +27,7 @@ ROBOT = """<robot name="one">
     <origin xyz="1 0 0"/><axis xyz="0 1 0"/>
     <limit lower="-1" upper="1" effort="1" velocity="1"/></joint>
 </robot>"""
+FEEL = '<gazebo reference="arm"><sensor name="feel" type="imu"/></gazebo>'
 
 
 @pytest.fixture
@@ -186,7 +187,7 @@ def test_standard_output_is_merged_with_nothing(here: Path, capsysbinary: Any) -
 
 def test_a_project_follows_the_merged_model(here: Path) -> None:
     assert main(["convert", "one.urdf", "-o", "p/", "-q"]) == 0
-    edit("p/dataR/p.mbs", edits.renamed_joint, edits.a_joint)
+    edit("p/dataR/p.mbs", edits.renamed_joint, edits.my_slide)
     assert main(["convert", "one.urdf", "-o", "p/", "-q"]) == 0
     module = (here / "p/userfctR/p_robot.py").read_text()
     assert "my_joint" in module or "my_slide" in module
@@ -197,3 +198,25 @@ def test_it_is_for_one_robot(flag: str, here: Path, capsys: Any) -> None:
     Path("one.yaml").write_text("source: one.urdf\n")
     assert main(["run", "one.yaml", "one.yaml", flag]) == 2
     assert f"{flag} is for one robot" in capsys.readouterr().err
+
+
+def test_json_after_an_edit_of_a_robot_with_a_sensor(here: Path, capsys: Any) -> None:
+    robot("</robot>", f"{FEEL}</robot>")
+    assert convert("-q") == 0
+    text = (here / "one.mbs").read_text()
+    assert "feel" in text
+    (here / "one.mbs").write_text(text.replace("<mass>2.0", "<mass>3.0"))
+    capsys.readouterr()
+    assert convert("--json") == 0
+    assert "feel" in json.dumps(json.loads(capsys.readouterr().out)["passes"]["sensors"])
+
+
+def test_a_mass_below_zero_in_an_edited_file_is_said(here: Path, capsys: Any) -> None:
+    assert convert("-q") == 0
+    text = (here / "one.mbs").read_text()
+    (here / "one.mbs").write_text(text.replace("<mass>2.0", "<mass>-4"))
+    capsys.readouterr()
+    assert convert() == 0
+    said = capsys.readouterr().err
+    assert "warning[mass-negative]" in said
+    assert "body 'arm' has the mass -4 kg in one.mbs" in said
