@@ -184,8 +184,9 @@ def test_a_point_elsewhere_is_found(made: Made, point: str, named: str) -> None:
 @pytest.mark.skipif(compiler() is None, reason="no C compiler")
 @pytest.mark.parametrize("fault", IN_C)
 def test_a_fault_in_c_is_found(made: Made, fault: str) -> None:
-    *change, named = IN_C[fault]
-    messages = found(made, in_c=True, **planted(made, "userfctR/rich_robot.c", *change))
+    before, after, named = IN_C[fault]
+    (file,) = (f for f in ("robot.c", "laws.h") if before in made[1][f"userfctR/rich_{f}"].decode())
+    messages = found(made, in_c=True, **planted(made, f"userfctR/rich_{file}", before, after))
     assert any(named in message for message in messages), messages[:3]
 
 
