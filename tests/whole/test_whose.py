@@ -153,7 +153,7 @@ def test_code_of_another_language_is_removed(here: Path, capsys: Any) -> None:
         if language == "c":
             mine = here / "lamp" / "userfctR" / "user_JointForces.c"
             mine.write_text("/* mine */\n")
-    assert "warning[project-obsolete]: 6 files of an earlier conversion" in capsys.readouterr().err
+    assert "warning[project-obsolete]: 7 files of an earlier conversion" in capsys.readouterr().err
     names = {file.name for file in (here / "lamp" / "userfctR").iterdir()}
     assert {"lamp_robot.py", "equations_fit.py", "user_JointForces.c"} <= names
     assert not names & {"lamp_robot.c", "lamp_robot.h", "user_model.c", "user_all_id.h"}

@@ -1,7 +1,8 @@
 """The code of a Robotran project, in Python (``python``) and in C (``c``).
 
-``templates`` holds the files that are written once and are the user's from then on, as they lie
-in the project.  In all of them ``NAME`` stands for the project's name.
+``templates`` holds the files that are written once and are the user's from then on, where they lie
+in the project; most user functions are there as a title and code.  In all of them ``NAME`` stands
+for the project's name.
 """
 
 from __future__ import annotations
@@ -20,17 +21,19 @@ FOLDER = Path(__file__).parent
 #: Asks whether equations fit the .mbs; a project in Python gets it as it is.
 EQUATIONS_FIT = Path(equations_fit.__file__)
 
-#: What several starters have in place of such a line.
-LINES = {
-    "@INCLUDES@\n": """\
+YOURS = "Yours to change: urdf2mbs wrote this file once, and will not touch it again."
+#: What user functions begin with whose template is a title and code; in Python those that use the
+#: robot.
+INCLUDES = """\
 #include <math.h>
 
 #include "mbs_data.h"
 #include "mbs_project_interface.h"
 #include "user_all_id.h"
 #include "user_model.h"
-""",
-    "@IMPORT_ROBOT@\n": """\
+#include "NAME_robot.h"
+"""
+IMPORTS = """\
 import os
 import sys
 
@@ -39,8 +42,8 @@ if "__file__" in globals():
     sys.path.append(os.path.dirname(os.path.abspath(__file__)))
 
 import NAME_robot as robot
-""",
-}
+
+"""
 #: What user_JointForces says where a controller holds the start position.
 HOLD = {
     "python": """\
@@ -81,8 +84,15 @@ def starters(language: str, mbs: Mbs) -> dict[str, bytes]:
 def fill(file: Path, name: str) -> str:
     """A template with the project's name in it."""
     text = file.read_text("utf-8")
-    for line, written in LINES.items():
-        text = text.replace(line, written)
+    title, _, code = text.partition("\n\n")
+    if not file.name.startswith("user_") or "\n" in title:
+        return NAME.sub(name, text)  # it is whole
+    if ".c" in file.suffixes:
+        gap = "" if code.startswith("#include") else "\n"
+        text = f"/* {title}\n *\n * {YOURS} */\n{INCLUDES}{gap}{code}"
+    else:
+        imports = IMPORTS if "robot." in code else ""
+        text = f'"""{title}\n\n{YOURS}\n"""\n\n{imports}\n{code}'
     return NAME.sub(name, text)
 
 

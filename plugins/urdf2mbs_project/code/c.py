@@ -287,35 +287,31 @@ def _comment(text: str) -> str:
 
 def _all_id(mbs: Mbs) -> str:
     numbers = mbs.numbers()
-    kinds: dict[str, list[tuple[str, int]]] = {
+    points = [(name or BASE, point) for name, owner in mbs.owners() for point in owner.points]
+    kinds = {
         "joints": list(numbers.items()),
         "bodies, each the number of its last joint": [
             (body.name, numbers[body.joints[-1].name]) for body in mbs.bodies
         ],
-        "points, as BODY_POINT": [],
-        "sensors": [],
-        "external forces": [],
-        "links": [(link.name, k) for k, link in enumerate(
-            (link for link in mbs.links if link.kind == "link"), start=1)],
-    }  # fmt: skip
-    count = 0
-    for name, owner in mbs.owners():
-        for point in owner.points:
-            count += 1
-            kinds["points, as BODY_POINT"].append((f"{name or BASE}_{point.name}", count))
-            for kind, thing in (("sensors", point.sensor), ("external forces", point.extforce)):
-                if thing is not None:
-                    kinds[kind].append((thing.name, len(kinds[kind]) + 1))
+        "sensors": _numbered(p.sensor.name for _, p in points if p.sensor is not None),
+        "external forces": _numbered(p.extforce.name for _, p in points if p.extforce is not None),
+        "links": _numbered(link.name for link in mbs.links if link.kind == "link"),
+        # the last: where two would have one name, points give way
+        "points, as BODY_POINT": _numbered(f"{body}_{point.name}" for body, point in points),
+    }
     out = ["#ifndef USER_ALL_ID_h\n#define USER_ALL_ID_h\n"]
     taken: set[str] = set()
-    # where two would have one name, points give way
-    for kind in sorted(kinds, key=lambda kind: kind.startswith("points")):
+    for kind, named in kinds.items():
         out.append(f"\n/* {kind} */\n")
-        for name, number in kinds[kind]:
+        for name, number in named:
             if name not in taken:
                 taken.add(name)
                 out.append(f"#define {name}_id {number}\n")
     return "".join([*out, "\n#endif\n"])
+
+
+def _numbered(names: Iterable[str]) -> list[tuple[str, int]]:
+    return [(name, number) for number, name in enumerate(names, start=1)]
 
 
 def _model_header(models: list[UserModel]) -> str:
