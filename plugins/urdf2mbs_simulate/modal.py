@@ -31,6 +31,8 @@ MOVES = 0.2
 FLAT = 1e-7
 #: Slopes (1/s, 1/s^2) up to this are none: what differences leave of zero.
 NOISE = 1e-8
+#: A mode does not swing if so small a part of its value is imaginary.
+REAL = 1e-7
 #: Frames of the animation of a mode: FRAMES a second, for SECONDS.
 FRAMES, SECONDS = 50, 4.0
 
@@ -221,6 +223,8 @@ def find_modes(code: PythonCode, matrix: Any) -> Modes:
     follow = following(code)
     modes = []
     for value, vector in zip(values, (basis @ vectors).T, strict=True):
+        if abs(value.imag) < REAL * abs(value):  # two of a double one, which rounding has split
+            value = complex(value.real)
         if value.imag < 0:
             continue
         shape = np.zeros(data.njoint + 1, complex)

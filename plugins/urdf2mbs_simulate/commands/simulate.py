@@ -108,9 +108,8 @@ def carry_out(arguments: argparse.Namespace) -> int:
     files = results.write()
     if results.equilibrium is not None:
         results.data.said += results.equilibrium.lines()
-        files += [
-            file for file in results.equilibrium.results.write("equil") if file.suffix == ".res"
-        ]
+        equil = results.equilibrium.results.write("equil")
+        files[:0] = [file for file in equil if file.suffix == ".res"]
     if is_page(arguments.output):
         files.insert(0, _write_page(model, results, arguments))
     if arguments.json:

@@ -25,6 +25,8 @@ from urdf2mbs.mbs.model import BASE, UserModel
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.mbs.writer import write
 from urdf2mbs_simulate.c_code import compiler
+from urdf2mbs_simulate.dirdyn import closed_code
+from urdf2mbs_simulate.modal import find_modes
 from urdf2mbs_simulate.runtime import MbsData, MbsDirdyn, MbsEquil, MbsModal, MbsPart
 
 G = 9.81
@@ -125,6 +127,15 @@ def test_a_mass_on_a_spring_sinks_and_swings(tmp_path: Path) -> None:
     terms = np.column_stack([fit.real, fit.imag])
     left = swing[:, 1] + MASS * G / STIFFNESS
     assert np.abs(left - terms @ np.linalg.lstsq(terms, left, rcond=None)[0]).max() < 1e-10
+
+
+def test_a_double_mode_does_not_swing(tmp_path: Path) -> None:
+    """Rounding splits the value of critical damping into two with an imaginary part."""
+    project = make(tmp_path, SLIDER, base="fixed", language="python")
+    data, _ = found(model(project))
+    code = closed_code(data, "python")
+    modes = find_modes(code, np.array([[-5.0, 1e-5], [-1.5e-8, -5.0]])).modes
+    assert [mode.value.imag for mode in modes] == [0.0, 0.0]
 
 
 def test_a_parameter_is_found_for_a_joint_that_stays(tmp_path: Path) -> None:
