@@ -26,13 +26,14 @@ from urdf2mbs_equations.files import FUNCTIONS
 from urdf2mbs_project.code.c import STATES
 from urdf2mbs_simulate.data import MbsData
 from urdf2mbs_simulate.equations import cache_folder, equations, keep
-from urdf2mbs_simulate.python_code import NEAR, PythonCode
+from urdf2mbs_simulate.push import places
+from urdf2mbs_simulate.python_code import PythonCode, changes, default
 
 HERE = Path(__file__).parent
 HEADERS = HERE / "mbsysc"
 #: Equations of 2025 and later call ``user_call_X``, which here is ``user_X``.
 FLAGS = (
-    "-std=gnu99", "-O2", "-w", "-shared", "-fPIC",
+    "-std=gnu99", "-O2", "-w", "-shared", "-fPIC", "-D__thread=",
     "-Duser_call_ExtForces=run_ExtForces", *(f"-Duser_call_{name}=user_{name}" for name in (
         "Link3DForces", "LinkForces", "DrivenJoints", "cons_hJ", "cons_jdqd")),
 )  # fmt: skip
@@ -67,7 +68,7 @@ _AT_POINT: Any = ctypes.CFUNCTYPE(None, _double, _int)
 
 #: The functions that ``runtime.c`` calls in Python.
 _HOOKS: dict[str, Any] = {
-    "output": ctypes.CFUNCTYPE(None, _double, ctypes.c_char_p), "pushes": _AT,
+    "output": ctypes.CFUNCTYPE(None, _double, ctypes.c_char_p),
     "joint_forces": _AT, "driven_joints": _AT, "derivative": _AT,
     "ext_forces": _AT_POINT, "link_3d_forces": _AT_POINT,
     "link_force": ctypes.CFUNCTYPE(_double, _double, _double, _double, _int),
@@ -77,6 +78,15 @@ _HOOKS: dict[str, Any] = {
 
 class _Hooks(ctypes.Structure):
     _fields_ = list(_HOOKS.items())
+
+
+class _Push(ctypes.Structure):
+    """Push of ``runtime.c``."""
+
+    _fields_ = [
+        ("joint", _int), ("at", _double * 4), ("force", _double * 4), ("start", _double),
+        ("stop", _double),
+    ]  # fmt: skip
 
 
 class SensorInC(ctypes.Structure):
@@ -139,9 +149,8 @@ class CCode(PythonCode):
         self.in_c = bool(sources)
         super().__init__(data)
         self.name = "C" if self.in_c else "C, user functions in Python"
-        self.has_loop = self.in_c or self.has_loop
         self.raised: BaseException | None = None
-        self.library = _library(data, self.rows, sources, chosen=self.has_loops)
+        self.library = _library(data, self.rows, sources)
         self.memory = memory = Memory(data)
         self.c, self.at = memory.c, memory.at
         # arguments that are made once, since this is called some ten thousand times a second
@@ -157,7 +166,21 @@ class CCode(PythonCode):
         ctypes.memset(ctypes.byref(self.hooks), 0, ctypes.sizeof(self.hooks))  # of an earlier run
         self._set_hooks()
         self._find_bodies()
+        pushes = [
+            (joint, (0.0, *at), (0.0, *push.force), push.start, push.stop)
+            for push, joint, at in places(data)
+        ]
+        self.pushes = (_Push * (len(pushes) + 1))(*pushes)
+        _table_of_pushes = ctypes.POINTER(_Push).in_dll(self.library, "pushes")
+        _table_of_pushes.contents = self.pushes[0]
         self.take_axes()
+
+    def find_loop(self) -> bool:
+        """True if the user has a loop; one in C that urdf2mbs wrote does nothing."""
+        if not self.in_c:
+            return super().find_loop()
+        file = self.data.user_path / "user_dirdyn.c"
+        return not file.is_file() or changes(self.data, "c", file.name)
 
     def take_axes(self) -> None:
         """Tell C in which axes the base is."""
@@ -172,7 +195,7 @@ class CCode(PythonCode):
         self.memory.take_partition(self.data)
         self.y, self.f = np.empty((2, 2 * self.data.nqu + self.data.Nux))
         self.c.guess, self.buffers = vector(self.guess), (vector(self.y), vector(self.f))
-        if self.has_loops and len(kept) == self.data.nqv:
+        if len(kept) == self.data.nqv:
             self.library.set_partition(self.at, (_int * len(kept))(*map(int, kept + 1)))
 
     def accelerate(self, t: float, y: Any) -> Any:
@@ -185,15 +208,6 @@ class CCode(PythonCode):
     def take_parameters(self) -> None:
         self.model[:] = self._user_models()
 
-    def slopes(self, t: float, y: Any, near: float = NEAR) -> Any:
-        self.y[:] = y
-        found = np.empty((len(y), len(y)))
-        failed = self.library.slopes(
-            self.at, _double(t), *self.buffers, _double(near), found.ctypes.data_as(_row)
-        )
-        self.check()
-        return np.full(found.shape, np.nan) if failed else found.T.copy()
-
     def _find_bodies(self) -> None:
         """Say which body each external force acts on."""
         last = (_int * (self.data.Nxfrc + 1)).in_dll(self.library, "last_joint")
@@ -204,8 +218,7 @@ class CCode(PythonCode):
                     last[number] = self.data.body_id[body.name]
 
     def solve(self) -> bool:
-        accelred = self.library.kept_accelred if self.has_loops else self.library.mbs_accelred
-        failed = bool(accelred(self.at, _double(self.data.tsim)))
+        failed = bool(self.library.kept_accelred(self.at, _double(self.data.tsim)))
         self.check()
         return failed
 
@@ -258,8 +271,6 @@ class CCode(PythonCode):
         data = self.data
         self._hook("output", self._output)
         if self.in_c:
-            if data.pushes:
-                self._hook("pushes", lambda t: data.push(t, turned=data.turned))
             return
         motion = SensorInC.in_dll(self.library, "motion")
         p, v, om, a, omp = (
@@ -281,7 +292,10 @@ class CCode(PythonCode):
             )
         )  # fmt: skip
         jac = jac.reshape(user, data.njoint + 1)
-        self._hook("joint_forces", lambda t: data.user_JointForces(data, t))
+        if data.pushes and data.user_JointForces is default(data, "user_JointForces"):
+            self._hook("joint_forces", lambda t: data.Qq.fill(0.0))  # the last pushes are in Qq
+        else:
+            self._hook("joint_forces", lambda t: data.user_JointForces(data, t))
         self._hook("driven_joints", lambda t: data.user_DrivenJoints(data, t))
         self._hook("derivative", lambda t: data.user_derivatives(data))
         self._hook("ext_forces", copied(data.SWr, data.user_ExtForces))
@@ -305,29 +319,25 @@ class CCode(PythonCode):
         setattr(self.hooks, name, _HOOKS[name](call))
 
 
-def _library(data: MbsData, rows: tuple[int, int], sources: list[Path], *, chosen: bool) -> Any:
-    """The equations and user functions of a simulation; ``chosen``: with accelred for a partition
-    that is chosen."""
+def _library(data: MbsData, rows: tuple[int, int], sources: list[Path]) -> Any:
+    """The equations and user functions of a simulation, with accelred for any partition."""
+    facts = {**CWriter(data.mbs).facts(), "ANY_DRIVEN": bool(data.nqc)}
+    words = ", ".join(f"{name} = {int(value)}" for name, value in facts.items())
     defines = [f"-DRUN_JOINTS={data.njoint}", f"-DRUN_CUTS={rows[0]}", f"-DRUN_USER_ROWS={rows[1]}"]
-    defines += [f"-DRUN_FORCES={data.Nxfrc}", f"-DRUN_STATES={data.Nux}"]
+    defines += [f"-DRUN_FORCES={data.Nxfrc}", f"-DRUN_STATES={data.Nux}", f"-DRUN_FACTS={words}"]
     defines += ["-DUSER_IN_C"] * bool(sources)
-    files = equations(data, ["invdyna"] if chosen else ["accelred", "invdyna"], "c")
-    own = [HERE / "runtime.c", HERE / "steps.c", HERE / "turn.c", *sources]
-    if chosen:
-        writer = CWriter(data.mbs)
-        facts = {**writer.facts(), "ANY_DRIVEN": bool(data.nqc)}
-        words = ", ".join(f"{name} = {int(value)}" for name, value in facts.items())
-        defines += [f"-DRUN_FACTS={words}", "-DRUN_ACCELRED=kept_accelred"]
-        text = (HERE / "partition.c").read_text().replace(
-            '#include "accelred.c"', writer.sections("info", "calls", "forces", "loops", "accelred")
-        )  # fmt: skip
-        own.append(cache_folder() / "equations" / f"{sha256(text.encode()).hexdigest()[:32]}.c")
-        if not own[-1].is_file():
-            keep(own[-1], text.encode())
-    texts = [file.read_text("utf-8", "replace") for file in (*files.values(), *own[1:])]
+    text = (HERE / "partition.c").read_text().replace(
+        '#include "accelred.c"',
+        CWriter(data.mbs).sections("info", "calls", "forces", "loops", "accelred"),
+    )  # fmt: skip
+    partition = cache_folder() / "equations" / f"{sha256(text.encode()).hexdigest()[:32]}.c"
+    if not partition.is_file():
+        keep(partition, text.encode())
+    own = [HERE / name for name in ("runtime.c", "steps.c", "turn.c", "hooks.c")]
+    own += [partition, *sources]
+    texts = [file.read_text("utf-8", "replace") for file in own]
     called = re.findall(r"\bmbs_(\w+)\(", re.sub(r"(?s)/\*.*?\*/|//[^\n]*", "", "".join(texts)))
-    known = {*FUNCTIONS} - ({"accelred"} if chosen else set())
-    files = equations(data, sorted({*called, "dirdyna", "gensensor"} & known), "c")
+    files = equations(data, sorted({*called} & {*FUNCTIONS} - {"accelred"}), "c")
     return compiled(data, [*files.values(), *own], *defines)
 
 
@@ -339,7 +349,7 @@ def compiled(data: MbsData, sources: list[Path], *defines: str) -> Any:
             "usage", "there is no C compiler: neither cc nor gcc nor clang",
             hint="install one, or take Python: --language python",
         )  # fmt: skip
-    headers = [*HEADERS.glob("*.h"), *data.user_path.glob("*.h")]
+    headers = [HERE / "runtime.h", *HEADERS.glob("*.h"), *data.user_path.glob("*.h")]
     key = sha256(" ".join([found, platform.machine(), *FLAGS, *defines]).encode())
     for file in (*sources, *sorted(headers)):
         key.update(b"\0" + file.read_bytes())
@@ -348,7 +358,7 @@ def compiled(data: MbsData, sources: list[Path], *defines: str) -> Any:
         with tempfile.TemporaryDirectory(prefix="urdf2mbs-") as folder:
             made = Path(folder, library.name)
             done = subprocess.run(
-                [found, *FLAGS, *defines, f"-I{HEADERS}", f"-I{data.user_path}",
+                [found, *FLAGS, *defines, f"-I{HERE}", f"-I{HEADERS}", f"-I{data.user_path}",
                  f"-I{data.symbolic_path}", "-o", made, *sources, "-lm"],
                 check=False, capture_output=True, text=True, encoding="utf-8", errors="replace",
             )  # fmt: skip

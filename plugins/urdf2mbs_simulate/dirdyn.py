@@ -15,12 +15,11 @@ from warnings import catch_warnings, filterwarnings
 import numpy as np
 
 from urdf2mbs.messages.diagnostics import ConfigError
-from urdf2mbs_project.code import starters
 from urdf2mbs_simulate.data import MbsData
 from urdf2mbs_simulate.equations import SimulationError
 from urdf2mbs_simulate.partition import check_held, choose_again, hold_in_tree, part
 from urdf2mbs_simulate.push import add_pushes
-from urdf2mbs_simulate.python_code import PythonCode, loaded, shown
+from urdf2mbs_simulate.python_code import PythonCode, changes, loaded, shown
 from urdf2mbs_simulate.results import Recorder, Results
 from urdf2mbs_simulate.steps import STEPS, Rosenbrock
 from urdf2mbs_simulate.turn import can_turn, own_axes, show, turn_if_near
@@ -114,7 +113,6 @@ class MbsDirdyn(Module):
         data, options = self.mbs_data, self.options
         with loaded(data), shown(data), catch_warnings():
             filterwarnings("ignore", "lsoda:", UserWarning)  # the error says more
-            add_pushes(data)
             code = choose_code(data, options["language"])
             results = integrate(data, code, options, self)
         if options["save2file"]:
@@ -142,25 +140,16 @@ def choose_code(data: MbsData, language: str | None) -> PythonCode:
                 "usage", "the user functions of this project are in C only",
                 hint="install a C compiler, and leave --language python out",
             )  # fmt: skip
+        add_pushes(data)
         return PythonCode(data)
-    return CCode(data, user_in_c=language == "c" or not _has_own_python(data))
+    return CCode(data, user_in_c=language == "c" or not changes(data, "python", "user_*.py"))
 
 
 def closed_code(data: MbsData, language: str | None) -> PythonCode:
     """The code of a model whose loops are closed at the present position."""
-    add_pushes(data)
     code = choose_code(data, language)
     part(code)
     return code
-
-
-def _has_own_python(data: MbsData) -> bool:
-    """True if somebody has changed or written user functions in Python."""
-    written = starters("python", data.mbs)
-    return any(
-        written.get(f"userfctR/{file.name}") != file.read_bytes()
-        for file in data.user_path.glob("user_*.py")
-    )
 
 
 def close(data: MbsData, code: PythonCode) -> bool:

@@ -13,9 +13,22 @@ enum {RUN_FACTS};
 static int DEPENDENT, INDEPENDENT, dependent[JOINTS + 1], independent[JOINTS + 1], kept[ROWS + 1];
 static double every_h[ROWS + 1], every_jac[ROWS + 1][JOINTS + 1];
 
-void constrain(MbsData *s, double *h, double **Jac);
+void mbs_cons_hJ(double *h, double **Jac, MbsData *s, double tsim);
 void mbs_cons_jdqd(double *jdqd, MbsData *s, double tsim);
+void user_cons_hJ(double *h, double **Jac, MbsData *s, double tsim);
 void user_cons_jdqd(double *jdqd, MbsData *s, double tsim);
+
+/* The constraints at the present position. */
+void constrain(MbsData *s, double *h, double **Jac)
+{
+#if RUN_CUTS
+    mbs_cons_hJ(h, Jac, s, s->tsim);
+#endif
+#if RUN_USER_ROWS
+    user_cons_hJ(h + RUN_CUTS, Jac + RUN_CUTS, s, s->tsim);
+#endif
+    (void) s, (void) h, (void) Jac;
+}
 
 void kept_hJ(double *h, double **Jac, MbsData *s, double tsim)
 {
@@ -59,4 +72,23 @@ void set_partition(MbsData *s, const int *rows)
     memcpy(kept + 1, rows, DEPENDENT * sizeof *kept);
     factored[0][0] = 1.0;
     known = 0;
+}
+
+/* What accelred has solved: the row of the mass matrix of an independent joint, and its force. */
+const double *mass_row(int joint, double *force)
+{
+    *force = Q[joint];
+    return M[joint];
+}
+
+/* How a joint moves with the independent ones, from 0. */
+void find_leads(int joint, double *leads)
+{
+    for (int u = 1; u <= INDEPENDENT; u++)
+        leads[u - 1] = independent[u] == joint;
+    for (int i = 1; i <= DEPENDENT; i++)
+        for (int j = 1; j <= leaders && dependent[i] == joint; j++)
+            for (int u = 1; u <= INDEPENDENT; u++)
+                if (independent[u] == leader[j])
+                    leads[u - 1] = B[i][j];
 }

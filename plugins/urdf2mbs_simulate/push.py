@@ -12,7 +12,6 @@ from urdf2mbs.messages.diagnostics import ConfigError, nearest
 from urdf2mbs.spatial import ZERO, Vec
 from urdf2mbs_simulate.data import MbsData, MbsSensor
 from urdf2mbs_simulate.python_code import default
-from urdf2mbs_simulate.turn import QUARTER
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _FORM = re.compile(
@@ -44,21 +43,26 @@ def parse(text: str) -> Push:
     )  # fmt: skip
 
 
+def places(data: MbsData) -> list[tuple[Push, int, Vec]]:
+    """Each push with the joint of its body, and the point (m) in the frame of the body."""
+    found = [(push, *_place(data, push.link)) for push in data.pushes]
+    return [(push, data.body_id[body], at) for push, body, at in found]
+
+
 def add_pushes(data: MbsData) -> None:
-    """Let ``user_JointForces`` add what the pushes do in the joints."""
+    """Let ``user_JointForces`` of Python add what the pushes do in the joints."""
     if data.push is not None or not data.pushes:
         return
     user = data.user_JointForces
-    places = [(push, *_place(data, push.link)) for push in data.pushes]
+    placed = places(data)
 
-    def add(tsim: float, *, turned: bool = False) -> None:
-        for push, body, at in places:
+    def add(tsim: float) -> None:
+        for push, joint, at in placed:
             if push.start <= tsim < push.stop:
                 frame = MbsSensor(data)
-                frame.comp_gen_sensor(data.body_id[body])
-                force = QUARTER @ push.force if turned else push.force
-                moment = np.cross(frame.R[1:, 1:].T @ at, force)
-                data.Qq[1:] += frame.J[1:, 1:].T @ [*force, *moment]
+                frame.comp_gen_sensor(joint)
+                moment = np.cross(frame.R[1:, 1:].T @ at, push.force)
+                data.Qq[1:] += frame.J[1:, 1:].T @ [*push.force, *moment]
 
     def user_joint_forces(mbs_data: MbsData, tsim: float) -> None:
         if user is default(data, "user_JointForces"):  # which leaves the last pushes in Qq

@@ -16,6 +16,7 @@ import numpy as np
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs_equations.files import FUNCTIONS, OWN
 from urdf2mbs_equations.python import PythonWriter
+from urdf2mbs_project.code import starters
 from urdf2mbs_simulate import names
 from urdf2mbs_simulate.data import MbsData
 from urdf2mbs_simulate.equations import SimulationError, equations
@@ -64,6 +65,15 @@ def default(data: MbsData, name: str) -> Function:
 
 def _nothing(*_: Any) -> None:
     """The user has no such function."""
+
+
+def changes(data: MbsData, language: str, pattern: str) -> bool:
+    """True if somebody has changed or written user functions in the files of a pattern."""
+    written = starters(language, data.mbs)
+    return any(
+        written.get(f"userfctR/{file.name}") != file.read_bytes()
+        for file in data.user_path.glob(pattern)
+    )
 
 
 def load(file: Path) -> Any:
@@ -144,8 +154,12 @@ class PythonCode:
             joint.nature for joint in data.mbs.joints().values()
         ]
         """Whether accelred is that of the partition, not that of the project."""
-        self.has_loop = data.user_dirdyn_loop is not _nothing
+        self.has_loop = self.find_loop()
         self.repartition(np.arange(sum(self.rows)))
+
+    def find_loop(self) -> bool:
+        """True if the user has a loop to call after each step."""
+        return self.data.user_dirdyn_loop is not _nothing
 
     def repartition(self, kept: Any) -> None:
         """Take the joints of the data, and of the constraints these rows."""

@@ -32,7 +32,7 @@ class Rosenbrock:
         self.code, self.frames, self.t_bound = code, frames, end
         self.status, self.y, self.taken = "running", y.copy(), 0
         self.limits = max_step, rtol, atol
-        self.loops = code.in_c and not code.data.nqv
+        self.loops = code.has_loop and code.in_c and not code.data.nqv
         """True if C calls the user's loop; it does not find Lambda."""
         self.time, self.h = _double(time), _double(first_step)
         self.function = code.library.advance

@@ -30,6 +30,13 @@ static void quarter(double *v, int way)
     v[2] = -way * x;
 }
 
+/* A force in the world's axes becomes that in the axes of the state. */
+void turn_force(double *force)
+{
+    if (turned)
+        quarter(force, 1);
+}
+
 static double away(double cosine)
 {
     return fabs(cosine) < LEAST ? copysign(LEAST, cosine) : cosine;
@@ -68,8 +75,12 @@ static void find_own_angles(const double *q)
 {
     const double ca = cos(q[1]), sa = sin(q[1]), cc = cos(q[3]), sc = sin(q[3]), sb = sin(q[2]);
     const double middle = asin(fmax(-1.0, fmin(1.0, sa * cos(q[2]))));
+    static double last[3];
     double best = INFINITY, found[3];
 
+    if (!memcmp(last, q + 1, sizeof last)) /* most forces are those of one position */
+        return;
+    memcpy(last, q + 1, sizeof last);
     for (int side = 0; side < 2; side++) { /* two triples of angles are the same rotation */
         double off = 0.0, angles[3] = {
             atan2(-sb, ca * cos(q[2])) + side * PI,

@@ -1,0 +1,42 @@
+/* What the parts of the runtime have of each other. */
+#ifndef RUNTIME_h
+#define RUNTIME_h
+#include "mbs_data.h"
+#include "mbs_project_interface.h"
+#include "mbs_sensor.h"
+
+/* A force on a body for a while, beside those of the project: the joint before the body, the point in its
+   axes (m), and the force in the axes of the base (N).  The last has the joint 0. */
+typedef struct {
+    int joint;
+    double at[4], force[4], start, stop;
+} Push;
+extern Push *pushes;
+
+/* The motion behind a joint, with its Jacobian, and the way to a point of the body, as found last. */
+extern MbsSensor frame;
+extern double arm[4];
+void find_frame(MbsData *s, int joint, const double at[4]);
+double cross(const double *a, const double *b, int i);
+
+extern MbsDirdyn dirdyn;
+int accelerate(MbsData *s, double t, const double *y, double *f);
+
+/* partition.c */
+int kept_accelred(MbsData *s, double tsim);
+const double *mass_row(int joint, double *force);
+void find_leads(int joint, double *leads);
+
+/* turn.c */
+int must_turn(const double *y);
+void turn_force(double *force);
+void show_base(MbsData *s);
+void hide_base(MbsData *s);
+double *run_JointForces(MbsData *s, double tsim);
+double *run_ExtForces(double P[4], double R[4][4], double V[4], double OM[4], double A[4],
+                      double OMP[4], MbsData *s, double tsim, int number);
+
+/* the equations */
+void mbs_invdyna(double *phi, MbsData *s, double tsim);
+void mbs_gensensor(MbsSensor *sens, MbsData *s, int isens);
+#endif
