@@ -15,6 +15,7 @@ import tempfile
 from collections.abc import Callable
 from functools import cache
 from hashlib import sha256
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -101,9 +102,13 @@ class SensorInC(ctypes.Structure):
 
 @cache
 def compiler() -> str | None:
-    """The C compiler: ``$CC``, else cc, gcc or clang; None where there is none."""
+    """The C compiler: ``$CC``, else cc, gcc or clang, else zig of the package ziglang, which the
+    extra ``live`` brings; None where there is none."""
     names = [os.environ["CC"]] if os.environ.get("CC") else ["cc", "gcc", "clang"]
-    return next(filter(None, map(shutil.which, names)), None)
+    package = find_spec("ziglang")
+    folders = package.submodule_search_locations if package else None
+    zig = shutil.which("zig", path=folders[0]) if folders else None
+    return next(filter(None, [*map(shutil.which, names), zig]), None)
 
 
 def vector(array: Any) -> Any:
@@ -167,12 +172,11 @@ class CCode(PythonCode):
         self._set_hooks()
         self._find_bodies()
         pushes = [
-            (joint, (0.0, *at), (0.0, *push.force), push.start, push.stop)
+            _Push(joint, (0.0, *at), (0.0, *push.force), push.start, push.stop)
             for push, joint, at in places(data)
         ]
         self.pushes = (_Push * (len(pushes) + 1))(*pushes)
-        _table_of_pushes = ctypes.POINTER(_Push).in_dll(self.library, "pushes")
-        _table_of_pushes.contents = self.pushes[0]
+        ctypes.POINTER(_Push).in_dll(self.library, "pushes").contents = self.pushes[0]
         self.take_axes()
 
     def find_loop(self) -> bool:
@@ -346,8 +350,8 @@ def compiled(data: MbsData, sources: list[Path], *defines: str) -> Any:
     found = compiler()
     if found is None:
         raise ConfigError(
-            "usage", "there is no C compiler: neither cc nor gcc nor clang",
-            hint="install one, or take Python: --language python",
+            "usage", "there is no C compiler: neither cc nor gcc nor clang nor ziglang",
+            hint="'pip install ziglang' is one; or take Python: --language python",
         )  # fmt: skip
     headers = [HERE / "runtime.h", *HEADERS.glob("*.h"), *data.user_path.glob("*.h")]
     key = sha256(" ".join([found, platform.machine(), *FLAGS, *defines]).encode())
@@ -357,9 +361,10 @@ def compiled(data: MbsData, sources: list[Path], *defines: str) -> Any:
     if not library.is_file():
         with tempfile.TemporaryDirectory(prefix="urdf2mbs-") as folder:
             made = Path(folder, library.name)
+            folders = [f"-I{at}" for at in (HERE, HEADERS, data.user_path, data.symbolic_path)]
+            command = [found, "cc"] if Path(found).stem == "zig" else [found]
             done = subprocess.run(
-                [found, *FLAGS, *defines, f"-I{HERE}", f"-I{HEADERS}", f"-I{data.user_path}",
-                 f"-I{data.symbolic_path}", "-o", made, *sources, "-lm"],
+                [*command, *FLAGS, *defines, *folders, "-o", made, *sources, "-lm"],
                 check=False, capture_output=True, text=True, encoding="utf-8", errors="replace",
             )  # fmt: skip
             if done.returncode:

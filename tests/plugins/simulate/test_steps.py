@@ -14,6 +14,7 @@ from plugins.project.standin import make
 from plugins.simulate.test_motions import SLIDER, falls
 from urdf2mbs import ConversionError, simulate
 from urdf2mbs.engine.output import write
+from urdf2mbs_simulate.c_code import compiler
 from urdf2mbs_simulate.runtime import MbsData, MbsDirdyn
 
 pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="there is no C compiler")
@@ -92,3 +93,27 @@ def test_a_step_does_not_pass_over_the_begin_of_a_contact(tmp_path: Path) -> Non
         assert 0.0 < depth.max() < 0.02
         springs = data.user_model["contact"]["stiffness"] * depth**2 / 2
         assert np.diff(results.energy().sum(axis=1) + springs).max() < 1e-6
+
+
+def test_the_extra_live_is_the_compiler_where_there_is_none(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A stand-in for ziglang hands its words to cc, if the first is the name of its compiler."""
+    zig = tmp_path / "ziglang" / "zig"
+    zig.parent.mkdir()
+    zig.with_name("__init__.py").touch()
+    cc = shutil.which("cc")
+    zig.write_text(f'#!/bin/sh\n[ "$1" = cc ] || exit 1\nshift\nexec {cc} "$@"\n')
+    zig.chmod(0o755)
+    project = make(tmp_path, SLIDER, base="fixed", language="both")
+    find = shutil.which
+    monkeypatch.setattr(shutil, "which", lambda name, path=None: path and find(name, path=path))
+    monkeypatch.syspath_prepend(tmp_path)
+    compiler.cache_clear()
+    try:
+        assert compiler() == str(zig)
+        results = simulate(project, time=0.5)
+        assert results.language == "C"
+        assert results.q[-1, 1] == pytest.approx(falls(0.5)[0], abs=1e-5)
+    finally:
+        compiler.cache_clear()
