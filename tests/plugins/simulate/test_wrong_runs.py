@@ -197,8 +197,8 @@ def test_a_loop_of_the_user_reads_an_imu_in_both_languages(tmp_path: Path) -> No
         read[language] = results.outputs["imu_z"]
     assert len(read["c"]) > 3
     assert np.ptp(read["c"][:, 1]) > 0.1, "it swings"
-    # the lengths of steps differ by rounding
-    assert np.allclose(read["c"], read["python"], rtol=0, atol=1e-6)
+    # the lengths of steps differ by 1e-9 s, in which a stop changes the force by 1e-4
+    assert np.allclose(read["c"], read["python"], rtol=0, atol=1e-3)
 
 
 def test_user_code_ends_a_run_and_gives_outputs(tmp_path: Path, capsys: Any) -> None:
