@@ -19,7 +19,7 @@ CODES = {
     "s. State a smaller damping or stiffness.",
     "contacts-balance": "warning: a floating robot's centre of mass is not well over its feet. "
     "Put the feet under it, by `posture`.",
-    "contacts-mesh": "warning: the lowest points of a mesh cannot be found. Give the points of "
+    "contacts-mesh": "warning: what touches of a mesh cannot be found. Give the points of "
     "contact in the config.",
     "sensor-left-out": "warning: a sensor is on no moving body, or cannot be read. Put the "
     "sensor on a link that moves.",

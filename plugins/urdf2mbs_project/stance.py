@@ -25,7 +25,7 @@ from urdf2mbs_project.places import floating, way
 from urdf2mbs_project.simulation import Simulation
 
 #: What a foot is called, as a part of a link's name.
-FOOT = re.compile(r"foot|feet|(?<![a-z])(toe|sole)(?![a-z])", re.IGNORECASE)
+FOOT = re.compile(r"(?i:foot|feet|(?<![a-z])(toe|sole)(?![a-z]))|(?<=[a-z])(Toe|Sole)(?![a-z])")
 #: How far a foot may be above the ground, as a part of the robot's height.
 LEVEL = 0.01
 #: The axes of a leg's plane have a product above this.

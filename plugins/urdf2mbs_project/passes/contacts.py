@@ -4,12 +4,12 @@ Beyond the method.  The ground is a plane across gravity.  A rigid body touches 
 corners of its convex hull, by its spheres, and by the rims of its cylinders: these are its spots.
 A body that has spots gets one anchor point at its origin with an ``extforce``; the generated code
 adds up what the ground does at the spots.  Shapes are those of collision, or visual ones where a
-link has no others.  A floating base is raised or lowered, so that the robot stands on its lowest
-spot.
+link has no others; or the centre of mass, where none can be read.  A floating base is raised or
+lowered, so that the robot stands on its lowest spot.
 
-``docs/passes/contacts.md`` has the contact law, and derives its numbers.  With the mass m that each
-point carries and the depth ``d = sink leg``: ``stiffness = m g / d``, ``speed = (g d)^(1/2) / (2
-damping_ratio)``, ``bristle = d``, ``bristle_time = 2 (d / g)^(1/2)``.
+``docs/passes/contacts.md`` has the contact law, and derives its numbers.  With m, a quarter of the
+robot's mass, and the depth ``d = sink leg``: ``stiffness = m g / d``, ``speed = (g d)^(1/2) / (2
+damping_ratio)``, ``bristle = d``, ``bristle_time = 2 damping_ratio (d / g)^(1/2)``.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from msgspec import Meta
 
 from urdf2mbs.mbs.kinematics import place
 from urdf2mbs.mbs.model import Body, Mbs, Point, Sensor, UserModel
-from urdf2mbs.messages.diagnostics import ConfigError
+from urdf2mbs.messages.diagnostics import ConfigError, some
 from urdf2mbs.plugin import Conversion, Pass, Segment, choose, fits
 from urdf2mbs.ranges import PositiveLength, rounded
 from urdf2mbs.spatial import ROUNDING, ZERO, Pose, Vec, compose, dot, unit
@@ -40,8 +40,8 @@ FINE, PART = 0.003, 0.05
 ALL = "*"
 #: So many points of a rim touch.
 RIM = 8
-#: A ground is for robots that stand on no fewer and no more spots than these.
-FEWEST, MOST = 4, 8
+#: The ground is for a robot that stands on so many spots.
+FEET = 4
 
 
 class Contacts(Pass):
@@ -68,8 +68,8 @@ class Contacts(Pass):
     stiffness: Annotated[float, Meta(gt=0.0, le=1e12)] | None = None
     """Stiffness of the ground at each point (N/m), in place of ``depth``; such as the ``kp`` of
     ``<gazebo>``, which is a number of Gazebo's solver."""
-    damping_ratio: Annotated[float, Meta(gt=0, le=1e3)] = 1.0
-    """Damping ratio of the robot that bounces on the ground."""
+    damping_ratio: Annotated[float, Meta(gt=0, le=1e3)] = 0.3
+    """Damping ratio of the robot that bounces, or sways, on the ground."""
     speed: Speed | None = None
     """A point that sinks in at this speed (m/s) is pushed twice as hard; in place of
     ``damping_ratio``. A smaller speed damps more."""
@@ -86,10 +86,11 @@ class Contacts(Pass):
             x, y, z = unit(g)
             simulation.up = (0.0 - x, 0.0 - y, 0.0 - z)
         bodies: dict[str, tuple[Body, list[tuple[str, Pose]]]] = {}
+        lost: dict[str, str] = {}
         for link, (segment, pose) in _choose_links(conversion, self).items():
             bodies.setdefault(segment.body.name, (segment.body, []))[1].append((link, pose))
         for body, parts in bodies.values():
-            found = {link: _spots(conversion, self, link, pose) for link, pose in parts}
+            found = {link: _spots(conversion, self, link, pose, lost) for link, pose in parts}
             links = [link for link, spots in found.items() if spots]
             if links:
                 spots = thin([spot for spots in found.values() for spot in spots])
@@ -97,6 +98,12 @@ class Contacts(Pass):
                 point.extforce = Sensor(f"{body.name}_contact_force", MEASURES)
                 body.points.append(point)
                 simulation.contacts.append(Contact(body, links, point, spots))
+        if lost:
+            said = some(f"'{link}' ({why})" for link, why in lost.items())
+            conversion.warn(
+                "contacts-mesh",
+                f"contacts: meshes cannot be used, and centres of mass stand in: {said}",
+            )
         if not simulation.contacts:
             raise ConfigError(
                 "contacts-shape", "contacts: no link that moves has a shape that touches",
@@ -132,7 +139,9 @@ def _choose_links(conversion: Conversion, options: Contacts) -> dict[str, tuple[
     return {link: parts[link] for link in links if link in chosen}
 
 
-def _spots(conversion: Conversion, options: Contacts, link: str, pose: Pose) -> list[Spot]:
+def _spots(
+    conversion: Conversion, options: Contacts, link: str, pose: Pose, lost: dict[str, str]
+) -> list[Spot]:
     """What of a link may touch, in its body's frame; ``pose`` is the link's in the body.
 
     Raises ConfigError where a link that was named has nothing.
@@ -140,7 +149,10 @@ def _spots(conversion: Conversion, options: Contacts, link: str, pose: Pose) -> 
     if link in options.points:
         return [Spot(compose(pose, Pose(at)).xyz) for at in options.points[link]]
     rolls = fits(link, options.roll)
-    spots = [spot for spot in spots_of(conversion, link) if spot.radius or not rolls]
+    spots = [spot for spot in spots_of(conversion, link, lost) if spot.radius or not rolls]
+    inertial = conversion.robot.links[link].inertial
+    if not spots and ALL in options.links and link in lost and inertial and inertial.mass:
+        spots = [Spot(inertial.origin.pose.xyz)]
     if not spots and ALL not in options.links:
         what, hint = "sphere or cylinder to roll on", "leave it out of 'roll'"
         if not rolls:
@@ -189,7 +201,7 @@ def _add_law(conversion: Conversion, options: Contacts) -> None:
     """Add the numbers of the contact law as a user model."""
     mbs, stance = conversion.mbs, conversion.state(Simulation).stance
     g = hypot(*mbs.base.gravity)
-    share = sum(body.mass or 0.0 for body in mbs.bodies) / min(max(len(stance), FEWEST), MOST)
+    share = sum(body.mass or 0.0 for body in mbs.bodies) / FEET
     stiffness, depth, speed = options.stiffness, options.depth, options.speed
     if depth is None:
         depth = share * g / stiffness if stiffness else options.sink * _longest_leg(mbs, stance)
@@ -202,7 +214,8 @@ def _add_law(conversion: Conversion, options: Contacts) -> None:
         "ground": options.ground, "stiffness": stiffness, "speed": speed,
         "friction": friction, "bristle": rounded(depth) or 0.001,
     }  # fmt: skip
-    law["bristle_time"] = rounded(2.0 * sqrt(law["bristle"] / (g or 9.81)))
+    time = 2.0 * options.damping_ratio * sqrt(law["bristle"] / (g or 9.81))
+    law["bristle_time"] = rounded(time)
     mbs.user_models.append(UserModel.of("contact", law))
 
 
@@ -238,18 +251,24 @@ def _longest_leg(mbs: Mbs, stance: list[tuple[str, Vec]]) -> float:
 # --- the spots of shapes ---
 
 
-def spots_of(conversion: Conversion, link: str) -> list[Spot]:
-    """What of a link's shapes may touch a plane, in the link's frame; nothing where they cannot be
-    read."""
-    element = conversion.robot.links[link]
-    return [
-        spot.moved(part.origin.pose)
-        for part in element.collisions or element.visuals
-        for spot in _spots_of_shape(conversion, link, part.geometry)
-    ]
+def spots_of(conversion: Conversion, link: str, lost: dict[str, str] | None = None) -> list[Spot]:
+    """What of a link's shapes may touch a plane, in the link's frame; ``lost``: why a shape cannot
+    be read, by link."""
+    from urdf2mbs_meshes.model import MeshError
+
+    element, spots = conversion.robot.links[link], list[Spot]()
+    for part in element.collisions or element.visuals:
+        try:
+            found = _spots_of_shape(conversion, part.geometry)
+        except MeshError as error:
+            if lost is not None:
+                lost[link] = str(error)
+        else:
+            spots += [spot.moved(part.origin.pose) for spot in found]
+    return spots
 
 
-def _spots_of_shape(conversion: Conversion, link: str, shape: urdf.Geometry) -> list[Spot]:
+def _spots_of_shape(conversion: Conversion, shape: urdf.Geometry) -> list[Spot]:
     if isinstance(shape, urdf.Sphere):
         return [Spot(ZERO, shape.radius)]
     if isinstance(shape, urdf.Box):
@@ -259,7 +278,7 @@ def _spots_of_shape(conversion: Conversion, link: str, shape: urdf.Geometry) -> 
         ends = ((0.0, 0.0, end * shape.length / 2) for end in (-1, 1))
         turns = [2 * pi * k / RIM for k in range(RIM)]
         return [Spot(end, shape.radius, (0.0, 0.0, 1.0), turn) for end in ends for turn in turns]
-    return [Spot(at) for at in _corners(_vertices(conversion, link, shape))]
+    return [Spot(at) for at in _corners(_vertices(conversion, shape))]
 
 
 def thin(spots: list[Spot]) -> list[Spot]:
@@ -301,22 +320,15 @@ def _corners(points: Any) -> list[Vec]:
     return [tuple(map(float, at)) for at in corners]  # type: ignore[misc]
 
 
-def _vertices(conversion: Conversion, link: str, mesh: urdf.Mesh) -> Any:
-    """The vertices of a mesh file, scaled (m), as rows; none, with a warning, without a mesh."""
+def _vertices(conversion: Conversion, mesh: urdf.Mesh) -> Any:
+    """The vertices of a mesh file, scaled (m), as rows.  Raises MeshError."""
+    import numpy as np
+
     from urdf2mbs_meshes.model import MeshError
     from urdf2mbs_meshes.reader import read
 
     path = files_of(conversion).resolve(mesh.filename)
-    problem = "it was not found"
-    try:
-        if path is not None:
-            import numpy as np
-
-            rows = [part.points for part in read(path).parts]
-            return np.concatenate(rows).astype(float) * np.array(mesh.scale)
-    except MeshError as error:
-        problem = str(error)
-    conversion.warn(
-        "contacts-mesh", f"contacts: mesh '{mesh.filename}' cannot be used: {problem}", link=link
-    )
-    return []
+    if path is None:
+        raise MeshError("it was not found")
+    rows = [part.points for part in read(path).parts]
+    return np.concatenate(rows).astype(float) * np.array(mesh.scale)

@@ -18,6 +18,7 @@ from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.mbs.kinematics import place
 from urdf2mbs_project.commands.init import init
 from urdf2mbs_project.simulation import Simulation
+from urdf2mbs_project.stance import _is_foot
 from urdf2mbs_simulate.data import MbsData
 
 EVEN = SOLID.replace("0.1 -0.2 0.3", "0 0 0")
@@ -153,3 +154,9 @@ def test_simulate_starts_as_init_proposes(here: Path, capsys: pytest.CaptureFixt
     for joint in conversion.mbs.joints().values():
         assert data.q0[data.joint_id[joint.name]] == pytest.approx(joint.q or 0.0, abs=1e-12)
     assert set(data.user_model["hold_stiffness"]) >= {"FL_calf_joint", "HR_hip_joint"}
+
+
+def test_a_toe_is_a_foot_however_it_is_written() -> None:
+    """Toes of human-gazebo are called so; theirs were not, and an upper arm was a foot."""
+    assert all(map(_is_foot, ["RightToe", "l_toe", "TOE_1", "leftSole", "LeftFoot", "FL_foot"]))
+    assert not any(map(_is_foot, ["mistletoe", "console", "RightToes", "Thigh"]))

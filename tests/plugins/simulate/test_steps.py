@@ -81,7 +81,7 @@ def test_a_step_does_not_pass_over_the_begin_of_a_contact(tmp_path: Path) -> Non
         '</inertial><collision><geometry><sphere radius="0.1"/></geometry></collision></link>'
         "</robot>"
     )
-    passes = {"contacts": {"links": ["ball"], "depth": 0.001}}
+    passes = {"contacts": {"links": ["ball"], "depth": 0.001, "damping_ratio": 1.0}}
     project = make(tmp_path, ball, base="floating", language="c", passes=passes)
     for height in np.linspace(0.5, 1.5, 15):
         data = MbsData(project / "dataR" / "robot.mbs")
