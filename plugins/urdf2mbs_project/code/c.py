@@ -63,6 +63,7 @@ class _Robot:
 
     def __init__(self, mbs: Mbs, simulation: Simulation) -> None:
         self.mbs, self.simulation = mbs, simulation
+        self.ids = _ids(mbs)
         self.models = {model.name: [p.name for p in model.parameters] for model in mbs.user_models}
 
     def source(self) -> str:
@@ -144,7 +145,7 @@ class _Robot:
             yield "}"
 
     def efforts(self) -> Iterator[str]:
-        yield from _switch("joint", {
+        yield from self.switch("joint", "joint", {
             name: [f"return within({self.value('effort', name)}, push);"]
             for name in self.models.get("effort", ())
         }, "return push;")  # fmt: skip
@@ -174,10 +175,10 @@ class _Robot:
             yield "};\n"
         yield "for (int i = 1; i <= 6; i++) {\n    force[i] = 0.0;\n}"
         broken = {name: [*statements, "break;"] for name, statements in cases.items()}
-        yield from _switch("ixF", broken, "break;" if cases else "")
+        yield from self.switch("ixF", "force", broken, "break;" if cases else "")
 
     def link_forces(self) -> Iterator[str]:
-        yield from _switch("ilnk", {
+        yield from self.switch("ilnk", "link", {
             link.name: [
                 f"return {self.value('link_stiffness', link.name)}\n"
                 f"    * (Z - {self.value('link_length', link.name)})\n"
@@ -193,20 +194,21 @@ class _Robot:
             if s.point.sensor is not None
         }
         yield "const double *axes = of_body;\n"
-        yield from _switch("isens", cases, "break;" if cases else "")
+        yield from self.switch("isens", "sensor", cases, "break;" if cases else "")
         yield "read_imu(sensor, axes, mbs_data->g, force, turn);"
 
-
-def _switch(of: str, cases: dict[str, list[str]], otherwise: str) -> Iterator[str]:
-    """What is done for each number of a thing, by its name."""
-    if cases:
-        yield f"switch ({of}) {{"
-        for name, statements in cases.items():
-            yield f"case {name}_id:"
-            yield from map(_indented, statements)
-        yield f"default:\n    {otherwise}\n}}"
-    elif otherwise:
-        yield otherwise
+    def switch(
+        self, number: str, kind: str, cases: dict[str, list[str]], otherwise: str
+    ) -> Iterator[str]:
+        """What is done for each number of a kind of things, by their names."""
+        if cases:
+            yield f"switch ({number}) {{"
+            for name, statements in cases.items():
+                yield f"case {self.ids[kind][name][0]}:"
+                yield from map(_indented, statements)
+            yield f"default:\n    {otherwise}\n}}"
+        elif otherwise:
+            yield otherwise
 
 
 def _body(parameters: str, statements: Iterable[str]) -> str:
@@ -285,29 +287,45 @@ def _comment(text: str) -> str:
 # --- what MBSysPad would generate ---
 
 
+#: The kinds of things that have a number, and what user_all_id.h says above each.
+KINDS = {
+    "joint": "joints", "body": "bodies, each the number of its last joint", "sensor": "sensors",
+    "force": "external forces", "link": "links", "point": "points, as BODY_POINT",
+}  # fmt: skip
+
+
 def _all_id(mbs: Mbs) -> str:
+    out = ["#ifndef USER_ALL_ID_h\n#define USER_ALL_ID_h\n"]
+    for kind, ids in _ids(mbs).items():
+        out.append(f"\n/* {KINDS[kind]} */\n")
+        out += [f"#define {word} {number}\n" for word, number in ids.values()]
+    return "".join([*out, "\n#endif\n"])
+
+
+def _ids(mbs: Mbs) -> dict[str, dict[str, tuple[str, int]]]:
+    """What each thing is called in user_all_id.h, by its kind and name, and its number.
+
+    The kind stands behind a name that another thing has: a sensor is often called as its link.
+    """
     numbers = mbs.numbers()
     points = [(name or BASE, point) for name, owner in mbs.owners() for point in owner.points]
-    kinds = {
-        "joints": list(numbers.items()),
-        "bodies, each the number of its last joint": [
-            (body.name, numbers[body.joints[-1].name]) for body in mbs.bodies
-        ],
-        "sensors": _numbered(p.sensor.name for _, p in points if p.sensor is not None),
-        "external forces": _numbered(p.extforce.name for _, p in points if p.extforce is not None),
-        "links": _numbered(link.name for link in mbs.links if link.kind == "link"),
-        # the last: where two would have one name, points give way
-        "points, as BODY_POINT": _numbered(f"{body}_{point.name}" for body, point in points),
+    named = {
+        "joint": list(numbers.items()),
+        "body": [(body.name, numbers[body.joints[-1].name]) for body in mbs.bodies],
+        "sensor": _numbered(p.sensor.name for _, p in points if p.sensor is not None),
+        "force": _numbered(p.extforce.name for _, p in points if p.extforce is not None),
+        "link": _numbered(link.name for link in mbs.links if link.kind == "link"),
+        "point": _numbered(f"{body}_{point.name}" for body, point in points),
     }
-    out = ["#ifndef USER_ALL_ID_h\n#define USER_ALL_ID_h\n"]
+    ids: dict[str, dict[str, tuple[str, int]]] = {kind: {} for kind in named}
     taken: set[str] = set()
-    for kind, named in kinds.items():
-        out.append(f"\n/* {kind} */\n")
-        for name, number in named:
-            if name not in taken:
-                taken.add(name)
-                out.append(f"#define {name}_id {number}\n")
-    return "".join([*out, "\n#endif\n"])
+    for kind, things in named.items():
+        for name, number in things:
+            word = f"{name}_{kind}_id" if f"{name}_id" in taken else f"{name}_id"
+            if word not in taken:
+                taken.add(word)
+                ids[kind][name] = word, number
+    return ids
 
 
 def _numbered(names: Iterable[str]) -> list[tuple[str, int]]:

@@ -77,16 +77,22 @@ def test_states_of_friction_are_named_by_their_places() -> None:
 
 
 def test_each_thing_has_one_number_in_c() -> None:
-    """Where a point and a joint would have one name, the name is the joint's."""
-    header = c.generated(*robot())["user_all_id.h"].decode()
+    """Where two things would have one name, the kind stands behind the second."""
+    mbs, simulation = robot()
+    header = c.generated(mbs, simulation)["user_all_id.h"].decode()
     found = re.findall(r"#define (\w+)_id (\d+)\n", header)
     assert dict(found) == {
         "lift": "1", "still": "2", "a_swing": "3", "a": "1", "b": "3", "a_foot1": "2",
-        "a_foot2": "3", "b_tip": "4", "eye": "1", "touch1": "1", "touch2": "2", "rope": "1",
+        "a_foot2": "3", "b_tip": "4", "a_swing_point": "1", "eye": "1", "touch1": "1", "touch2": "2", "rope": "1",
     }  # fmt: skip
-    assert len(found) == 12
+    assert len(found) == 13
     heads = re.findall(r"\n/\* (\w+)", header)
     assert heads == ["joints", "bodies", "sensors", "external", "links", "points"]
+    (sensor,) = [point.sensor for point in mbs.points().values() if point.sensor]
+    sensor.name = "b"
+    files = c.generated(mbs, simulation)
+    assert b"#define b_sensor_id 1\n" in files["user_all_id.h"]
+    assert (b"case b_sensor_id:" in files["r_robot.c"]) == bool(simulation.sensors)
 
 
 def test_states_are_no_numbers_of_user_models_in_c() -> None:
