@@ -25,8 +25,6 @@ from urdf2mbs.messages.diagnostics import ConfigError
 #: What Robotran expects in a project's folder.
 FOLDERS = ("animationR/vrml", "dataR", "resultsR", "symbolicR", "userfctR", "workR")
 WINDOWS = os.name == "nt"
-#: So many letters of a name are in the name of the file beside it: some systems take 255 bytes.
-LONGEST = 50
 
 
 def write(conversion: Conversion, *, force: bool = False) -> None:
@@ -113,7 +111,7 @@ def write_files(
         places |= _untouched(once)
         _sweep(places)
         for path, data in places.items():
-            parts[path] = path.with_name(f".{_shortened(path.name)}.{os.getpid()}.part")
+            parts[path] = path.with_name(f".{_mark(path)}.{os.getpid()}.part")
             _write_part(parts[path], path, data)
         people = {_place(path) for path in replaces}
         record.add({path: data for path, data in places.items() if path not in people})
@@ -193,17 +191,14 @@ def _check_place(place: Path) -> None:
         raise PermissionError(EACCES, os.strerror(EACCES), str(place))
 
 
-def _shortened(name: str) -> str:
-    """A name of at most ``LONGEST`` letters; long names that differ stay different."""
-    if len(name) <= LONGEST:
-        return name
-    mark = f"{zlib.crc32(name.encode()):08x}"
-    return name[: LONGEST - len(mark)] + mark
+def _mark(path: Path) -> str:
+    """Stands for the name of a file beside its place: no system has room for a longer name."""
+    return f"{path.name[:40]}-{zlib.crc32(os.fsencode(path.name)):08x}"
 
 
 def _sweep(places: Collection[Path]) -> None:
     """Take away what a run that was killed has left beside these places."""
-    names = {(place.parent, _shortened(place.name)) for place in places}
+    names = {(place.parent, _mark(place)) for place in places}
     for folder in {place.parent for place in places}:
         for part in folder.glob(".*.part"):
             name, _, number = part.stem[1:].rpartition(".")

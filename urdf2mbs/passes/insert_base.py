@@ -104,18 +104,17 @@ def _guess(robot: Robot, welded: set[str]) -> tuple[str, bool]:
     first = [joint for link in welded for joint in children[link] if joint.moves]
     moving = [joint for joint in robot.joints.values() if joint.moves]
     reach: dict[str, int] = {}  # the most joints that move in a row, from a link outwards
+    row: dict[str, int] = {}  # the most links with mass in a row, likewise
     for joint in reversed(robot.depth_first()):
-        count = reach.get(joint.child, 0) + joint.moves
-        reach[joint.parent] = max(count, reach.get(joint.parent, 0))
+        heavy = _mass(robot.links[joint.child]) > 0.0
+        for most, counts in ((reach, joint.moves), (row, heavy)):
+            count = most.get(joint.child, 0) + counts
+            most[joint.parent] = max(count, most.get(joint.parent, 0))
     turning = [j for j in moving if not reach.get(j.child) and j.type == "continuous"]
     if not moving or len(turning) >= WHEELS:
         return "free root", False
     one = len(first) == 1 and first[0].type != "planar"
     driven = any(DRIVES.search(name) for name in (robot.name, *welded))
-    row: dict[str, int] = {}  # the most links with mass in a row, likewise
-    for joint in reversed(robot.depth_first()):
-        count = row.get(joint.child, 0) + (_mass(robot.links[joint.child]) > 0.0)
-        row[joint.parent] = max(count, row.get(joint.parent, 0))
     arm = len(moving) >= (MOVING if row.get(robot.root(), 0) >= LINKS else LIMB)
     if one and arm and not driven:
         return "one limb", True
