@@ -83,7 +83,8 @@ def test_each_thing_has_one_number_in_c() -> None:
     found = re.findall(r"#define (\w+)_id (\d+)\n", header)
     assert dict(found) == {
         "lift": "1", "still": "2", "a_swing": "3", "a": "1", "b": "3", "a_foot1": "2",
-        "a_foot2": "3", "b_tip": "4", "a_swing_point": "1", "eye": "1", "touch1": "1", "touch2": "2", "rope": "1",
+        "a_foot2": "3", "b_tip": "4", "a_swing_point": "1", "eye": "1", "touch1": "1",
+        "touch2": "2", "rope": "1",
     }  # fmt: skip
     assert len(found) == 13
     heads = re.findall(r"\n/\* (\w+)", header)
