@@ -1,4 +1,5 @@
-"""What happened to a robot on its feet: if it fell, when, and which way.
+"""What happened to a robot on its feet: if it fell, when, and which way; and what went under the
+ground, since nothing of it touches.
 
 The ground pushes at the centre of pressure.  While a robot stands, its centre of mass is above this
 place, up to how the robot sways.  A robot that tips over its feet leaves this place behind at their
@@ -35,7 +36,7 @@ class Event(NamedTuple):
     time: float
     """s"""
     what: str
-    """``left-feet``, of the centre of mass; or ``hit-ground``, of a body."""
+    """``left-feet``, of the centre of mass; ``hit-ground``, or ``under-ground``, of a body."""
     words: str
 
 
@@ -59,7 +60,7 @@ def tell(results: Results) -> Story | None:
         tilted = acos(min(1.0, motion.up @ rot_last @ rot.T @ motion.up))
         way = f"{abs(rise):.2g} mm {'lower' if rise < 0.0 else 'higher'}"
         words = f"{name} stands: its base is {way}, and has tilted by {tilted:.2g} rad"
-        return Story(False, [], words)
+        return Story(False, events := motion.sunk(), "; ".join([words, *_told(events)]))
     hits = {
         body: int(np.argmax(when))
         for body, when in loaded.items()
@@ -72,8 +73,12 @@ def tell(results: Results) -> Story | None:
         if body in hits:
             when = float(time[hits[body]])
             events.append(Event(when, "hit-ground", f"'{body}' hit the ground"))
-    told = "; ".join(f"at {event.time:.2g} s {event.words}" for event in events)
-    return Story(True, events, f"{name} fell: {told}")
+    events += motion.sunk()
+    return Story(True, events, f"{name} fell: {'; '.join(_told(events))}")
+
+
+def _told(events: list[Event]) -> list[str]:
+    return [f"at {event.time:.2g} s {event.words}" for event in events]
 
 
 class _Motion:
@@ -130,6 +135,27 @@ class _Motion:
         if push <= self.least:
             return np.full(3, np.nan), height
         return centre - height * self.up - np.cross(self.up, moment) / push, height
+
+    def sunk(self) -> list[Event]:
+        """When the deepest body of those that do not touch went under the ground, if one did."""
+        touching = {name for name, _ in self.forces}
+
+        def depths(k: int) -> dict[str, float]:
+            return {
+                body.name: self.ground - float(self.up @ (at + rot @ (body.com or np.zeros(3))))
+                for body in self.mbs.bodies
+                if body.mass and body.name not in touching
+                for at, rot in [self.bodies(k)[body.name]]
+            }
+
+        last = depths(-1)
+        deepest = max(last, key=lambda body: last[body], default="")
+        if last.get(deepest, 0.0) <= 0.0:
+            return []
+        count = len(self.results.time)
+        first = next(k for k in range(count) if depths(k)[deepest] > 0.0)
+        said = f"'{deepest}' went under the ground, since 'contacts' leaves it out"
+        return [Event(float(self.results.time[first]), "under-ground", said)]
 
     def has_fallen(self, trunk: str, k: int) -> bool:
         (start, now) = (self.bodies(n) for n in (0, k))

@@ -86,6 +86,21 @@ def test_it_hits_the_ground_and_the_command_says_so(
     assert told["events"][0]["time"] < told["events"][1]["time"]
 
 
+def test_what_cannot_touch_goes_under_the_ground_and_is_named(tmp_path: Path) -> None:
+    """The post has a tail that hangs over the edge, and falls."""
+    text = f"""<robot name="post">{solid("post", 2.0, HIGH)}{solid("tail", 5.0, 0.0)}
+      <joint name="hip" type="fixed"><parent link="post"/><child link="tail"/>
+      <origin xyz="0.6 0 0.1"/></joint></robot>"""
+    passes = {"contacts": {"points": {"post": CORNERS}, "friction": 2.0}}
+    project = make(tmp_path, text, "post", base="floating", passes=passes)
+    story = simulate(project, time=1.0, language="python").story()
+    assert story is not None
+    under = story.events[-1]
+    assert under.what == "under-ground"
+    assert under.words == "'tail' went under the ground, since 'contacts' leaves it out"
+    assert story.words.endswith(f"at {under.time:.2g} s {under.words}")
+
+
 def test_what_is_bolted_down_has_no_story(tmp_path: Path) -> None:
     bolted = make(tmp_path, POST, "post", base="fixed", passes=PASSES)
     assert simulate(bolted, time=0.1, language="python").story() is None
