@@ -93,7 +93,7 @@ def test_what_cannot_touch_goes_under_the_ground_and_is_named(tmp_path: Path) ->
       <origin xyz="0.6 0 0.1"/></joint></robot>"""
     passes = {"contacts": {"points": {"post": CORNERS}, "friction": 2.0}}
     project = make(tmp_path, text, "post", base="floating", passes=passes)
-    story = simulate(project, time=1.0, language="python").story()
+    story = simulate(project, time=2.0, language="python").story()
     assert story is not None
     under = story.events[-1]
     assert under.what == "under-ground"
