@@ -49,6 +49,8 @@ class Results:
         self.joints = list(data.joint_id)
         self.outputs = {name: np.array(values) for name, values in data.outputs.items()}
         """What user code has given to ``set_output``: time and value, a row for each step."""
+        self.Qa: Any = None
+        """Of inverse dynamics: time, and the force of each joint, a row for each frame."""
         self.stopped = bool(data.flag_stop)
         """True if user code has ended the run."""
         self.equilibrium: Any = None
@@ -104,6 +106,8 @@ class Results:
         for name in (*ALWAYS, *(["Qc"] if self.data.nqc else [])):
             for joint, number in self.data.joint_id.items():
                 found[f"{name}.{joint}"] = self.kept[name][:, number]
+                if self.Qa is not None:
+                    found[f"Qa.{joint}"] = self.Qa[:, number]
         for force, rows in self.external.items():
             for k, part in enumerate(WRENCH):
                 found[f"{force}.{part}"] = rows[:, k]
@@ -151,6 +155,8 @@ class Results:
             for kind, count in used.items()
             if count
         }
+        if self.Qa is not None:
+            files[results / f"{name}_Qa.res"] = _rows(self.Qa)
         files |= {
             results / f"{name}_{output}.res": _rows(values)
             for output, values in self.outputs.items()
@@ -181,6 +187,10 @@ class Recorder:
         """Compute a state, and keep it."""
         self.code.accelerate(time, y)
         self.code.react()
+        self.keep(time)
+
+    def keep(self, time: float) -> None:
+        """Keep what the data have."""
         with own_axes(self.data):
             for name in KEPT:
                 values = getattr(self.data, name).copy()

@@ -15,9 +15,11 @@ from urdf2mbs_simulate.names import (
     vector_cross_product,
 )
 from urdf2mbs_simulate.results import Results
+from urdf2mbs_simulate.trajectory import MbsInvdyn, MbsSolvekin
 
 __all__ = [
-    "MbsData", "MbsDirdyn", "MbsEquil", "MbsModal", "MbsPart", "MbsSensor", "Results",
+    "MbsData", "MbsDirdyn", "MbsEquil", "MbsInvdyn", "MbsModal", "MbsPart", "MbsSensor",
+    "MbsSolvekin", "Results",
     "define_output_vector", "matrix_product", "matrix_vector_product", "mbs_utilities",
     "set_output", "set_output_vector", "transpose", "vector_cross_product",
 ]  # fmt: skip
