@@ -106,8 +106,8 @@ class Results:
         for name in (*ALWAYS, *(["Qc"] if self.data.nqc else [])):
             for joint, number in self.data.joint_id.items():
                 found[f"{name}.{joint}"] = self.kept[name][:, number]
-                if self.Qa is not None:
-                    found[f"Qa.{joint}"] = self.Qa[:, number]
+        for joint, number in self.data.joint_id.items() if self.Qa is not None else ():
+            found[f"Qa.{joint}"] = self.Qa[:, number]
         for force, rows in self.external.items():
             for k, part in enumerate(WRENCH):
                 found[f"{force}.{part}"] = rows[:, k]
