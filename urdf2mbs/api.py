@@ -121,13 +121,9 @@ class Verdict(Proof, kw_only=True):
 
 
 def verify(
-    source: str | os.PathLike[str],
-    model: str | os.PathLike[str],
-    *,
-    frames: bool = False,
-    tolerance: float = TOLERANCE,
-    **fields: Any,
-) -> Verdict:
+    source: str | os.PathLike[str], model: str | os.PathLike[str], *, frames: bool = False,
+    tolerance: float = TOLERANCE, **fields: Any,
+) -> Verdict:  # fmt: skip
     """Compare a URDF or xacro file with an .mbs, which may have been edited by hand.
 
     The .mbs may be given as its project's folder.  A second URDF in its place is converted in

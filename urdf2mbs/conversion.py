@@ -343,16 +343,10 @@ class Conversion(msgspec.Struct, eq=False, dict=True):  # plugins keep attribute
         return next(iter(self.segments.values()))
 
     def warn(
-        self,
-        code: str,
-        message: str,
-        *,
-        link: str | None = None,
-        joint: str | None = None,
-        hint: str | None = None,
-        line: int | None = None,
+        self, code: str, message: str, *, link: str | None = None, joint: str | None = None,
+        hint: str | None = None, line: int | None = None,
         level: Literal["warning", "note"] = "warning",
-    ) -> None:
+    ) -> None:  # fmt: skip
         """Say that something of the robot is not in the .mbs as one would expect.
 
         ``line``: in the URDF; none: that of the link or joint.

@@ -36,14 +36,9 @@ def convert_text(robot: str = TINY, **settings: Any) -> Result:
 
 
 def run_pass(
-    name: str,
-    plugin: str | os.PathLike[str] | None = None,
-    *,
-    after: str = "expand",
-    options: Mapping[str, Any] | None = None,
-    robot: str = TINY,
-    **settings: Any,
-) -> Result:
+    name: str, plugin: str | os.PathLike[str] | None = None, *, after: str = "expand",
+    options: Mapping[str, Any] | None = None, robot: str = TINY, **settings: Any,
+) -> Result:  # fmt: skip
     """Convert a robot by the preset ``faithful`` with one pass put in ``after`` another.
 
     ``plugin`` is the file that brings the pass; None: a package that is installed.

@@ -36,13 +36,9 @@ NOTHING = Wish()
 
 
 def plan(
-    node: Node,
-    vertical: bool,
-    ahead: Sequence[Lead],
-    minus: Sequence[Lead] = (),
-    plus: Sequence[Lead] = (),
-    wish: Wish = NOTHING,
-) -> Plan:
+    node: Node, vertical: bool, ahead: Sequence[Lead], minus: Sequence[Lead] = (),
+    plus: Sequence[Lead] = (), wish: Wish = NOTHING,
+) -> Plan:  # fmt: skip
     """A body with its children ahead, or at its sides of negative and positive ``b``; the plans of
     the children are made."""
     draft = _Draft(node, vertical, ahead, wish, mirror=-1 if plus and not minus else 1)

@@ -76,14 +76,10 @@ def _replaced(files: Mapping[Path, bytes]) -> dict[Path, bytes]:
 
 
 def write_files(
-    files: Mapping[Path, bytes],
-    folders: Sequence[Path] = (),
-    *,
-    once: Mapping[Path, bytes] = MappingProxyType({}),
-    obsolete: Collection[Path] = (),
-    force: bool = False,
-    replaces: Mapping[Path, bytes] = MappingProxyType({}),
-) -> None:
+    files: Mapping[Path, bytes], folders: Sequence[Path] = (), *,
+    once: Mapping[Path, bytes] = MappingProxyType({}), obsolete: Collection[Path] = (),
+    force: bool = False, replaces: Mapping[Path, bytes] = MappingProxyType({}),
+) -> None:  # fmt: skip
     """Write files, in their order; ``folders`` are made, too.
 
     A file that is there is replaced if nobody has changed it or it is empty; with ``force`` in any

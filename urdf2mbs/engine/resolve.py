@@ -166,13 +166,9 @@ def _choose(name: str, offered: list[Registered], plugin: str | None, lines: Lin
 
 
 def _unknown(
-    lines: Lines,
-    at: Key,
-    name: str,
-    known: Collection[str],
-    names: Collection[str] = (),
+    lines: Lines, at: Key, name: str, known: Collection[str], names: Collection[str] = (),
     hint: str = "",
-) -> ConfigError:
+) -> ConfigError:  # fmt: skip
     """The error for a pass that is not ``known``, or is not among the ``names`` of a pipeline."""
     if name in known:
         message = f"pass '{name}' is not in this pipeline"

@@ -20,14 +20,9 @@ class ConversionError(Exception):
     exit_code = 1
 
     def __init__(
-        self,
-        code: str,
-        message: str,
-        *,
-        file: str | None = None,
-        line: int | None = None,
+        self, code: str, message: str, *, file: str | None = None, line: int | None = None,
         hint: str | None = None,
-    ) -> None:
+    ) -> None:  # fmt: skip
         self.code = code
         self.message = message
         self.file = file

@@ -54,12 +54,9 @@ class Check(Pass):
 
 
 def prove(
-    conversion: Conversion,
-    mbs: Mbs,
-    models: Sequence[UserModel] | None = None,
-    tolerance: float = TOLERANCE,
-    robot: Robot | None = None,
-) -> Proof:
+    conversion: Conversion, mbs: Mbs, models: Sequence[UserModel] | None = None,
+    tolerance: float = TOLERANCE, robot: Robot | None = None,
+) -> Proof:  # fmt: skip
     """Compare the .mbs of a conversion with its robot, or with another; frames count, and so do
     changes of the robot that no pass declares."""
     meant = conversion.state(OnPurpose)

@@ -93,12 +93,9 @@ def _warn_of_no_mass(conversion: Conversion) -> None:
 
 
 def _chain(
-    conversion: Conversion,
-    order: list[Joint],
-    children: dict[str, list[Joint]],
-    bodied: set[str],
+    conversion: Conversion, order: list[Joint], children: dict[str, list[Joint]], bodied: set[str],
     needed: set[str],
-) -> dict[str, Pose | None]:
+) -> dict[str, Pose | None]:  # fmt: skip
     """The massless links whose joints go to the body behind them.
 
     The value is the link's constant pose in this body, or None if a moving joint lies between the
@@ -121,12 +118,9 @@ def _chain(
 
 
 def _make_segments(
-    conversion: Conversion,
-    root: str,
-    order: list[Joint],
-    needed: set[str],
+    conversion: Conversion, root: str, order: list[Joint], needed: set[str],
     chained: dict[str, Pose | None],
-) -> None:
+) -> None:  # fmt: skip
     segments = {root: Segment(root, None, [], {root: HERE}, conversion.mbs.base)}
     pending: dict[str, tuple[str, list[Step]]] = {}
     rigid: list[str] = []

@@ -40,19 +40,12 @@ from urdf2mbs.urdf.model import Robot
 
 
 def compare(
-    robot: Robot,
-    mbs: Mbs,
-    joints: Mapping[str, Sequence[str]],
-    *,
-    frames: Mapping[str, LinkFrame] | None = None,
-    frozen: Mapping[str, str] | None = None,
-    orders: Mapping[str, tuple[str, ...]] | None = None,
-    weightless: Collection[str] = (),
-    driven: Collection[str] = (),
-    models: Sequence[UserModel] | None = None,
-    gravity: Vec = (0.0, 0.0, -9.81),
-    tolerance: float = TOLERANCE,
-) -> Proof:
+    robot: Robot, mbs: Mbs, joints: Mapping[str, Sequence[str]], *,
+    frames: Mapping[str, LinkFrame] | None = None, frozen: Mapping[str, str] | None = None,
+    orders: Mapping[str, tuple[str, ...]] | None = None, weightless: Collection[str] = (),
+    driven: Collection[str] = (), models: Sequence[UserModel] | None = None,
+    gravity: Vec = (0.0, 0.0, -9.81), tolerance: float = TOLERANCE,
+) -> Proof:  # fmt: skip
     """Compare a URDF with an .mbs.
 
     ``joints`` maps each moving URDF joint to the .mbs joints that move with its coordinates

@@ -21,13 +21,9 @@ class Comparison:
     """Compares two robots, group by group."""
 
     def __init__(
-        self,
-        one: Side,
-        two: Side,
-        names: Mapping[str, str],
-        frames: Mapping[str, LinkFrame],
+        self, one: Side, two: Side, names: Mapping[str, str], frames: Mapping[str, LinkFrame],
         tolerance: float,
-    ) -> None:
+    ) -> None:  # fmt: skip
         """``names`` maps the coordinates that move on both sides; ``frames`` says where links are
         meant to be."""
         self.one, self.two = one, two

@@ -44,13 +44,9 @@ class Coordinates(msgspec.Struct):
 
 
 def coordinates(
-    robot: Robot,
-    mbs: Mbs,
-    joints: Mapping[str, Sequence[str]],
-    frozen: Collection[str],
-    orders: Mapping[str, tuple[str, ...]],
-    driven: Collection[str],
-) -> Coordinates:
+    robot: Robot, mbs: Mbs, joints: Mapping[str, Sequence[str]], frozen: Collection[str],
+    orders: Mapping[str, tuple[str, ...]], driven: Collection[str],
+) -> Coordinates:  # fmt: skip
     """Match the coordinates of a URDF with those of an .mbs, and note the differences.
 
     ``joints``, ``frozen`` and ``orders`` are as for ``compare``; ``driven`` are the .mbs joints

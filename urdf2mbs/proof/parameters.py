@@ -19,12 +19,9 @@ STATED = (
 
 
 def compare_parameters(
-    robot: Robot,
-    mbs: Mbs,
-    joints: Mapping[str, Sequence[str]],
-    frozen: Collection[str],
+    robot: Robot, mbs: Mbs, joints: Mapping[str, Sequence[str]], frozen: Collection[str],
     models: Sequence[UserModel] | None,
-) -> tuple[list[Difference], dict[str, str], dict[str, str]]:
+) -> tuple[list[Difference], dict[str, str], dict[str, str]]:  # fmt: skip
     """Compare the numbers of the URDF's joints (limits, damping, springs, controllers) with the
     user models; gives the differences, what only the URDF has, and what is not compared.
 

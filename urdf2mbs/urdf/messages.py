@@ -72,17 +72,10 @@ class Messages:
             raise error
 
     def warn(
-        self,
-        code: str,
-        message: str,
-        line: int | None,
-        *,
-        hint: str | None = None,
-        like: tuple[str, Iterable[str]] | None = None,
-        owner: tuple[str, str] | None = None,
-        level: Literal["error", "warning", "note"] = "warning",
-        detail: str = "",
-    ) -> None:
+        self, code: str, message: str, line: int | None, *, hint: str | None = None,
+        like: tuple[str, Iterable[str]] | None = None, owner: tuple[str, str] | None = None,
+        level: Literal["error", "warning", "note"] = "warning", detail: str = "",
+    ) -> None:  # fmt: skip
         """The same message about several links or joints is said once, with their names.
 
         ``like``: a wrong name and the right ones, the nearest of which is offered; ``detail``:

@@ -65,12 +65,9 @@ def is_name(source: str) -> bool:
 
 
 def read_text(
-    source: Path,
-    data: bytes,
-    expansion: Expansion | None,
-    xacro_args: Mapping[str, str],
+    source: Path, data: bytes, expansion: Expansion | None, xacro_args: Mapping[str, str],
     extend: ReadExtension | None = None,
-) -> tuple[Robot, list[Diagnostic]]:
+) -> tuple[Robot, list[Diagnostic]]:  # fmt: skip
     """Read a robot's file, or what it was expanded to; raises ConversionError."""
     text, names, warnings = expansion or (data, [], [])
     try:
