@@ -337,7 +337,7 @@ def _library(data: MbsData, rows: tuple[int, int], sources: list[Path]) -> Any:
     partition = cache_folder() / "equations" / f"{sha256(text.encode()).hexdigest()[:32]}.c"
     if not partition.is_file():
         keep(partition, text.encode())
-    own = [HERE / name for name in ("runtime.c", "steps.c", "turn.c", "hooks.c")]
+    own = [HERE / name for name in ("runtime.c", "steps.c", "explicit.c", "turn.c", "hooks.c")]
     own += [partition, *sources]
     texts = [file.read_text("utf-8", "replace") for file in own]
     called = re.findall(r"\bmbs_(\w+)\(", re.sub(r"(?s)/\*.*?\*/|//[^\n]*", "", "".join(texts)))

@@ -22,6 +22,12 @@ double cross(const double *a, const double *b, int i);
 extern MbsDirdyn dirdyn;
 int accelerate(MbsData *s, double t, const double *y, double *f);
 
+/* steps.c, explicit.c */
+double measure(const MbsData *s, double time, const double *y, const double *next, const double *off,
+               double rtol, double atol);
+double explicit_step(MbsData *s, double t, double h, double *y, double *slope, double rtol, double atol,
+                     int known, int *stiff);
+
 /* partition.c */
 int kept_accelred(MbsData *s, double tsim);
 const double *mass_row(int joint, double *force);

@@ -1,5 +1,6 @@
 /* Steps in C: linearly implicit Euler steps, extrapolated to order 3, with an estimate of the error
    (Deuflhard, SIAM Review 27, 1985; Hairer and Wanner, Solving Ordinary Differential Equations II, IV.9).
+   Steps are explicit while nothing is stiff (explicit.c).
 
    Implicit are the forces: that of a joint by its position and speed, an external force by the motion of
    its body, each with the user states that it sets.  Their slopes are differences of the user functions,
@@ -11,7 +12,7 @@
 
 #include "runtime.h"
 
-enum { JOINTS = RUN_JOINTS, FORCES = RUN_FORCES, STATES = RUN_STATES, OWN = 8, ORDER = 3 };
+enum { JOINTS = RUN_JOINTS, FORCES = RUN_FORCES, STATES = RUN_STATES, OWN = 8, ORDER = 3, MANY = 15 };
 enum { ALL = 2 * JOINTS + STATES + 1, MOST = JOINTS + STATES + 1 };
 
 /* What acts on a joint (it moves in 1 way) or on a body (6 ways: its anchor point, and its rotation).
@@ -24,7 +25,7 @@ typedef struct {
 
 static const double NEAR = 1e-7;
 static Act joint[JOINTS + 1], body[FORCES + 1];
-static int touches[FORCES + 1];
+static int touches[FORCES + 1], stiff; /* explicit steps serve below MANY */
 
 /* The unknowns of a step: the changes of the speeds of the independent joints, and of the user states of
    what acts.  Their forces and rates change by K h speed + D change, where K is found by places. */
@@ -278,6 +279,7 @@ int find_states(MbsData *s)
     const double still[12] = {0};
     double force[6], rate[STATES + 1], before[STATES + 1];
 
+    stiff = 0;
     memcpy(before, s->uxd, sizeof before);
     for (int f = 1; f <= FORCES; f++) {
         Act *a = &body[f];
@@ -330,12 +332,31 @@ static double miss(MbsData *s, double t, double h, const double *y, double rtol,
     return error;
 }
 
-/* The state after h, in y: by one step, two and three, extrapolated.  Gives the error, as a part of what
-   is allowed.  known: y was computed last. */
+/* The error of a step from y to next, as a part of what is allowed, where off is what each part of the
+   state is off by.  What a speed is off by counts as the place that it leads to within a time. */
+double measure(const MbsData *s, double time, const double *y, const double *next, const double *off,
+               double rtol, double atol)
+{
+    const int n = s->nqu, size = 2 * n + STATES;
+    double error = 0.0;
+
+    for (int i = 0; i < size; i++) {
+        const double allowed = atol + rtol * fmax(fabs(y[i]), fabs(next[i]));
+
+        if (!isfinite(off[i]))
+            return INFINITY;
+        if (i < 2 * n)
+            error = fmax(error, fabs(off[i]) * (i < n ? 1.0 : time) / allowed);
+    }
+    return error;
+}
+
+/* The state after h, in y: by steps of 1 to ORDER parts, extrapolated.  Gives the error, as a part of
+   what is allowed.  known: y was computed last. */
 static double extrapolate(MbsData *s, double t, double h, double *y, double rtol, double atol, int known)
 {
     const int n = s->nqu, size = 2 * n + STATES;
-    double by[ORDER + 1][ALL], error = 0.0;
+    double by[ORDER + 1][ALL], off[ALL] = {0}, error;
 
     unknowns = n;
     memset(touches, 0, sizeof touches);
@@ -357,21 +378,17 @@ static double extrapolate(MbsData *s, double t, double h, double *y, double rtol
                 return INFINITY;
             step(s, h / parts, by[parts]);
         }
-    for (int i = 0; i < size; i++) {
-        const double second = 2.0 * by[2][i] - by[1][i], better = 3.0 * by[3][i] - 2.0 * by[2][i];
-        const double last = (better - second) / 2.0;
-        const double allowed = atol + rtol * fmax(fabs(y[i]), fabs(better));
-
-        if (!isfinite(last))
-            return INFINITY;
-        if (i < 2 * n) /* what a speed is off by counts as the place that it leads to */
-            error = fmax(error, fabs(last) * (i < n ? 1.0 : h) / allowed);
-        by[0][i] = better + last;
-    }
+    for (int k = 1; k < ORDER; k++)
+        for (int parts = ORDER; parts > k; parts--)
+            for (int i = 0; i < size; i++) {
+                off[i] = (by[parts][i] - by[parts - 1][i]) * (parts - k) / k;
+                by[parts][i] += off[i];
+            }
+    error = measure(s, h, y, by[ORDER], off, rtol, atol);
     if (error <= 1.0)
-        error = fmax(error, miss(s, t + h, h, by[0], rtol, atol));
+        error = fmax(error, miss(s, t + h, h, by[ORDER], rtol, atol));
     if (error <= 1.0)
-        memcpy(y, by[0], size * sizeof *y);
+        memcpy(y, by[ORDER], size * sizeof *y);
     return error;
 }
 
@@ -399,8 +416,11 @@ int advance(MbsData *s, double *t, double end, double *h, double most, double *y
 
     while (*t < end && taken < count && !s->flag_stop && !(taken > 0 && must_turn(y))) {
         const double left = end - *t, now = fmin(fmin(*h, most), left);
-        const double error = extrapolate(s, *t, now, y, rtol, atol, known);
-        const double next = now * fmin(4.0, fmax(0.2, 0.9 / cbrt(error)));
+        const int implicit = FORCES || stiff >= MANY;
+        const double error =
+            implicit ? extrapolate(s, *t, now, y, rtol, atol, known)
+                     : explicit_step(s, *t, now, y, found, rtol, atol, known, &stiff);
+        const double next = now * fmin(4.0, fmax(0.2, 0.9 / pow(error, implicit ? 1.0 / ORDER : 0.2)));
 
         known = error <= 1.0 && !loops; /* the loop may change what acts */
         if (now == *h || next < *h)

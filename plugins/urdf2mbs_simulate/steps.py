@@ -21,6 +21,8 @@ _double, _int = ctypes.c_double, ctypes.c_int
 class Rosenbrock:
     """Linearly implicit Euler steps, extrapolated to order 3; see ``steps.c``.
 
+    They are explicit, of order 5, where no external force acts and no joint is stiff.
+
     ``step`` goes to the next of the ``frames``, with as many steps as it takes, or takes one step
     where user code wants to be called after each.
     """

@@ -1,4 +1,4 @@
-"""Our steps in C: of order 3, and as exact as is asked for, beside scipy's."""
+"""Our steps in C: of order 5 or 3, and as exact as is asked for, beside scipy's."""
 
 from __future__ import annotations
 
@@ -11,26 +11,65 @@ import pytest
 
 from oracle.rich import PASSES, convert
 from plugins.project.standin import make
-from plugins.simulate.test_motions import SLIDER, falls
+from plugins.simulate.test_motions import DAMPING, MASS, SLIDER, STIFFNESS, falls
 from urdf2mbs import ConversionError, simulate
 from urdf2mbs.engine.output import write
 from urdf2mbs_simulate.c_code import compiler
 from urdf2mbs_simulate.runtime import MbsData, MbsDirdyn
+from urdf2mbs_simulate.steps import Rosenbrock
 
 pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="there is no C compiler")
 #: So far off may a run of the tolerance 1e-6 be: steps add up, and friction and stops have kinks.
 ADDED = 100
 
 
-def test_the_error_of_a_step_is_of_order_3(tmp_path: Path) -> None:
+def test_the_error_of_an_explicit_step_is_of_order_5(tmp_path: Path) -> None:
     project = make(tmp_path, SLIDER, base="fixed", language="both")
     errors = []
-    for steps in (20, 40, 80):  # a frame each: no step goes over a frame
+    for steps in (10, 20, 40):  # a frame each: no step goes over a frame
         results = simulate(project, time=0.5, language="c", rate=2 * steps, rtol=1e9, atol=1e9)
         errors.append(abs(results.q[-1, 1] - falls(0.5)[0]))
-    assert 1e-9 < errors[2] < 1e-5
-    assert 6 < errors[0] / errors[1] < 12
-    assert 6 < errors[1] / errors[2] < 12
+    assert 1e-11 < errors[2] < 1e-7
+    assert 20 < errors[0] / errors[1] < 48
+    assert 20 < errors[1] / errors[2] < 48
+
+
+def test_steps_are_implicit_where_a_joint_is_stiff(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Explicit steps of 0.7 ms at most would be stable, and it takes 1500 of them."""
+    damping, taken = 10000.0, [0]
+    text = SLIDER.replace(f'damping="{DAMPING}"', f'damping="{damping}"')
+    step = Rosenbrock.step
+
+    def count(solver: Rosenbrock) -> None:
+        step(solver)
+        taken[0] += solver.taken
+
+    monkeypatch.setattr(Rosenbrock, "step", count)
+    project = make(tmp_path, text, base="fixed", language="both")
+    results = simulate(project, time=1.0, language="c", rate=10)
+    slow = STIFFNESS / damping
+    rest = MASS * 9.81 / STIFFNESS
+    assert results.q[-1, 1] == pytest.approx(rest * np.expm1(-slow), abs=1e-5)
+    assert taken[0] < 150
+
+
+def test_an_arm_that_swings_is_exact_by_default(tmp_path: Path) -> None:
+    """Three links that fall from the side, and no two of their axes are parallel."""
+    links = "".join(
+        f'<link name="l{i}"><inertial><origin xyz="0.2 0.02 0.1"/><mass value="{3 - i}"/><inertia '
+        'ixx="0.02" iyy="0.03" izz="0.025" ixy="0.001" ixz="0" iyz="0"/></inertial></link>'
+        f'<joint name="j{i}" type="continuous"><parent link="{f"l{i - 1}" if i else "base"}"/>'
+        f'<child link="l{i}"/><origin xyz="0.4 0 0.1"/><axis xyz="{axis}"/></joint>'
+        for i, axis in enumerate(("0 1 0", "0.6 0.8 0", "0 0.6 0.8"))
+    )
+    text = f'<robot name="arm"><link name="base"/>{links}</robot>'
+    project = make(tmp_path, text, base="fixed", language="both")
+    exact = simulate(project, time=1.0, language="c", method="DOP853", rtol=1e-10, atol=1e-10)
+    found = simulate(project, time=1.0, language="c")
+    assert (np.ptp(exact.q[:, 1:], axis=0) > 0.5).sum() == 3
+    assert np.abs(found.q - exact.q).max() < 1e-4
 
 
 def beside(project: Path, time: float, other: str, **more: Any) -> float:
