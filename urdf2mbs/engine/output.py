@@ -25,6 +25,8 @@ from urdf2mbs.messages.diagnostics import ConfigError
 #: What Robotran expects in a project's folder.
 FOLDERS = ("animationR/vrml", "dataR", "resultsR", "symbolicR", "userfctR", "workR")
 WINDOWS = os.name == "nt"
+#: So many letters of a name are in the name of the file beside it: some systems take 255 bytes.
+LONGEST = 50
 
 
 def write(conversion: Conversion, *, force: bool = False) -> None:
@@ -76,10 +78,14 @@ def _replaced(files: Mapping[Path, bytes]) -> dict[Path, bytes]:
 
 
 def write_files(
-    files: Mapping[Path, bytes], folders: Sequence[Path] = (), *,
-    once: Mapping[Path, bytes] = MappingProxyType({}), obsolete: Collection[Path] = (),
-    force: bool = False, replaces: Mapping[Path, bytes] = MappingProxyType({}),
-) -> None:  # fmt: skip
+    files: Mapping[Path, bytes],
+    folders: Sequence[Path] = (),
+    *,
+    once: Mapping[Path, bytes] = MappingProxyType({}),
+    obsolete: Collection[Path] = (),
+    force: bool = False,
+    replaces: Mapping[Path, bytes] = MappingProxyType({}),
+) -> None:
     """Write files, in their order; ``folders`` are made, too.
 
     A file that is there is replaced if nobody has changed it or it is empty; with ``force`` in any
@@ -107,7 +113,7 @@ def write_files(
         places |= _untouched(once)
         _sweep(places)
         for path, data in places.items():
-            parts[path] = path.with_name(f".{_mark(path)}.{os.getpid()}.part")
+            parts[path] = path.with_name(f".{_shortened(path.name)}.{os.getpid()}.part")
             _write_part(parts[path], path, data)
         people = {_place(path) for path in replaces}
         record.add({path: data for path, data in places.items() if path not in people})
@@ -187,14 +193,17 @@ def _check_place(place: Path) -> None:
         raise PermissionError(EACCES, os.strerror(EACCES), str(place))
 
 
-def _mark(path: Path) -> str:
-    """Stands for the name of a file beside its place: no system has room for a longer name."""
-    return f"{path.name[:40]}-{zlib.crc32(os.fsencode(path.name)):08x}"
+def _shortened(name: str) -> str:
+    """A name of at most ``LONGEST`` letters; long names that differ stay different."""
+    if len(name) <= LONGEST:
+        return name
+    mark = f"{zlib.crc32(name.encode()):08x}"
+    return name[: LONGEST - len(mark)] + mark
 
 
 def _sweep(places: Collection[Path]) -> None:
     """Take away what a run that was killed has left beside these places."""
-    names = {(place.parent, _mark(place)) for place in places}
+    names = {(place.parent, _shortened(place.name)) for place in places}
     for folder in {place.parent for place in places}:
         for part in folder.glob(".*.part"):
             name, _, number = part.stem[1:].rpartition(".")

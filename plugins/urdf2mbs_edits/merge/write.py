@@ -74,6 +74,9 @@ def _copy(element: _Element, objects: set[_Element]) -> _Element:
 
 # --- values ---
 
+#: Between two steps of a path; a namespace may have slashes, too.
+_STEPS = re.compile(r"/(?![^{]*})")
+
 
 def _take_all(mine: _Element, theirs: _Element, fields: list[str], own: list[str]) -> None:
     """Give an element these fields of theirs.  A field brings all that stands in its element, so
@@ -88,14 +91,20 @@ def _take_all(mine: _Element, theirs: _Element, fields: list[str], own: list[str
         elif field in paths:
             _take(mine, theirs, paths[field])
     for field in dict.fromkeys([*own, *fields]):
-        if field[0] == "?":
+        if field[0] == "?" and not _has_gone(mine, before, field[1:]):
             _take(mine, theirs if field in fields else before, field[1:])
+
+
+def _has_gone(now: _Element, before: _Element, path: str) -> bool:
+    """True if the element in which a path ends was there before, and is not there now."""
+    holder = "/".join(_STEPS.split(path)[:-1])
+    return bool(holder) and before.find(holder) is not None and now.find(holder) is None
 
 
 def _take(mine: _Element, other: _Element | None, path: str) -> None:
     """Give an element what another of its kind has at a path."""
     thing, way = mine.tag, ""
-    *steps, name = re.split(r"/(?![^{]*})", path)
+    *steps, name = _STEPS.split(path)
     for step in steps:
         other = None if other is None else other.find(step)
         if other is None and mine.find(step) is None:
@@ -121,7 +130,10 @@ def _take(mine: _Element, other: _Element | None, path: str) -> None:
         _insert(mine, _index(mine, tags, name), one)
     for one in old[len(new) :]:
         _detach(one)
-    _prune(mine)
+    if name == "coordinates" and old and not new and mine.tag not in OBJECTS:
+        _detach(mine)  # a place without coordinates cannot be read, whatever else is in it
+    else:
+        _prune(mine)
 
 
 def _name(element: _Element, settled: Settled, number: int) -> None:

@@ -242,6 +242,17 @@ EDITS: list[Callable[[Mbs, Any], None]] = [
 ]  # fmt: skip
 
 
+def test_what_stands_in_a_place_goes_with_it() -> None:
+    """A <com> without coordinates could not be read, and no merge would end."""
+    root = etree.fromstring(OWN)
+    place = root.find("bodytree/body/com")
+    place.set("note", "why")
+    etree.SubElement(place, "mine").text = "3"
+    mbs = read(etree.tostring(root), "m.mbs")
+    mbs.bodies[0].com = None
+    assert b"<mine>" not in write(mbs)
+
+
 @settings(few, max_examples=15)
 @given(sprinkled(), st.lists(st.sampled_from(EDITS[:3] + EDITS[4:]), unique=True))
 def test_whatever_else_stands_in_a_file_stays(
