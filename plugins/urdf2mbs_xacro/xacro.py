@@ -103,6 +103,7 @@ class Run:
         """Expand the file; raises ConversionError."""
         with _lock, warnings.catch_warnings(record=True) as python_warnings:
             warnings.simplefilter("always")
+            warnings.simplefilter("ignore", ResourceWarning)  # of whatever Python tidies up now
             try:
                 document = self.xacro.process_file(self.file, mappings=self.args)
                 made = document.toprettyxml(indent="  ").encode()

@@ -5,7 +5,9 @@ from __future__ import annotations
 import os
 import sys
 import threading
+import warnings
 from pathlib import Path
+from typing import Any
 from xml.sax.saxutils import quoteattr
 
 import pytest
@@ -14,7 +16,7 @@ from making import read_robot
 from urdf2mbs.api import convert
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.urdf.packages import Packages
-from urdf2mbs_xacro.xacro import expand
+from urdf2mbs_xacro.xacro import Run, expand
 
 #: What xacro evaluates to the same value, with trust and without.
 HARMLESS = (
@@ -184,6 +186,21 @@ def failure(folder: Path, inside: str) -> ConversionError:
     with pytest.raises(ConversionError) as caught:
         expand(source, Packages({}, source), {})
     return caught.value
+
+
+def test_what_python_tidies_up_is_no_warning_of_a_robot(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    source = robot(tmp_path, link("1"))
+    run = Run(str(source), Packages({}, source), {}, trust=False)
+    expand_it = run.xacro.process_file
+
+    def tidy(*words: Any, **more: Any) -> Any:
+        warnings.warn("Implicitly cleaning up", ResourceWarning, stacklevel=1)
+        return expand_it(*words, **more)
+
+    monkeypatch.setattr(run.xacro, "process_file", tidy)
+    assert run.run().warnings == []
 
 
 @pytest.mark.parametrize("expression", HARMLESS)
