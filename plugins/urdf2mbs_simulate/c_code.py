@@ -29,6 +29,7 @@ from urdf2mbs_simulate.data import MbsData
 from urdf2mbs_simulate.equations import cache_folder, equations, keep
 from urdf2mbs_simulate.push import places
 from urdf2mbs_simulate.python_code import PythonCode, changes, default
+from urdf2mbs_simulate.turn import tell_of_turn
 
 HERE = Path(__file__).parent
 HEADERS = HERE / "mbsysc"
@@ -191,6 +192,14 @@ class CCode(PythonCode):
         _int.in_dll(self.library, "can_turn").value = self.data.can_turn
         _int.in_dll(self.library, "turned").value = self.data.turned
         (_double * 3).in_dll(self.library, "own_angles")[:] = [*map(float, self.data.own_angles)]
+
+    def find_axes(self) -> None:
+        """Take over in which axes C has gone on."""
+        turned = bool(_int.in_dll(self.library, "turned").value)
+        if turned:
+            tell_of_turn(self.data)
+            self.data.own_angles = np.array((_double * 3).in_dll(self.library, "own_angles"))
+        self.data.turned = turned
 
     def repartition(self, kept: Any) -> None:
         super().repartition(kept)

@@ -34,7 +34,7 @@ const double *mass_row(int joint, double *force);
 void find_leads(int joint, double *leads);
 
 /* turn.c */
-int must_turn(const double *y);
+int turn_if_near(const MbsData *s, double *y);
 void turn_force(double *force);
 void show_base(MbsData *s);
 void hide_base(MbsData *s);

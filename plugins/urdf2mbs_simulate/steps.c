@@ -414,7 +414,7 @@ int advance(MbsData *s, double *t, double end, double *h, double most, double *y
 {
     int taken = 0, known = 0;
 
-    while (*t < end && taken < count && !s->flag_stop && !(taken > 0 && must_turn(y))) {
+    while (*t < end && taken < count && !s->flag_stop) {
         const double left = end - *t, now = fmin(fmin(*h, most), left);
         const int implicit = FORCES || stiff >= MANY;
         const double error =
@@ -434,6 +434,8 @@ int advance(MbsData *s, double *t, double end, double *h, double most, double *y
         taken++;
         if (loops)
             loop(s);
+        if (turn_if_near(s, y))
+            known = 0;
     }
     return taken;
 }

@@ -63,6 +63,7 @@ class Rosenbrock:
             self.y.ctypes.data, rtol, atol, self.most, self.loops,
         )  # fmt: skip
         self.code.check()
+        self.code.find_axes()
         self.code.data.flag_stop |= self.code.c.flag_stop
         if self.taken < 0:
             self.status = "failed"

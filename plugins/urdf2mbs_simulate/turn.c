@@ -70,40 +70,62 @@ static void add_drift(const double *q, const double *rates, double sign, double 
     a[3] += sign * (first * (cos(q[1]) * second - sin(q[1]) * last) - cos(q[1]) * along);
 }
 
-/* The angles of the rotation that is turned back from q, and nearest to own_angles. */
-static void find_own_angles(const double *q)
+/* The angles of the rotation of q that is turned forth or back, and nearest to some. */
+static void find_angles(const double *q, int way, const double *near, double *found)
 {
     const double ca = cos(q[1]), sa = sin(q[1]), cc = cos(q[3]), sc = sin(q[3]), sb = sin(q[2]);
-    const double middle = asin(fmax(-1.0, fmin(1.0, sa * cos(q[2]))));
+    const double middle = asin(fmax(-1.0, fmin(1.0, -way * sa * cos(q[2]))));
+    double best = INFINITY, nearest[3];
+
+    for (int side = 0; side < 2; side++) { /* two triples of angles are the same rotation */
+        double off = 0.0, angles[3] = {
+            atan2(way * sb, ca * cos(q[2])) + side * PI,
+            side ? PI - middle : middle,
+            atan2(way * (sa * sb * sc - ca * cc), way * (ca * sc + sa * sb * cc)) + side * PI,
+        };
+
+        for (int i = 0; i < 3; i++) {
+            angles[i] += 2.0 * PI * round((near[i] - angles[i]) / (2.0 * PI));
+            off += fabs(angles[i] - near[i]);
+        }
+        if (off < best) {
+            best = off;
+            memcpy(nearest, angles, sizeof nearest);
+        }
+    }
+    memcpy(found, nearest, sizeof nearest);
+}
+
+/* The model's own angles at the q of turned axes. */
+static void find_own_angles(const double *q)
+{
     static double last[3];
-    double best = INFINITY, found[3];
 
     if (!memcmp(last, q + 1, sizeof last)) /* most forces are those of one position */
         return;
     memcpy(last, q + 1, sizeof last);
-    for (int side = 0; side < 2; side++) { /* two triples of angles are the same rotation */
-        double off = 0.0, angles[3] = {
-            atan2(-sb, ca * cos(q[2])) + side * PI,
-            side ? PI - middle : middle,
-            atan2(ca * cc - sa * sb * sc, -(ca * sc + sa * sb * cc)) + side * PI,
-        };
-
-        for (int i = 0; i < 3; i++) {
-            angles[i] += 2.0 * PI * round((own_angles[i] - angles[i]) / (2.0 * PI));
-            off += fabs(angles[i] - own_angles[i]);
-        }
-        if (off < best) {
-            best = off;
-            memcpy(found, angles, sizeof found);
-        }
-    }
-    memcpy(own_angles, found, sizeof found);
+    find_angles(q, -1, own_angles, own_angles);
 }
 
-/* 1 where the second angle of the base asks for other axes. */
-int must_turn(const double *y)
+/* Go on in other axes, if the second angle of the base asks for them: the state y becomes the one there. */
+int turn_if_near(const MbsData *s, double *y)
 {
-    return can_turn && fabs(cos(y[4])) < 0.3;
+    static const double zero[3];
+    const int way = turned ? -1 : 1;
+    double *q = y - 1, *qd = y + s->nqu - 1, spin[4]; /* from index 1 */
+
+    if (!can_turn || fabs(cos(q[5])) >= 0.3)
+        return 0;
+    find_spin(q + 3, qd + 3, spin);
+    if (turned)
+        find_own_angles(q + 3);
+    else
+        memcpy(own_angles, q + 4, sizeof own_angles);
+    find_angles(q + 3, way, turned ? own_angles : zero, q + 4);
+    quarter(q, way), quarter(qd, way), quarter(spin, way);
+    find_rates(q + 3, spin, qd + 3);
+    turned = !turned;
+    return 1;
 }
 
 /* Show the model's own q, qd and qdd of the base. */

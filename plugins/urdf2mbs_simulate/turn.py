@@ -49,11 +49,15 @@ def turn_if_near(code: PythonCode, at: tuple[float, Any] | None = None) -> bool:
         else:
             data.own_angles = data.q[ANGLES].copy()
             _change(data, QUARTER, np.zeros(3))
-            data.said += [SAID] * (SAID not in data.said)
+            tell_of_turn(data)
         data.turned = not data.turned
     if turns or at is None:
         code.take_axes()
     return turns
+
+
+def tell_of_turn(data: MbsData) -> None:
+    data.said += [SAID] * (SAID not in data.said)
 
 
 def show(data: MbsData) -> None:
