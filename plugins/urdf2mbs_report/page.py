@@ -117,10 +117,21 @@ def _both_sides(
     return data
 
 
-def make_of_model(model: Mbs, file: Path, results: str = "dirdyn.csv") -> Page:
+class Script(msgspec.Struct):
+    """A module of another plugin, and what it reads as ``data.live``: a robot that moves by
+    itself."""
+
+    text: str
+    data: dict[str, Any]
+
+
+def make_of_model(
+    model: Mbs, file: Path, results: str = "dirdyn.csv", live: Script | str | None = None
+) -> Page:
     """The page of an .mbs alone, without a URDF; ``file`` is where it lies.
 
     The page plays the motion of this file in the project's resultsR, if there is one.
+    ``live`` is the robot that moves by itself, or why there is none.
     ``PRJPATH`` of its urls is the folder around ``dataR``, else the file's own folder.
     """
     project = project_of(file.absolute())
@@ -135,6 +146,11 @@ def make_of_model(model: Mbs, file: Path, results: str = "dirdyn.csv") -> Page:
         "facts": _facts_of_model(model),
         "notes": _notes(store, set()),
     }
+    if isinstance(live, Script):
+        data["live"] = live.data
+        fields["live"] = live.text
+    elif live:
+        fields["not_live"] = escape(live)
     return _fill(model, store, data, file.name, fields)
 
 
@@ -174,7 +190,7 @@ def _fill(
         "bodies": sections.bodies(model, conversion),
         "around": around.tables(said, model),
         "css": _own("page.css"),
-        "js": _joined_modules(),
+        "js": _joined_modules(fields.get("live", "")),
         "viewer": _script(viewer),
         "diagram": _diagram(model),
         "data": _island(data),
@@ -196,9 +212,13 @@ def _own(name: str) -> str:
     return files("urdf2mbs_report").joinpath(name).read_text("utf-8").rstrip("\n")
 
 
-def _joined_modules() -> str:
-    """The page's own script: all modules in one scope, for a page on disk can load none."""
-    text = "\n\n".join(_own(f"js/{name}.js") for name in MODULES)
+def _joined_modules(last: str) -> str:
+    """The page's own script: all modules in one scope, for a page on disk can load none.
+
+    The last one, another plugin's, has its own names.
+    """
+    own = [_own(f"js/{name}.js") for name in MODULES]
+    text = "\n\n".join([*own, f"{{\n{last}}}"])
     text = re.sub(r"^import .*?;\n+", "", text, flags=re.DOTALL | re.MULTILINE)
     text = re.sub(r"^export ", "", text, flags=re.MULTILINE)
     return f'"use strict";\n(() => {{\n{text}\n}})();'

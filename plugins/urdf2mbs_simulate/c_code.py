@@ -12,7 +12,7 @@ import re
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache
 from hashlib import sha256
 from importlib.util import find_spec
@@ -35,10 +35,11 @@ HERE = Path(__file__).parent
 HEADERS = HERE / "mbsysc"
 #: Equations of 2025 and later call ``user_call_X``, which here is ``user_X``.
 FLAGS = (
-    "-std=gnu99", "-O2", "-w", "-shared", "-fPIC", "-D__thread=",
+    "-std=gnu99", "-O2", "-w", "-D__thread=",
     "-Duser_call_ExtForces=run_ExtForces", *(f"-Duser_call_{name}=user_{name}" for name in (
         "Link3DForces", "LinkForces", "DrivenJoints", "cons_hJ", "cons_jdqd")),
 )  # fmt: skip
+LIBRARY = ("-shared", "-fPIC")
 
 _double, _int = ctypes.c_double, ctypes.c_int
 _row = ctypes.POINTER(_double)
@@ -106,10 +107,14 @@ def compiler() -> str | None:
     """The C compiler: ``$CC``, else cc, gcc or clang, else zig of the package ziglang, which the
     extra ``live`` brings; None where there is none."""
     names = [os.environ["CC"]] if os.environ.get("CC") else ["cc", "gcc", "clang"]
+    return next(filter(None, [*map(shutil.which, names), zig()]), None)
+
+
+def zig() -> str | None:
+    """The compiler of the package ziglang, which compiles for a page, too."""
     package = find_spec("ziglang")
     folders = package.submodule_search_locations if package else None
-    zig = shutil.which("zig", path=folders[0]) if folders else None
-    return next(filter(None, [*map(shutil.which, names), zig]), None)
+    return shutil.which("zig", path=folders[0]) if folders else None
 
 
 def vector(array: Any) -> Any:
@@ -156,7 +161,8 @@ class CCode(PythonCode):
         super().__init__(data)
         self.name = "C" if self.in_c else "C, user functions in Python"
         self.raised: BaseException | None = None
-        self.library = _library(data, self.rows, sources)
+        self.sources = _sources(data, self.rows, sources)
+        self.library = compiled(data, *self.sources)
         self.memory = memory = Memory(data)
         self.c, self.at = memory.c, memory.at
         # arguments that are made once, since this is called some ten thousand times a second
@@ -260,12 +266,12 @@ class CCode(PythonCode):
         if self.raised is not None:
             raise self.raised
 
-    def _user_models(self) -> Any:
-        """The struct of ``user_model.h``: the numbers one after the other.
+    def parameters(self) -> list[tuple[str, str]]:
+        """The model and the name of each number in the struct of ``user_model.h``.
 
         Raises ConversionError where it has more than numbers.
         """
-        numbers = []
+        found = []
         for model in self.data.mbs.user_models if self.in_c else ():
             for parameter in model.parameters if model.name not in STATES else ():
                 if parameter.type != "scalar":
@@ -275,8 +281,13 @@ class CCode(PythonCode):
                         "functions get numbers only",
                         file=str(self.data.mbs_file), hint="take user functions in Python",
                     )  # fmt: skip
-                numbers.append(self.data.user_model[model.name][parameter.name])
-        return np.array([*numbers, 0.0])
+                found.append((model.name, parameter.name))
+        return found
+
+    def _user_models(self) -> Any:
+        """The struct of ``user_model.h``: the numbers one after the other."""
+        values = self.data.user_model
+        return np.array([*(values[model][name] for model, name in self.parameters()), 0.0])
 
     # --- functions in Python ---
 
@@ -332,13 +343,16 @@ class CCode(PythonCode):
         setattr(self.hooks, name, _HOOKS[name](call))
 
 
-def _library(data: MbsData, rows: tuple[int, int], sources: list[Path]) -> Any:
-    """The equations and user functions of a simulation, with accelred for any partition."""
+def _sources(
+    data: MbsData, rows: tuple[int, int], user: list[Path]
+) -> tuple[list[Path], list[str]]:
+    """The files of a simulation, with accelred for any partition, and what they are compiled
+    with."""
     facts = {**CWriter(data.mbs).facts(), "ANY_DRIVEN": bool(data.nqc)}
     words = ", ".join(f"{name} = {int(value)}" for name, value in facts.items())
     defines = [f"-DRUN_JOINTS={data.njoint}", f"-DRUN_CUTS={rows[0]}", f"-DRUN_USER_ROWS={rows[1]}"]
     defines += [f"-DRUN_FORCES={data.Nxfrc}", f"-DRUN_STATES={data.Nux}", f"-DRUN_FACTS={words}"]
-    defines += ["-DUSER_IN_C"] * bool(sources)
+    defines += ["-DUSER_IN_C"] * bool(user)
     text = (HERE / "partition.c").read_text().replace(
         '#include "accelred.c"',
         CWriter(data.mbs).sections("info", "calls", "forces", "loops", "accelred"),
@@ -347,39 +361,46 @@ def _library(data: MbsData, rows: tuple[int, int], sources: list[Path]) -> Any:
     if not partition.is_file():
         keep(partition, text.encode())
     own = [HERE / name for name in ("runtime.c", "steps.c", "explicit.c", "turn.c", "hooks.c")]
-    own += [partition, *sources]
+    own += [partition, *user]
     texts = [file.read_text("utf-8", "replace") for file in own]
     called = re.findall(r"\bmbs_(\w+)\(", re.sub(r"(?s)/\*.*?\*/|//[^\n]*", "", "".join(texts)))
     files = equations(data, sorted({*called} & {*FUNCTIONS} - {"accelred"}), "c")
-    return compiled(data, [*files.values(), *own], *defines)
+    return [*files.values(), *own], defines
 
 
-def compiled(data: MbsData, sources: list[Path], *defines: str) -> Any:
-    """C files as a library; it is kept in the cache by its checksum."""
+def compiled(data: MbsData, sources: list[Path], defines: Sequence[str] = ()) -> Any:
+    """C files as a library."""
     found = compiler()
     if found is None:
         raise ConfigError(
             "usage", "there is no C compiler: neither cc nor gcc nor clang nor ziglang",
             hint="'pip install ziglang' is one; or take Python: --language python",
         )  # fmt: skip
+    return ctypes.CDLL(str(build(data, sources, [*LIBRARY, *defines], found, ".so")))
+
+
+def build(
+    data: MbsData, sources: list[Path], flags: Sequence[str], compiler: str, suffix: str
+) -> Path:
+    """C files, compiled; what comes of them is kept in the cache by its checksum."""
     headers = [HERE / "runtime.h", *HEADERS.glob("*.h"), *data.user_path.glob("*.h")]
-    key = sha256(" ".join([found, platform.machine(), *FLAGS, *defines]).encode())
+    key = sha256(" ".join([compiler, platform.machine(), *FLAGS, *flags]).encode())
     for file in (*sources, *sorted(headers)):
         key.update(b"\0" + file.read_bytes())
-    library = cache_folder() / "libraries" / f"{key.hexdigest()[:32]}.so"
-    if not library.is_file():
+    kept = cache_folder() / "libraries" / f"{key.hexdigest()[:32]}{suffix}"
+    if not kept.is_file():
         with tempfile.TemporaryDirectory(prefix="urdf2mbs-") as folder:
-            made = Path(folder, library.name)
+            made = Path(folder, kept.name)
             folders = [f"-I{at}" for at in (HERE, HEADERS, data.user_path, data.symbolic_path)]
-            command = [found, "cc"] if Path(found).stem == "zig" else [found]
+            command = [compiler, "cc"] if Path(compiler).stem == "zig" else [compiler]
             done = subprocess.run(
-                [*command, *FLAGS, *defines, *folders, "-o", made, *sources, "-lm"],
+                [*command, *FLAGS, *flags, *folders, "-o", made, *sources, "-lm"],
                 check=False, capture_output=True, text=True, encoding="utf-8", errors="replace",
             )  # fmt: skip
             if done.returncode:
                 raise _not_compiled(done.stderr)
-            keep(library, made.read_bytes())
-    return ctypes.CDLL(str(library))
+            keep(kept, made.read_bytes())
+    return kept
 
 
 def _not_compiled(said: str) -> ConversionError:

@@ -1,4 +1,5 @@
-/* The functions of a project that are Python's: set_output, and without USER_IN_C the user functions.
+/* The functions of a project that are Python's: set_output, and without USER_IN_C the user functions.  In a page
+   there is no Python, and they do nothing.
 
    Compiled with RUN_JOINTS and RUN_USER_ROWS, the number of the user's constraints. */
 #include <string.h>
@@ -46,7 +47,8 @@ double *user_ExtForces(double P[4], double R[4][4], double V[4], double OM[4], d
                        double OMP[4], MbsData *s, double tsim, int number)
 {
     move_point(P, R, V, OM, A, OMP);
-    hooks.ext_forces(tsim, number);
+    if (hooks.ext_forces)
+        hooks.ext_forces(tsim, number);
     return s->SWr[number];
 }
 
@@ -54,37 +56,44 @@ double *user_Link3DForces(double P[4], double R[4][4], double V[4], double OM[4]
                           double OMP[4], MbsData *s, double tsim, int number)
 {
     move_point(P, R, V, OM, A, OMP);
-    hooks.link_3d_forces(tsim, number);
+    if (hooks.link_3d_forces)
+        hooks.link_3d_forces(tsim, number);
     return s->l3DWr[number];
 }
 
 double user_LinkForces(double Z, double Zd, MbsData *s, double tsim, int number)
 {
     (void) s;
-    return hooks.link_force(Z, Zd, tsim, number);
+    return hooks.link_force ? hooks.link_force(Z, Zd, tsim, number) : 0.0;
 }
 
 double *user_JointForces(MbsData *s, double tsim)
 {
-    hooks.joint_forces(tsim);
+    if (hooks.joint_forces)
+        hooks.joint_forces(tsim);
+    else
+        memset(s->Qq, 0, (RUN_JOINTS + 1) * sizeof *s->Qq);
     return s->Qq;
 }
 
 void user_DrivenJoints(MbsData *s, double tsim)
 {
     (void) s;
-    hooks.driven_joints(tsim);
+    if (hooks.driven_joints)
+        hooks.driven_joints(tsim);
 }
 
 void user_Derivative(MbsData *s)
 {
-    hooks.derivative(s->tsim);
+    if (hooks.derivative)
+        hooks.derivative(s->tsim);
 }
 
 void user_cons_hJ(double *h, double **Jac, MbsData *s, double tsim)
 {
     (void) s;
-    hooks.cons_hJ(tsim);
+    if (hooks.cons_hJ)
+        hooks.cons_hJ(tsim);
     for (int i = 1; i <= RUN_USER_ROWS; i++) {
         h[i] = rows_h[i];
         for (int j = 1; j <= RUN_JOINTS; j++)
@@ -95,8 +104,14 @@ void user_cons_hJ(double *h, double **Jac, MbsData *s, double tsim)
 void user_cons_jdqd(double *jdqd, MbsData *s, double tsim)
 {
     (void) s;
-    hooks.cons_jdqd(tsim);
+    if (hooks.cons_jdqd)
+        hooks.cons_jdqd(tsim);
     memcpy(jdqd + 1, rows_jdqd + 1, RUN_USER_ROWS * sizeof *jdqd);
+}
+
+void user_dirdyn_init(MbsData *s, MbsDirdyn *mbs_dd)
+{
+    (void) s, (void) mbs_dd;
 }
 
 void user_dirdyn_loop(MbsData *s, MbsDirdyn *mbs_dd)

@@ -23,17 +23,23 @@ extern MbsDirdyn dirdyn;
 int accelerate(MbsData *s, double t, const double *y, double *f);
 
 /* steps.c, explicit.c */
+extern int last_joint[];
+int find_states(MbsData *s);
+int advance(MbsData *s, double *t, double end, double *h, double most, double *y, double rtol,
+            double atol, int count, int loops);
 double measure(const MbsData *s, double time, const double *y, const double *next, const double *off,
                double rtol, double atol);
 double explicit_step(MbsData *s, double t, double h, double *y, double *slope, double rtol, double atol,
                      int known, int *stiff);
 
 /* partition.c */
+void set_partition(MbsData *s, const int *rows);
 int kept_accelred(MbsData *s, double tsim);
 const double *mass_row(int joint, double *force);
 void find_leads(int joint, double *leads);
 
 /* turn.c */
+extern int can_turn, turned;
 int turn_if_near(const MbsData *s, double *y);
 void turn_force(double *force);
 void show_base(MbsData *s);

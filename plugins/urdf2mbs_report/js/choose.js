@@ -52,17 +52,27 @@ function tell() {
   about.append(element("b", "", body.name), lines.join("\n"));
 }
 
-// choose the body that is under the mouse
-export function pick(event) {
+// the ray from the camera through the mouse
+export function rayThrough(event) {
   const box = renderer.domElement.getBoundingClientRect(), ray = new THREE.Raycaster();
   ray.setFromCamera({
     x: 2 * (event.clientX - box.left) / box.width - 1,
     y: 1 - 2 * (event.clientY - box.top) / box.height,
   }, camera);
+  return ray;
+}
+
+// the body that is under the mouse, and where (m)
+export function hitBody(event) {
   const targets = drawn.filter((one) => one.group.visible && sides[one.side].visible)
     .flatMap((one) => one.objects);
-  const [hit] = ray.intersectObjects(targets);
-  choose(hit && bodyOfDrawn(hit.object.userData.drawn));
+  const [hit] = rayThrough(event).intersectObjects(targets);
+  return hit && {body: bodyOfDrawn(hit.object.userData.drawn), point: hit.point};
+}
+
+export function pick(event) {
+  const hit = hitBody(event);
+  choose(hit && hit.body);
 }
 
 // choose what a row of a table, an entry of the tree or a slider stands for

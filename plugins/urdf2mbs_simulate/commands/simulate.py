@@ -27,7 +27,7 @@ from urdf2mbs.commands.settings import (
     robot_or_config,
 )
 from urdf2mbs.engine.pipeline import Pipeline
-from urdf2mbs.messages.diagnostics import ConfigError, counted
+from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, counted
 
 if TYPE_CHECKING:
     from urdf2mbs.config.model import Config
@@ -139,8 +139,14 @@ def _write_page(model: Path, results: Results, arguments: argparse.Namespace) ->
     """Write the page of the model; it plays the results that were just written."""
     from urdf2mbs.engine.output import write_files
     from urdf2mbs_report.page import make_of_model
+    from urdf2mbs_simulate.live import make_live
 
-    page = make_of_model(results.data.mbs, model)
+    try:
+        live = make_live(results)
+    except ConversionError as error:
+        live = f"the robot cannot be pulled and dropped: {error.message}"
+    script = live if isinstance(live, str) else live.script()
+    page = make_of_model(results.data.mbs, model, live=script)
     write_files({arguments.output: page.data}, force=arguments.force)
     return Path(arguments.output)
 
