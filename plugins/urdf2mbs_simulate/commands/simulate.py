@@ -52,7 +52,8 @@ def add_options(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "-o", "--output", type=path, metavar="DIR|PAGE.html",
         help="the folder of the project that a robot becomes (default: NAME_robotran), or an "
-        ".mbs outside a project; or a page that plays the motion",
+        ".mbs outside a project; or a page that plays the motion, where the robot lives with the "
+        "extra 'live'",
     )  # fmt: skip
     command.add_argument("--time", type=float, default=2.0, metavar="S", help="default: 2 s")
     command.add_argument(
@@ -111,7 +112,9 @@ def carry_out(arguments: argparse.Namespace) -> int:
         equil = results.equilibrium.results.write("equil")
         files[:0] = [file for file in equil if file.suffix == ".res"]
     if is_page(arguments.output):
-        files.insert(0, _write_page(model, results, arguments))
+        with Progress(arguments) as progress:
+            progress.at = "compiling the robot of the page"
+            files.insert(0, _write_page(model, results, arguments))
     if arguments.json:
         print_json(_described(results, files, seconds))
     else:
