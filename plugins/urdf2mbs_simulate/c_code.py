@@ -33,11 +33,13 @@ from urdf2mbs_simulate.turn import tell_of_turn
 
 HERE = Path(__file__).parent
 HEADERS = HERE / "mbsysc"
-#: Equations of 2025 and later call ``user_call_X``, which here is ``user_X``.
+#: Equations of 2025 and later call ``user_call_X``: here ``user_X``, or ``run_X`` of ``turn.c``,
+#: which calls it.
 FLAGS = (
     "-std=gnu99", "-O2", "-w", "-D__thread=",
-    "-Duser_call_ExtForces=run_ExtForces", *(f"-Duser_call_{name}=user_{name}" for name in (
-        "Link3DForces", "LinkForces", "DrivenJoints", "cons_hJ", "cons_jdqd")),
+    *(f"-Duser_call_{name}=run_{name}" for name in (
+        "ExtForces", "Link3DForces", "LinkForces", "DrivenJoints")),
+    *(f"-Duser_call_{name}=user_{name}" for name in ("cons_hJ", "cons_jdqd")),
 )  # fmt: skip
 LIBRARY = ("-shared", "-fPIC")
 

@@ -14,6 +14,10 @@
 double *run_ExtForces(double P[4], double R[4][4], double V[4], double OM[4], double A[4],
                       double OMP[4], MbsData *s, double tsim, int number);
 double *run_JointForces(MbsData *s, double tsim);
+void run_DrivenJoints(MbsData *s, double tsim);
+double run_LinkForces(double Z, double Zd, MbsData *s, double tsim, int number);
+double *run_Link3DForces(double P[4], double R[4][4], double V[4], double OM[4], double A[4],
+                         double OMP[4], MbsData *s, double tsim, int number);
 
 int can_turn, turned;
 double own_angles[3]; /* as they were shown last: the next ones are near */
@@ -177,6 +181,35 @@ double *run_ExtForces(double P[4], double R[4][4], double V[4], double OM[4], do
         quarter(moved[i], 1);
     memcpy(force, given, sizeof forces[number]);
     quarter(force, 1), quarter(force + 3, 1);
+    return force;
+}
+
+/* What these three are given and give is the same in all axes, but they may look at the base. */
+void run_DrivenJoints(MbsData *s, double tsim)
+{
+    show_base(s);
+    user_DrivenJoints(s, tsim);
+    hide_base(s);
+}
+
+double run_LinkForces(double Z, double Zd, MbsData *s, double tsim, int number)
+{
+    double force;
+
+    show_base(s);
+    force = user_LinkForces(Z, Zd, s, tsim, number);
+    hide_base(s);
+    return force;
+}
+
+double *run_Link3DForces(double P[4], double R[4][4], double V[4], double OM[4], double A[4],
+                         double OMP[4], MbsData *s, double tsim, int number)
+{
+    double *force;
+
+    show_base(s);
+    force = user_Link3DForces(P, R, V, OM, A, OMP, s, tsim, number);
+    hide_base(s);
     return force;
 }
 

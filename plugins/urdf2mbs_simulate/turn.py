@@ -30,10 +30,13 @@ SAID = "its base comes near 90 degrees, where Robotran itself cannot go on"
 
 
 def can_turn(data: MbsData) -> bool:
-    """True if the first six joints are those of a free base, and gravity is along z."""
+    """True if the first six joints are those of a base that nothing ties to the ground, and gravity
+    is along z."""
     first = [*data.mbs.joints().values()][:6]
     free = [joint.type for joint in first if joint.nature == "independent"] == TYPES
-    return free and not data.g[1:3].any()
+    ties = (*data.mbs.cuts, *data.mbs.links)
+    tied = any(end[0] is None for tie in ties for end in (tie.endpoint1, tie.endpoint2))
+    return free and not tied and not data.g[1:3].any()
 
 
 def turn_if_near(code: PythonCode, at: tuple[float, Any] | None = None) -> bool:
@@ -84,7 +87,7 @@ def own_axes(data: MbsData) -> Iterator[None]:
 def functions_in_own_axes(data: MbsData) -> dict[str, Any]:
     """The user functions in Python, for equations in turned axes."""
     user = {name: getattr(data, name) for name in ("user_JointForces", "user_ExtForces")}
-    derivatives = data.user_derivatives
+    same = ("user_DrivenJoints", "user_LinkForces", "user_Link3DForces", "user_derivatives")
 
     def joint_forces(mbs_data: MbsData, tsim: float) -> None:
         rows = (data.q, data.qd, data.qdd)
@@ -105,13 +108,18 @@ def functions_in_own_axes(data: MbsData) -> dict[str, Any]:
         found[1:7] = (QUARTER @ found[1:7].reshape(2, 3).T).T.ravel()
         return found
 
-    def rates_of_states(mbs_data: MbsData) -> None:
-        with own_axes(data):
-            derivatives(mbs_data)
+    def looks(function: Any) -> Any:
+        """What it is given and gives is the same in all axes, but it may look at the base."""
+
+        def call(*words: Any) -> Any:
+            with own_axes(data):
+                return function(*words)
+
+        return call
 
     return {
         "user_JointForces": joint_forces, "user_ExtForces": external_forces,
-        "user_derivatives": rates_of_states,
+        **{name: looks(getattr(data, name)) for name in same},
     }  # fmt: skip
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from pathlib import Path
 from typing import Any
@@ -10,8 +11,11 @@ import numpy as np
 import pytest
 
 from plugins.project.standin import make
+from urdf2mbs.mbs.model import Connection
+from urdf2mbs.mbs.reader import read_file
+from urdf2mbs.mbs.writer import write
 from urdf2mbs_simulate.runtime import MbsData, MbsDirdyn
-from urdf2mbs_simulate.turn import SAID, _rates, _rotation
+from urdf2mbs_simulate.turn import SAID, _rates, _rotation, can_turn
 
 in_c = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
 #: The languages of the project, and of the run.
@@ -31,6 +35,7 @@ BOX = (
 def thrown(project: Path, q: Any, qd: Any, time: float, language: str, **options: Any) -> Any:
     data = MbsData(project / "dataR" / "robot.mbs")
     data.q[1:], data.qd[1:] = q, qd
+    data.set_qdriven(options.pop("driven", []))
     data.pushes = options.pop("pushes", [])
     dirdyn = MbsDirdyn(data)
     dirdyn.set_options(tf=time, language=language, save2file=0, **options)
@@ -141,3 +146,60 @@ def test_user_functions_see_the_base_in_its_own_axes(
     assert angle[-1, 1] == pytest.approx(found.q[-1, 5], abs=1e-9)
     assert angle[:, 1].max() > 1.4
     assert np.abs(np.diff(angle[:, 1])).max() < 0.3
+
+
+#: What stands first in user functions in Python and in C.
+LOOK = {
+    "user_DrivenJoints": ("    mbs_data.q[7] = mbs_data.q[5]", "mbs_data->q[7] = mbs_data->q[5];"),
+    "user_LinkForces": (
+        '    mbs_data.set_output(mbs_data.q[5] - 6 * tsim, "link")',
+        'set_output(mbs_data->q[5] - 6 * tsim, "link");',
+    ),
+    "user_Link3DForces": (
+        '    mbs_data.set_output(mbs_data.q[5] - 6 * tsim, "link3D")\n'
+        "    return mbs_data.l3DWr[ixF]",
+        'set_output(mbs_data->q[5] - 6 * tsim, "link3D");',
+    ),
+}
+
+
+def with_lid(tmp_path: Path, written: str, end: str | None) -> Path:
+    """A box with a lid that turns about its middle, and links of two kinds from an end to it."""
+    lid = BOX[BOX.index("<link") : BOX.index("</robot>")].replace(
+        'link name="box"', 'link name="lid"'
+    )
+    hinge = '<joint name="hinge" type="continuous"><parent link="box"/><child link="lid"/>'
+    hinge += '<axis xyz="0 1 0"/></joint>'
+    text = BOX.replace("</robot>", f"{lid}{hinge}</robot>")
+    project = make(tmp_path, text, base="floating", language=written, gravity=[0, 0, 0])
+    file = project / "dataR" / "robot.mbs"
+    mbs = read_file(file)
+    mbs.links += [Connection(kind, kind, (end, None), ("lid", None)) for kind in ("link", "link3D")]
+    file.write_bytes(write(mbs))
+    return project
+
+
+@LANGUAGES
+def test_drives_and_links_see_the_base_in_its_own_axes(
+    tmp_path: Path, written: str, language: str
+) -> None:
+    project = with_lid(tmp_path, written, "box")
+    for name, looks in LOOK.items():
+        file = project / "userfctR" / f"{name}.{'py' if written == 'python' else 'c'}"
+        look = looks[written == "c"]
+        text = re.sub(
+            r"(?m)^(def .*|{)$", lambda head, look=look: f"{head[0]}\n{look}", file.read_text()
+        )
+        file.write_text(text)
+    rates = [0.0, 0.0, 0.0, 0.0, 6.0, 0.0, 0.0]
+    found = thrown(project, [0.0] * 7, rates, 1.0, language, driven=7, dt_max=0.01)
+    assert found.data.said == [SAID]
+    assert found.q[:, 5] == pytest.approx(6.0 * found.time, abs=1e-4)
+    assert found.q[1:, 7] == pytest.approx(found.q[1:, 5], abs=1e-9)
+    for name in ("link", "link3D"):
+        assert found.outputs[name][:, 1] == pytest.approx(0.0, abs=1e-4)
+
+
+def test_a_base_that_a_link_ties_to_the_ground_keeps_its_axes(tmp_path: Path) -> None:
+    data = [MbsData(with_lid(tmp_path, "python", end) / "dataR/robot.mbs") for end in ("box", None)]
+    assert [can_turn(one) for one in data] == [True, False]
