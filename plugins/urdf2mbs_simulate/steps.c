@@ -190,13 +190,16 @@ static void add_body(MbsData *s, int number)
 
 /* --- one step --- */
 
-/* True if an external force has begun since the slopes were taken. */
+/* True if an external force has begun since the slopes were taken, or its states are not back at zero:
+   explicit steps would let them grow where they spring back within less than a step. */
 static int begins(const MbsData *s, int number)
 {
     int acts = 0;
 
     for (int k = 1; k <= 6; k++)
         acts |= s->SWr[number][k] != 0.0;
+    for (int k = 0; k < body[number].count; k++)
+        acts |= fabs(s->ux[body[number].state[k]]) > NEAR;
     return acts && !touches[number] && last_joint[number] > 0;
 }
 

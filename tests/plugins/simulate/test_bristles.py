@@ -212,3 +212,19 @@ def test_a_robot_at_rest_takes_long_steps(tmp_path: Path) -> None:
             found.append(code.slopes(0.0, np.full(2 + data.Nux, 1e-3)))
     assert np.abs(found[0]).max() > 1e3
     assert np.allclose(*found, rtol=0, atol=1e-6 * np.abs(found[0]).max())
+
+
+@pytest.mark.skipif(shutil.which("cc") is None, reason="no compiler")
+def test_bristles_spring_back_in_the_air_however_long_the_steps_are(tmp_path: Path) -> None:
+    points = {"box": [[0, 0, 0]]}
+    box = '<robot name="box">' + link("box", 2.0, 0.01, 0.0) + "</robot>"
+    project = make(
+        tmp_path, box, base="floating", language="both",
+        passes={"contacts": {"points": points, "depth": 1e-4, "ground": -99.0, "stand": False}},
+    )  # fmt: skip
+    data = MbsData(project / "dataR" / "robot.mbs")
+    data.ux[1:] = 1e-3
+    dirdyn = MbsDirdyn(data)
+    dirdyn.set_options(tf=2.0, framerate=10.0, language="c", save2file=0)
+    dirdyn.run()
+    assert np.abs(data.ux[1:]).max() < 1e-6
