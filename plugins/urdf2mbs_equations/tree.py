@@ -160,9 +160,9 @@ class Tree:
         return self.frames[self.last[body]].labels.of(at)
 
     def gravity(self) -> Vector:
-        """In the axes of the base (m/s^2)."""
+        """In the axes of the base (m/s^2): three symbols, as it may change its direction."""
         values = enumerate(self.mbs.base.gravity, start=1)
-        return Vector(self.parameter(value, f"g[{k}]") for k, value in values)
+        return Vector(value if self.fold else self.graph.symbol(f"g[{k}]") for k, value in values)
 
     def mass(self, frame: Frame) -> Scalar:
         """Of the frame's body (kg)."""

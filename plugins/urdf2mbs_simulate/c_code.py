@@ -143,6 +143,7 @@ class Memory:
         c.xfidpt = (_int * len(data.xfidpt))(*map(int, data.xfidpt))
         c.dpt = table(data.dpt)
         c.g = (_double * 4)(*data.g)
+        data.g = np.ctypeslib.as_array(c.g)  # user code may change it
         self.take_partition(data)
 
     def take_partition(self, data: MbsData) -> None:

@@ -203,3 +203,22 @@ def test_drives_and_links_see_the_base_in_its_own_axes(
 def test_a_base_that_a_link_ties_to_the_ground_keeps_its_axes(tmp_path: Path) -> None:
     data = [MbsData(with_lid(tmp_path, "python", end) / "dataR/robot.mbs") for end in ("box", None)]
     assert [can_turn(one) for one in data] == [True, False]
+
+
+@LANGUAGES
+def test_gravity_is_that_of_the_data_in_all_directions(
+    tmp_path: Path, written: str, language: str
+) -> None:
+    """Also where user code changes it, while the simulation runs."""
+    project = make(tmp_path, BOX, base="floating", language=written)
+    file = project / "userfctR" / f"user_dirdyn.{'py' if written == 'python' else 'c'}"
+    check, word = CHECK[written], "mbs_data." if written == "python" else "mbs_data->"
+    mark = check if written == "c" else f"{check}\n"
+    change = f"    {word}g[2] = -3.0{';' * (written == 'c')}\n"
+    file.write_text(file.read_text().replace(mark, f"{mark}\n{change}"))
+    data = MbsData(project / "dataR" / "robot.mbs")
+    data.g[1] = 2.0
+    dirdyn = MbsDirdyn(data)
+    dirdyn.set_options(tf=1.0, language=language, save2file=0, dt_max=1e-3)
+    found = dirdyn.run()
+    assert found.q[-1, 1:4] == pytest.approx([1.0, -1.5, -9.81 / 2], abs=5e-3)
