@@ -63,6 +63,20 @@ HOLD = {
      *   mbs_data->user_model->hold_damping.@JOINT@ = 0.0;
 """,
 }
+#: What user_dirdyn_loop says where the robot has sensors.
+IMU = {
+    "python": """\
+    # force, turn = robot.imu(mbs_data, "@SENSOR@")
+    # mbs_data.set_output(force[2], "@SENSOR@_z")
+""",
+    "c": """\
+    /* MbsSensor *sensor = mbs_dd->mbs_aux->psens;
+     * double force[4], turn[4];
+     * mbs_sensor(sensor, mbs_data, @SENSOR@_id);
+     * @NAME@_imu(sensor, @SENSOR@_id, mbs_data, force, turn);
+     * set_output(force[3], "@SENSOR@_z"); */
+""",
+}
 
 
 def starters(language: str, mbs: Mbs) -> dict[str, bytes]:
@@ -72,9 +86,12 @@ def starters(language: str, mbs: Mbs) -> dict[str, bytes]:
     moving = [parameter.name for parameter in held.parameters] if held else plotted(mbs)
     joint = next((name for name in moving if name not in dependent(mbs)), "JOINT")
     hold = HOLD[language] if held else ""
+    sensor = next((p.sensor.name for p in mbs.points().values() if p.sensor is not None), "")
+    imu = IMU[language].replace("@SENSOR@", sensor).replace("@NAME@", mbs.name) if sensor else ""
     return {
         file.relative_to(folder).as_posix().removesuffix(".in"): fill(file, mbs.name)
         .replace("@HOLD@\n", hold)
+        .replace("@IMU@\n", imu)
         .replace("@JOINT@", joint)
         .encode()
         for file in sorted(folder.rglob("*.in"))

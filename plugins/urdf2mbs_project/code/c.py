@@ -34,6 +34,15 @@ LOCALS = {
     "model": "MDS_user_model_strct **model = gen->user_models->user_model_list;",
     **{name: f"double *{name} = mbs_data->{name};" for name in ("q", "qd", "qdd", "q0", "Qq")},
 }
+#: A law of a point at which another force acts.
+ADDED = """\
+{{
+    double more[7] = {{0.0}};
+    {}
+    for (int i = 1; i <= 6; i++) {{
+        force[i] += more[i];
+    }}
+}}"""
 GROUND = ("ground", "stiffness", "speed", "friction", "bristle", "bristle_time")
 
 
@@ -167,8 +176,10 @@ class _Robot:
             ])  # fmt: skip
         for law in self.simulation.laws:
             for point in law.points:
-                call = f"{law.name}(PxF, VxF, mbs_data, tsim, ixF, force);"
-                cases.setdefault(force_of(point), []).append(call)
+                statements = cases.setdefault(force_of(point), [])
+                to = "more" if statements else "force"
+                call = f"{law.name}(PxF, VxF, mbs_data, tsim, ixF, {to});"
+                statements += ADDED.format(call).splitlines() if statements else [call]
         if self.simulation.contacts:
             yield "const Ground ground = {"
             yield from (f"    .{name} = {self.value('contact', name)}," for name in GROUND)

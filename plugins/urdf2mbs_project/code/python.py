@@ -34,9 +34,10 @@ def robot_module(mbs: Mbs, simulation: Simulation) -> bytes:
         "WRENCHES": {force_of(w.point): w.model.name for w in simulation.wrenches},
         "SPRINGS": [link.name for link in simulation.springs],
         "SENSORS": {
-            s.name: (s.point.sensor.name, s.rotation)
+            name: (s.point.sensor.name, s.rotation)
             for s in simulation.sensors
             if s.point.sensor is not None
+            for name in (s.name, s.point.sensor.name)
         },
         "FORCE_TORQUE": {
             f.name: (tuple(joint.name for joint in f.joints), f.rotation)

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import urdf2mbs
+from plugins.simulate.test_turn import BOX
 from urdf2mbs import simulate
 from urdf2mbs.engine.output import write
 from urdf2mbs.testing import TINY
@@ -99,3 +100,49 @@ def test_the_laws_move_the_robot_the_same_way_in_c(tmp_path: Path) -> None:
     np.testing.assert_allclose(*forces, rtol=0, atol=1e-6)
     assert forces[0][-1, 5] == pytest.approx(0.1)  # its torque about z is the time
     assert np.abs(forces[0][:, 2]).max() > 0.01
+
+
+AT_CONTACT = '''
+from urdf2mbs.plugin import Pass, hookimpl, simulation
+
+class Lift(Pass):
+    """4 N at a point that touches the ground."""
+    reads = ("forces",)
+    writes = ("forces",)
+
+    def run(self, conversion):
+        made = conversion.state(simulation.Simulation)
+        made.laws.append(simulation.Law("lift", """
+def lift(P, V, mbs_data, tsim, ixF):
+    return (0.0, 0.0, 4.0, 0.0, 0.0, 0.0)
+""", """
+static void lift(const double P[4], const double V[4], const MbsData *mbs_data, double tsim,
+    int ixF, double force[7])
+{
+    force[3] = 4.0;
+}
+""", points=[contact.point for contact in made.contacts]))
+
+@hookimpl
+def urdf2mbs_passes():
+    return [Lift]
+'''
+
+
+@pytest.mark.skipif(compiler() is None, reason="no C compiler")
+def test_a_law_at_a_contact_is_added_to_the_ground(tmp_path: Path) -> None:
+    (tmp_path / "laws.py").write_text(AT_CONTACT)
+    (tmp_path / "box.urdf").write_text(BOX)
+    made = urdf2mbs.convert(
+        tmp_path / "box.urdf", output={"project": tmp_path / "moved", "language": "both"},
+        base="floating", plugins=[tmp_path / "laws.py"], after={"contacts": "lift"},
+        passes={"contacts": {"links": ["*"]}},
+    )  # fmt: skip
+    write(made.conversion)
+    for language in ("c", "python"):
+        found = simulate(tmp_path / "moved", time=2.0, language=language)
+        (force,) = found.external.values()
+        assert force[-1, 2] == pytest.approx(2.0 * 9.81, rel=1e-4), language
+        sunk = found.q[-1, found.data.joint_id["floating_base_T3"]] - 0.05
+        stiffness = found.data.user_model["contact"]["stiffness"]
+        assert -4.0 * stiffness * sunk == pytest.approx(2.0 * 9.81 - 4.0, rel=1e-4), language
