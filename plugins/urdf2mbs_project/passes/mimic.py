@@ -37,12 +37,7 @@ class Mimic(Pass):
             if joint.mimic is not None and joint.moves and name not in conversion.frozen
         ]
         choose(self.joints, followers, "mimic-joints", "mimic: no joint that mimics another")
-        in_project = conversion.settings.project is not None
-        natures: dict[str, Nature] = dict.fromkeys(
-            followers, "dependent" if in_project else "independent"
-        )
-        for pattern, nature in reversed(self.joints.items()):
-            natures |= dict.fromkeys((n for n in followers if fits(n, [pattern])), nature)
+        natures = self._natures(conversion, followers)
         free = {name for name, nature in natures.items() if nature == "independent"}
         for name, nature in natures.items():
             if name in free:
@@ -75,15 +70,7 @@ class Mimic(Pass):
             conversion.state(Placed).joints.setdefault("mimic", set()).add(name)
             own[0].nature = nature
             if nature == "driven":
-                simulation.driven.append(coupling)
-                conversion.state(OnPurpose).driven.append(coupling.follower)
-                conversion.warn(
-                    "mimic-driven",
-                    f"joint '{name}' is driven by '{leader}': it moves as it should, but "
-                    f"'{leader}' does not feel its inertia",
-                    joint=name,
-                    hint="'dependent' is exact",
-                )
+                _drive(conversion, coupling, name, leader)
             else:
                 simulation.couplings.append(coupling)
                 conversion.mbs.user_constraints.append(
@@ -92,3 +79,24 @@ class Mimic(Pass):
         couplings = [*simulation.couplings, *simulation.driven]
         if couplings:
             conversion.report["mimic"] = [msgspec.structs.asdict(c) for c in couplings]
+
+    def _natures(self, conversion: Conversion, followers: list[str]) -> dict[str, Nature]:
+        """What each follower is: as the options say, else dependent in a project."""
+        in_project = conversion.settings.project is not None
+        natures: dict[str, Nature] = dict.fromkeys(
+            followers, "dependent" if in_project else "independent"
+        )
+        for pattern, nature in reversed(self.joints.items()):
+            natures |= dict.fromkeys((n for n in followers if fits(n, [pattern])), nature)
+        return natures
+
+
+def _drive(conversion: Conversion, coupling: Coupling, name: str, leader: str) -> None:
+    conversion.state(Simulation).driven.append(coupling)
+    conversion.state(OnPurpose).driven.append(coupling.follower)
+    conversion.warn(
+        "mimic-driven",
+        f"joint '{name}' is driven by '{leader}': it moves as it should, but '{leader}' does not "
+        "feel its inertia",
+        joint=name, hint="'dependent' is exact",
+    )  # fmt: skip
