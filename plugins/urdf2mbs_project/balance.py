@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from itertools import pairwise
-from typing import NamedTuple
+from math import hypot
+from typing import TYPE_CHECKING, NamedTuple
 
 from urdf2mbs.mbs.kinematics import Placement
+from urdf2mbs.messages.diagnostics import some
 from urdf2mbs.plugin import Conversion
 from urdf2mbs.spatial import NO_INERTIA, ZERO, Vec, add, dot, lump, rotate
+from urdf2mbs_project.places import floating
 from urdf2mbs_project.simulation import Simulation
+
+if TYPE_CHECKING:
+    from urdf2mbs_project.mass import Array, Mass
 
 #: What stands sways: its centre of mass must be this part of the way from the edge to the middle.
 ENOUGH = 0.2
@@ -17,6 +23,8 @@ ENOUGH = 0.2
 ROUNDING = 1e-3
 #: Feet that start this part of the centre of mass's height above the lowest touch the ground soon.
 LEVEL = 0.02
+#: The centre of mass of what stands sways by this part of its height.
+SWAY = 0.01
 
 
 class Balance(NamedTuple):
@@ -117,3 +125,46 @@ def warn_of_falling(conversion: Conversion, placement: Placement, places: list[V
     if found.margin < -ROUNDING:
         hint += f": it must come ({x}, {y}, {z}) m nearer"
     conversion.warn("contacts-balance", f"the centre of mass is {said}", hint=hint)
+
+
+def warn_of_weak_motors(
+    conversion: Conversion, mass: Mass, reduction: Array, motors: Mapping[str, float]
+) -> None:
+    """Warn if a motor cannot hold its joint at the start, where the robot stands and sways;
+    ``motors``: the largest force or torque of each (N, N m).
+
+    The ground pushes up at each place of the stance.  These pushes balance the weight, and are the
+    least that do so.
+    """
+    import numpy as np
+
+    simulation, g = conversion.state(Simulation), hypot(*mass.mbs.base.gravity)
+    whole = mass.behind[[placed.before < 0 for placed in mass.placement.joints]].sum(axis=0)
+    falls = any(said.code == "contacts-balance" for said in conversion.diagnostics)
+    if falls or floating(mass.mbs) is None or not simulation.stance or not whole[5, 5]:
+        return
+    up, across = np.array(simulation.up), np.array(simulation.across)
+    weight, centre = whole[5, 5] * g, whole[[2, 0, 1], [4, 5, 3]] / whole[5, 5]
+    places = np.array([at for _, at in simulation.stance])
+    pushed = np.array([up @ mass.point(body, at) for body, at in simulation.stance])
+    shares = np.linalg.pinv(np.vstack([np.ones(len(places)), across @ places.T]))
+    lever = reduction.T @ pushed.T @ shares
+    lifted = reduction.T @ (mass.twists[:, None] @ mass.behind @ [0.0, 0.0, 0.0, *(g * up)]).ravel()
+    needs = abs(lifted - weight * lever @ [1.0, *(across @ centre)])
+    sways = SWAY * (up @ (centre - places[0]))
+    needs += weight * sways * np.linalg.norm(lever[:, 1:], axis=1)
+    joints = [placed.joint for placed in mass.placement.joints]
+    names = [joint.name for joint in joints if joint.nature == "independent"]
+    held = {held.joint.name for held in simulation.hold}
+    weak = [
+        f"'{name}' has {most:g} of {need:.3g} N m"
+        for name, need in zip(names, needs, strict=True)
+        for most in [motors.get(name, 0.0)]
+        if name in held and 0.0 < most < need
+    ]
+    if weak:
+        conversion.warn(
+            "contacts-balance",
+            f"motors are too weak for a robot that stands and sways, so it falls: {some(weak)}",
+            hint="see if the limits 'effort' are those of the joints, not those before the gears",
+        )

@@ -17,10 +17,10 @@ CODES = {
     "s. State softer numbers, or more inertia.",
     "time-step-short": "warning: a number of robot or config makes the time step less than 1e-5 "
     "s. State a smaller damping or stiffness.",
-    "contacts-balance": "warning: a floating robot's centre of mass is not well over its feet. "
-    "Put the feet under it, by `posture`.",
-    "contacts-mesh": "warning: what touches of a mesh cannot be found. Give the points of "
-    "contact in the config.",
+    "contacts-balance": "warning: a floating robot's centre of mass is not well over its feet, or "
+    "motors cannot hold it there. Put the feet under it, by `posture`; correct `effort`.",
+    "contacts-mesh": "warning: a link's mesh cannot be used; its centre of mass, other shapes or "
+    "nothing of it touch. Give the points of contact in the config.",
     "sensor-left-out": "warning: a sensor is on no moving body, or cannot be read. Put the "
     "sensor on a link that moves.",
     "sensor-renamed": "warning: a sensor has no name, or the name of another; it gets its own. "

@@ -87,10 +87,20 @@ class Contacts(Pass):
             simulation.up = (0.0 - x, 0.0 - y, 0.0 - z)
         bodies: dict[str, tuple[Body, list[tuple[str, Pose]]]] = {}
         lost: dict[str, str] = {}
+        instead: dict[str, list[str]] = {}
         for link, (segment, pose) in _choose_links(conversion, self).items():
             bodies.setdefault(segment.body.name, (segment.body, []))[1].append((link, pose))
         for body, parts in bodies.values():
             found = {link: _spots(conversion, self, link, pose, lost) for link, pose in parts}
+            for link, pose in parts:
+                if link in lost:
+                    inertial, what = conversion.robot.links[link].inertial, "nothing of it touches"
+                    if found[link]:
+                        what = "its other shapes touch alone"
+                    elif inertial is not None and inertial.mass:
+                        found[link] = [Spot(inertial.origin.pose.xyz).moved(pose)]
+                        what = "its centre of mass stands in"
+                    instead.setdefault(what, []).append(f"'{link}' ({lost[link]})")
             links = [link for link, spots in found.items() if spots]
             if links:
                 spots = thin([spot for spots in found.values() for spot in spots])
@@ -98,12 +108,9 @@ class Contacts(Pass):
                 point.extforce = Sensor(f"{body.name}_contact_force", MEASURES)
                 body.points.append(point)
                 simulation.contacts.append(Contact(body, links, point, spots))
-        if lost:
-            said = some(f"'{link}' ({why})" for link, why in lost.items())
-            conversion.warn(
-                "contacts-mesh",
-                f"contacts: meshes cannot be used, and centres of mass stand in: {said}",
-            )
+        if instead:
+            said = "; ".join(f"{what}: {some(links)}" for what, links in instead.items())
+            conversion.warn("contacts-mesh", f"contacts: a link's mesh cannot be used, so {said}")
         if not simulation.contacts:
             raise ConfigError(
                 "contacts-shape", "contacts: no link that moves has a shape that touches",
@@ -150,9 +157,6 @@ def _spots(
         return [Spot(compose(pose, Pose(at)).xyz) for at in options.points[link]]
     rolls = fits(link, options.roll)
     spots = [spot for spot in spots_of(conversion, link, lost) if spot.radius or not rolls]
-    inertial = conversion.robot.links[link].inertial
-    if not spots and ALL in options.links and link in lost and inertial and inertial.mass:
-        spots = [Spot(inertial.origin.pose.xyz)]
     if not spots and ALL not in options.links:
         what, hint = "sphere or cylinder to roll on", "leave it out of 'roll'"
         if not rolls:

@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING
 from urdf2mbs.mbs.model import Parameter, UserModel
 from urdf2mbs.plugin import Conversion, Pass
 from urdf2mbs.ranges import rounded
+from urdf2mbs_project.balance import warn_of_weak_motors
 from urdf2mbs_project.places import floating, point_at, way
 from urdf2mbs_project.simulation import CONTACT_STATES, JOINT_STATES, Simulation
 
@@ -33,8 +34,8 @@ if TYPE_CHECKING:
 PART = 0.4
 #: The longest step of joints with stops, and the one below which numbers give way (s).
 HITTING, SHORTEST = 1e-4, 1e-5
-#: The damping of ``hold`` is at most this times the inertia that a joint feels (1/s).
-FASTEST = 3000.0
+#: By the inertia that a joint feels, the most damping (1/s) and stiffness (1/s^2) of ``hold``.
+FASTEST, STIFFEST = 3000.0, 1e8
 #: The user models that the forces of a project depend on.
 NUMBERS = (
     "joint_forces", "damping", "friction_stiffness", "stop_stiffness", "spring_stiffness",
@@ -78,8 +79,19 @@ class TimeStep(Pass):
         reduction = reduction_of(mass, simulation)
         if simulation.hold:
             _add_hold(conversion, mass, reduction)
+            motors = _numbers(conversion, "effort").get("effort", {})
+            warn_of_weak_motors(conversion, mass, reduction, motors)
         if in_project:
             _choose(conversion, mass, reduction)
+
+
+def _numbers(conversion: Conversion, *names: str) -> Models:
+    """The numbers of user models."""
+    return {
+        model.name: {p.name: float(p.values[0]) for p in model.parameters}
+        for model in conversion.mbs.user_models
+        if model.name in names
+    }
 
 
 # --- the gains of hold ---
@@ -99,10 +111,11 @@ def _add_hold(conversion: Conversion, mass: Mass, reduction: Array) -> None:
             continue
         inertia, k, d = carried[index], held.stiffness, held.damping
         if k is None:
-            k = rounded(inertia * (2 * pi * held.frequency) ** 2)
+            wanted = inertia * (2 * pi * held.frequency) ** 2
+            k = rounded(min(wanted, STIFFEST * float(feels[index])))
         if d is None:
-            most = FASTEST * float(feels[index])
-            d = rounded(min(2 * held.damping_ratio * sqrt(inertia * k), most))
+            wanted = 2 * held.damping_ratio * sqrt(inertia * k)
+            d = rounded(min(wanted, FASTEST * float(feels[index])))
         stiffness[held.joint.name], damping[held.joint.name] = k, d
     conversion.mbs.user_models += [
         UserModel.of("hold", {"on": 1.0}),
@@ -136,11 +149,7 @@ def _choose(conversion: Conversion, mass: Mass, reduction: Array) -> None:
 
     simulation = conversion.state(Simulation)
     reduced = reduction.T @ mass.matrix @ reduction
-    models: Models = {
-        model.name: {p.name: float(p.values[0]) for p in model.parameters}
-        for model in conversion.mbs.user_models
-        if model.name in NUMBERS
-    }
+    models = _numbers(conversion, *NUMBERS)
     while True:
         slopes = list(_slopes(conversion, mass, reduction, models))
         mode = fastest(reduced, slopes)

@@ -256,7 +256,8 @@ def test_a_centre_of_mass_stands_in_for_a_lost_mesh(tmp_path: Path) -> None:
     source = tmp_path / "r.urdf"
     source.write_text(TINY.replace('<box size="0.2 0.1 0.3"/>', '<mesh filename="none.obj"/>'))
     result = convert(source, passes={"contacts": {"links": ["*"]}})
-    assert "contacts-mesh" in codes(result)
+    [said] = [one.message for one in result.diagnostics if one.code == "contacts-mesh"]
+    assert said.endswith("so its centre of mass stands in: 'body' (it was not found)")
     body = next(one for one in contacts(result) if "body" in one.links)
     centre = result.conversion.robot.links["body"].inertial
     assert centre is not None
@@ -276,7 +277,8 @@ def test_a_mesh_that_cannot_be_used_is_told(tmp_path: Path) -> None:
     )  # fmt: skip
     source.write_text(text)
     result = convert(source, passes=options)
-    assert "contacts-mesh" in codes(result)
+    [said] = [one.message for one in result.diagnostics if one.code == "contacts-mesh"]
+    assert said.endswith("so its other shapes touch alone: 'body' (it was not found)")
     assert [spot.radius for one in contacts(result) for spot in one.spots] == [1.0]
 
 
@@ -324,3 +326,25 @@ def test_a_robot_must_step_whose_mass_is_near_the_edge(places: str, away: float)
     [said] = [found.message for found in result.diagnostics if found.code == "contacts-balance"]
     assert f"is only {away:.3g} m from the edge" in said
     assert "cannot stand without a controller that steps" in said
+
+
+@pytest.mark.parametrize("effort", [1.0, 5.8, 6.2, 0.0])
+def test_a_robot_falls_whose_ankle_is_too_weak(effort: float) -> None:
+    """It holds 10 kg, 50 mm before the ankle, and sways by a hundredth of its height; 0 is no
+    limit."""
+    axis = '<axis xyz="0 1 0"/>'
+    limit = f'<limit lower="-1" upper="1" effort="{effort}" velocity="1"/>'
+    ankle = f'<joint name="ankle" type="revolute"><parent link="leg"/><child link="foot"/>{axis}'
+    mass = '<inertial><origin xyz="{}"/><mass value="{}"/><inertia ixx="0.1" iyy="0.1" izz="0.1" '
+    mass += 'ixy="0" ixz="0" iyz="0"/></inertial>'
+    text = robot(
+        link("foot", mass.format("0 0 0", 1e-3)), link("leg", mass.format("0.05 0 0.9", 10.0)),
+        f"{ankle}{limit}</joint>",
+    )  # fmt: skip
+    corners = [[x, y, -0.1] for x in (-0.1, 0.15) for y in (-0.1, 0.1)]
+    passes = {"contacts": {"points": {"foot": corners}}, "posture": {"hold": {}}}
+    result = convert_text(text, base="floating", passes=passes)
+    said = [one.message for one in result.diagnostics if one.code == "contacts-balance"]
+    assert bool(said) == (0.0 < effort < 6.0)
+    for message in said:  # 10 g (0.05 + 0.01)
+        assert message.endswith(f"so it falls: 'ankle' has {effort:g} of 5.89 N m")
