@@ -17,7 +17,7 @@ import numpy as np
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs_simulate.data import MbsData
 from urdf2mbs_simulate.equations import SimulationError
-from urdf2mbs_simulate.partition import check_held, choose_again, hold_in_tree, part
+from urdf2mbs_simulate.partition import check_held, choose_again, hold, part
 from urdf2mbs_simulate.push import add_pushes
 from urdf2mbs_simulate.python_code import PythonCode, changes, loaded, shown
 from urdf2mbs_simulate.results import Recorder, Results
@@ -132,7 +132,7 @@ def choose_code(data: MbsData, language: str | None) -> PythonCode:
     if language not in (None, "c", "python"):
         raise ConfigError("usage", f"there is no language '{language}'", hint="c, or python")
     if not (data.mbs.cuts or data.nqv or data.held):
-        hold_in_tree(data)
+        hold(data)
     if language == "python" or (language is None and compiler() is None):
         written = {file.suffix for file in data.user_path.glob("user_JointForces.*")}
         if written == {".c"}:
@@ -339,9 +339,6 @@ def _no_partition(data: MbsData) -> SimulationError:
     elif (forces := np.flatnonzero(~np.isfinite(data.Qq))).size:
         text = f"the force of joint '{names[forces[0] - 1]}' is not a number at {data.tsim:g} s"
         hint = "look at user_JointForces"
-    elif not data.m.any():
-        text = "no body has a mass, so no force has an effect"
-        hint = "in the config: 'passes: {estimate-inertia: {total_mass: KG}}'"
     elif dependent:
         text += f": {dependent} cannot be dependent together at this position"
     return SimulationError("partition", text, file=str(data.mbs_file), hint=hint)

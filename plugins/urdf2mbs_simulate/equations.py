@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
 from collections.abc import Iterable
 from functools import cache
@@ -15,6 +16,8 @@ from urdf2mbs_equations.equations_fit import fits
 from urdf2mbs_simulate.data import MbsData
 
 SUFFIX = {"python": "py", "c": "c"}
+#: What Robotran writes at the beginning of its equations.
+JOINTS = re.compile(rb"==> Number of joints *: *(\d+)")
 
 
 class SimulationError(ConversionError, RuntimeError):
@@ -25,16 +28,22 @@ def equations(data: MbsData, names: Iterable[str], language: str) -> dict[str, P
     """The file of each function.
 
     A function that the project does not have is made for its model, and kept in ``cache_folder``.
+    So is one of Robotran's that has another number of joints: ``data.said`` tells it.
 
     Raises ConversionError where equations of the project are of another model.
     """
     found: dict[str, Path] = {}
     for name in names:
         file = data.symbolic_path / _file(data, name, language)
-        if not file.is_file():
+        beginning = files.beginning(file, 2000) if file.is_file() else b""
+        joints = JOINTS.search(beginning)
+        if joints and int(joints[1]) != data.njoint:
+            said = f"symbolicR/{file.name} is of a model with {int(joints[1])} joints: not used"
+            data.said += [said] * (said not in data.said)
+        if not beginning or (joints and int(joints[1]) != data.njoint):
             found[name] = _made(data, name, language)
             continue
-        if fits(files.beginning(file, 2000), data.model) is False:
+        if fits(beginning, data.model) is False:
             raise ConversionError(
                 "equations-of-another-model",
                 f"the equations are not of the model '{data.mbs_file}'", file=str(file),

@@ -45,12 +45,6 @@ STEP = 0.3
 FAST = 20.0
 
 
-def hold_in_tree(data: MbsData) -> None:
-    """Hold the joints of a model without loops that move nothing that has mass."""
-    if _has_motion(data):
-        _hold(data, (found.joint for found in find_singular(data.mbs) if found.always))
-
-
 def part(code: PythonCode) -> None:
     """Choose dependent joints and equations, and close the loops from the present position.
 
@@ -67,10 +61,11 @@ def part(code: PythonCode) -> None:
         code.repartition(np.arange(0))
     elif not _fits(code):
         _choose(code)
-    _hold_in_loops(code)
-    if not data.nqu and not _is_driven(data):
+    joints = data.mbs.joints().values()
+    if not data.nqu and all(joint.nature != "driven" or is_fixed(joint) for joint in joints):
         data.said.append("the loops leave no joint free, so nothing moves: add a joint, or let a "
                          "ball (3 equations, 2 in a plane) be a rod (1)")  # fmt: skip
+    hold(data, code)
     choose_again(code)
     code.remember()
 
@@ -237,51 +232,42 @@ def _spread(joints: Any) -> Any:
 # --- joints without mass ---
 
 
-def _hold_in_loops(code: PythonCode) -> None:
-    """Hold the joints that move nothing that has mass, the dependent ones moving along."""
-    data = code.data
-    if not _has_motion(data):
+def hold(data: MbsData, code: PythonCode | None = None) -> None:
+    """Hold the joints that move nothing that has mass; in loops (``code``) others move along.
+
+    They are those of the present pose, if a general pose has as many: of three joints that turn a
+    rod, the one about the rod.
+    """
+    if code is None and not any(found.always for found in find_singular(data.mbs)):
         return
-    here = data.q.copy()
-    free = data.qu[1:]
-    data.q[free] += AWAY * _spread(free)
-    if not close(code, code.kept, code.dependent, code.dependent):
+    names, here, free = list(data.joint_id), data.q.copy(), data.qu[1:]
+    found: list[list[str]] = []
+    for away in (0.0, AWAY):
+        data.q[free] = here[free] + away * _spread(free)
+        moves = {names[k - 1]: {names[k - 1]: 1.0} for k in free}
+        if code is not None:
+            if not close(code, code.kept, code.dependent, code.dependent):
+                data.q[:] = here
+            for k, column in zip(free, following(code).T, strict=True):
+                along = zip(code.dependent, column, strict=True)
+                moves[names[k - 1]] |= {names[d - 1]: float(x) for d, x in along if x}
+        values = dict(zip(names, data.q[1:], strict=True))
+        found.append([one.joint for one in singular_at(data.mbs, values, moves, size_of(data.mbs))])
         data.q[:] = here
-    names = list(data.joint_id)
-    follow = following(code)
-    moves = {
-        names[k - 1]: {names[k - 1]: 1.0}
-        | {names[d - 1]: float(x) for d, x in zip(code.dependent, column, strict=True) if x}
-        for k, column in zip(free, follow.T, strict=True)
-    }
-    values = dict(zip(names, data.q[1:], strict=True))
-    found = singular_at(data.mbs, values, moves, size_of(data.mbs))
-    data.q[:] = here
-    if found:
-        _hold(data, (one.joint for one in found))
+    held = found[0] if len(found[0]) == len(found[1]) else found[1]
+    if not held:
+        return
+    data.held = [data.joint_id[joint] for joint in held]
+    data.divide(dict.fromkeys(data.held, "driven"))
+    data.qd[data.held] = 0.0
+    data.qdd[data.held] = 0.0
+    said = f"held, since they move nothing that has mass: {names_of(data, data.held)}"
+    if not data.m.any():
+        said = ("no body has a mass, so each joint is held; a config gives masses by "
+                "'passes: {estimate-inertia: {total_mass: KG}}'")  # fmt: skip
+    data.said.append(said)
+    if code is not None:
         code.repartition(code.kept)
-
-
-def _has_motion(data: MbsData) -> bool:
-    """Whether something has mass, or is driven."""
-    return bool(data.m.any()) or _is_driven(data)
-
-
-def _is_driven(data: MbsData) -> bool:
-    """Whether a joint moves by a law."""
-    joints = data.mbs.joints().values()
-    return any(joint.nature == "driven" and not is_fixed(joint) for joint in joints)
-
-
-def _hold(data: MbsData, joints: Iterable[str]) -> None:
-    data.held = [data.joint_id[joint] for joint in joints]
-    if data.held:
-        data.divide(dict.fromkeys(data.held, "driven"))
-        data.qd[data.held] = 0.0
-        data.qdd[data.held] = 0.0
-        data.said.append(
-            f"held, since they move nothing that has mass: {names_of(data, data.held)}"
-        )
 
 
 def check_held(data: MbsData) -> None:

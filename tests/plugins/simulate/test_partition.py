@@ -270,15 +270,24 @@ def test_a_joint_without_mass_is_held_or_refused(tmp_path: Path) -> None:
         assert 0.1 <= float(str(caught.value).partition("at ")[2].split(" s ")[0]) < 0.12
 
 
-def test_a_rod_on_two_balls_turns_about_itself(tmp_path: Path) -> None:
-    """Three joints turn a thin rod: one of them is held, and the rod moves as one of two does."""
+@pytest.mark.parametrize(("start", "about"), [
+    ({"R3": 0.4, "R2": 0.3, "R1": 0.2}, "R1"), ({"R1": 0.0, "R2": 0.0, "R3": 0.0}, "R2"),
+])  # fmt: skip
+def test_a_rod_on_two_balls_turns_about_itself(
+    tmp_path: Path, start: dict[str, float], about: str
+) -> None:
+    """Three joints turn a thin rod: the one about it is held, and it moves as one of two does."""
+    two = {kind: q for kind, q in start.items() if kind != about}
     runs = []
-    for joints in ((("R3", 0.4, FREE), ("R2", 0.3, FREE)),
-                   (("R3", 0.4, FREE), ("R2", 0.3, FREE), ("R1", 0.2, FREE))):  # fmt: skip
-        rod = arm("rod", BASE, *joints, end=(1.0, 0.0, 0.0))
-        rod.com, rod.inertia = (0.5, 0.0, 0.0), (0.0, 0.0, 0.0, 1 / 12, 0.0, 1 / 12)
+    for turns in (two, start):
+        rod = arm("rod", BASE, *((kind, q, FREE) for kind, q in turns.items()))
+        rod.com = (0.5, 0.0, 0.0) if about == "R1" else (0.0, 0.5, 0.0)
+        xx, yy = (0.0, 1 / 12) if about == "R1" else (1 / 12, 0.0)
+        rod.inertia = (xx, 0.0, 0.0, yy, 0.0, 1 / 12)
         runs.append(simulate(made(tmp_path, rod), time=0.5, language="python", **TIGHT))
-    assert len(runs[1].data.held) == 1
+    assert runs[1].data.said == [
+        f"held, since they move nothing that has mass: rod_{[*start].index(about)}"
+    ]
     assert np.allclose(runs[0].energy(), runs[1].energy(), rtol=0, atol=1e-7)
 
 
