@@ -26,13 +26,12 @@ from urdf2mbs_equations.c import CWriter
 from urdf2mbs_equations.files import FUNCTIONS
 from urdf2mbs_project.code.c import STATES
 from urdf2mbs_simulate.data import MbsData
-from urdf2mbs_simulate.equations import cache_folder, equations, keep
+from urdf2mbs_simulate.equations import HEADERS, cache_folder, equations, keep
 from urdf2mbs_simulate.push import places
 from urdf2mbs_simulate.python_code import PythonCode, changes, default
 from urdf2mbs_simulate.turn import tell_of_turn
 
 HERE = Path(__file__).parent
-HEADERS = HERE / "mbsysc"
 #: Equations of 2025 and later call ``user_call_X``: here ``user_X``, or ``run_X`` of ``turn.c``,
 #: which calls it.
 FLAGS = (

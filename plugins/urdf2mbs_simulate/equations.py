@@ -10,14 +10,15 @@ from functools import cache
 from hashlib import sha256
 from pathlib import Path
 
-from urdf2mbs.disk import files
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs_equations.equations_fit import fits
 from urdf2mbs_simulate.data import MbsData
 
 SUFFIX = {"python": "py", "c": "c"}
-#: What Robotran writes at the beginning of its equations.
+#: What Robotran writes at the beginning of its equations, and which files they want.
 JOINTS = re.compile(rb"==> Number of joints *: *(\d+)")
+INCLUDES = re.compile(rb'(?m)^ *# *include *"([^"]+)"')
+HEADERS = Path(__file__).parent / "mbsysc"
 
 
 class SimulationError(ConversionError, RuntimeError):
@@ -28,22 +29,21 @@ def equations(data: MbsData, names: Iterable[str], language: str) -> dict[str, P
     """The file of each function.
 
     A function that the project does not have is made for its model, and kept in ``cache_folder``.
-    So is one of Robotran's that has another number of joints: ``data.said`` tells it.
+    So is one of Robotran's that cannot run: ``data.said`` tells why.
 
     Raises ConversionError where equations of the project are of another model.
     """
     found: dict[str, Path] = {}
     for name in names:
         file = data.symbolic_path / _file(data, name, language)
-        beginning = files.beginning(file, 2000) if file.is_file() else b""
-        joints = JOINTS.search(beginning)
-        if joints and int(joints[1]) != data.njoint:
-            said = f"symbolicR/{file.name} is of a model with {int(joints[1])} joints: not used"
-            data.said += [said] * (said not in data.said)
-        if not beginning or (joints and int(joints[1]) != data.njoint):
+        text = file.read_bytes() if file.is_file() else b""
+        why = _cannot_run(data, text)
+        if why and why not in data.said:
+            data.said.append(why)
+        if why or not text:
             found[name] = _made(data, name, language)
             continue
-        if fits(beginning, data.model) is False:
+        if fits(text, data.model) is False:
             raise ConversionError(
                 "equations-of-another-model",
                 f"the equations are not of the model '{data.mbs_file}'", file=str(file),
@@ -51,6 +51,17 @@ def equations(data: MbsData, names: Iterable[str], language: str) -> dict[str, P
             )  # fmt: skip
         found[name] = file
     return found
+
+
+def _cannot_run(data: MbsData, text: bytes) -> str | None:
+    """Why equations of Robotran's are not used; None of those that are."""
+    joints = JOINTS.search(text[:2000])
+    if joints and int(joints[1]) != data.njoint:
+        return f"not used: equations in symbolicR, of a model with {int(joints[1])} joints"
+    for name in map(bytes.decode, INCLUDES.findall(text)):
+        if not any((folder / name).is_file() for folder in (data.symbolic_path, HEADERS)):
+            return f"not used: equations in symbolicR that want {name} of another Robotran"
+    return None
 
 
 def _file(data: MbsData, name: str, language: str) -> str:

@@ -62,7 +62,9 @@ def part(code: PythonCode) -> None:
     elif not _fits(code):
         _choose(code)
     joints = data.mbs.joints().values()
-    if not data.nqu and all(joint.nature != "driven" or is_fixed(joint) for joint in joints):
+    if not data.nqu + len(data.held) and all(
+        joint.nature != "driven" or is_fixed(joint) for joint in joints
+    ):
         data.said.append("the loops leave no joint free, so nothing moves: add a joint, or let a "
                          "ball (3 equations, 2 in a plane) be a rod (1)")  # fmt: skip
     hold(data, code)
@@ -73,7 +75,7 @@ def part(code: PythonCode) -> None:
 def _fits(code: PythonCode) -> bool:
     """Whether the present choice stands; the loops are closed then."""
     rows, dependent = code.kept, code.dependent
-    if len(rows) != len(dependent) or not close(code, rows, dependent, dependent):
+    if len(rows) != len(dependent) or not close(code, rows, dependent):
         return False
     return _rank(code.constraints()[1][:, dependent]) == len(rows)
 
@@ -85,32 +87,49 @@ def _choose(code: PythonCode) -> None:
     every = np.arange(sum(code.rows))
     data.q[declared] += np.where(drawn[declared] == 0.0, _spread(declared) * DISTURBED, 0.0)
     start = data.q.copy()
-    all_closed = close(code, every, declared, declared) or close(
-        code, every, np.concatenate(groups), declared
-    )
-    if not all_closed:
+    if not (close(code, every, declared) or close(code, every, np.concatenate(groups))):
         raise _open(code)
     near = data.q.copy()
     ranks = _ranks_away(code, groups)
     for first in (start, near):  # where Newton fails from the drawn pose, a near one is closed
         data.q[:] = first
         rows, columns = _pivots(code.constraints()[1], groups, ranks)
-        if not close(code, rows, columns, every):
+        if not close(code, rows, columns):
             continue
         rows, columns = _pivots(code.constraints()[1], groups, ranks)
-        if close(code, rows, columns, every):
+        if close(code, rows, columns):
             break
     else:
         raise _open(code)
     freed, added = np.setdiff1d(declared, columns), np.setdiff1d(columns, declared)
     data.divide(dict.fromkeys(freed, "independent") | dict.fromkeys(added, "dependent"))
     if len(rows) < len(every):
-        data.said.append(f"{len(rows)} of {len(every)} constraints are kept: they imply the others")
+        data.said.append(f"{len(rows)} of {len(every)} constraints are kept: {_others(code, rows)}")
     moved = [k for k in data.qu[1:] if abs(data.q[k] - drawn[k]) > 2 * DISTURBED]
     if moved:
         data.said.append(f"moved, for the loops to close: {names_of(data, moved)}")
     _tell_joints(data, freed, added)
     code.repartition(np.sort(rows))
+
+
+def _others(code: PythonCode, rows: Any) -> str:
+    """What the constraints that are not kept do: do they hold, too, where the model has moved?"""
+    data, here = code.data, code.data.q.copy()
+    free = data.qu[1:]
+    data.q[free] += AWAY * _spread(free)
+    implied = close(code, rows, data.qv[1:])
+    h, jac = code.constraints()
+    data.q[:] = here
+    if implied:
+        return "they imply the others"
+    size = 100 * CLOSED * np.abs(jac[:, 1:]).max(axis=1, initial=0.0)
+    others = [row for row in np.setdiff1d(np.arange(len(h)), rows) if not abs(h[row]) < size[row]]
+    names = ", ".join(dict.fromkeys(_name_of(code, row) for row in others))
+    locked = names_of(data, free[jac[others][:, free].any(axis=0)])
+    return (
+        f"at a dead point, {names} would lock the model, and is left out; it stays with "
+        f"<nature>dependent</nature> in {locked}"
+    )
 
 
 def choose_again(code: PythonCode) -> bool:
@@ -136,7 +155,7 @@ def choose_again(code: PythonCode) -> bool:
     return True
 
 
-def close(code: PythonCode, rows: Any, columns: Any, checked: Any) -> bool:
+def close(code: PythonCode, rows: Any, columns: Any) -> bool:
     """Move the joints ``columns`` until the equations ``rows`` hold, by Newton's method with short
     steps; whether all equations hold then."""
     data, turns = code.data, 0
@@ -217,7 +236,7 @@ def _ranks_away(code: PythonCode, groups: Sequence[Any]) -> list[int]:
     data, here = code.data, code.data.q.copy()
     joints = np.concatenate(groups)
     data.q[joints] += AWAY * _spread(joints)
-    if not close(code, np.arange(sum(code.rows)), joints, joints):
+    if not close(code, np.arange(sum(code.rows)), joints):
         data.q[:] = here
     _, jac = code.constraints()
     data.q[:] = here
@@ -246,7 +265,7 @@ def hold(data: MbsData, code: PythonCode | None = None) -> None:
         data.q[free] = here[free] + away * _spread(free)
         moves = {names[k - 1]: {names[k - 1]: 1.0} for k in free}
         if code is not None:
-            if not close(code, code.kept, code.dependent, code.dependent):
+            if not close(code, code.kept, code.dependent):
                 data.q[:] = here
             for k, column in zip(free, following(code).T, strict=True):
                 along = zip(code.dependent, column, strict=True)
@@ -311,23 +330,31 @@ def names_of(data: MbsData, joints: Iterable[int]) -> str:
 
 def _open(code: PythonCode) -> SimulationError:
     """The equation that is missed by most."""
-    data, (cuts, _) = code.data, code.rows
+    data = code.data
     h, jac = code.constraints()
     size = np.abs(jac[:, 1:]).max(axis=1, initial=0.0)
     row = int(np.abs(h).argmax())
-    text = f"equation {row - cuts + 1} of user_cons_hJ is missed by {abs(h[row]):.3g}"
-    if row < cuts:
+    gap, name = abs(h[row]), _name_of(code, row)
+    text = f"{name} is missed by {gap:.3g}"
+    if row < code.rows[0]:
         found = constraints(Tree(data.mbs))[row]
-        gap = abs(h[row])
         if found.cut.kind == "rod":  # of which h is half the difference of squares
             rods = [cut.name for cut in data.mbs.cuts if cut.kind == "rod"]
             length = data.lrod[1 + rods.index(found.cut.name)]
             gap = abs(np.sqrt(max(length**2 + 2.0 * h[row], 0.0)) - length)
         gap, unit = (gap, "rad") if found.what.startswith("about") else (1000 * gap, "mm")
-        name = f"{found.cut.kind} '{found.cut.name}'"
         text = f"{name} is {gap:.3g} {unit} from closed {found.what}"
     what = "no joint moves it" if size[row] == 0.0 else "no pose near the drawn one closes it"
     return SimulationError(
         "partition", f"a loop cannot be closed: {text}, and {what}", file=str(data.mbs_file),
         hint="draw the model nearer to a closed pose (initialvalue), or check lengths and points",
     )  # fmt: skip
+
+
+def _name_of(code: PythonCode, row: int) -> str:
+    """What makes an equation."""
+    cuts = code.rows[0]
+    if row >= cuts:
+        return f"equation {row - cuts + 1} of user_cons_hJ"
+    cut = constraints(Tree(code.data.mbs))[row].cut
+    return f"{cut.kind} '{cut.name}'"

@@ -244,6 +244,23 @@ def test_rods_at_their_dead_points_are_closed(tmp_path: Path) -> None:
     moves(simulate(file, time=0.2, language="python", **TIGHT))
 
 
+def test_a_rod_that_locks_a_bar_is_named(tmp_path: Path) -> None:
+    """Two circles touch from outside: the bar cannot move, though no equation says so at first."""
+    swings, stays = [
+        simulate(made(
+            tmp_path, arm("bar", BASE, ("R2", 0.0, nature), tip=(0.0, 0.0, 0.5)),
+            cuts=[("rod", ("bar", "tip"), (None, "above"), 0.7)], above=(0.0, 0.0, 1.2),
+        ), time=0.1, language="python")
+        for nature in (FREE, FOLLOWS)
+    ]  # fmt: skip
+    (said,) = swings.data.said
+    assert said.endswith("at a dead point, rod 'cut_1' would lock the model, and is left out; "
+                         "it stays with <nature>dependent</nature> in bar_0")  # fmt: skip
+    assert np.ptp(swings.q[:, 1]) > 0.1
+    assert "the loops leave no joint free" in stays.data.said[0]
+    assert np.ptp(stays.q[:, 1]) == 0.0
+
+
 def test_a_joint_without_mass_is_held_or_refused(tmp_path: Path) -> None:
     """A pendulum swings as it does without the massless slide at its end; a spring that pulls the
     slide, or a push, is an error that names it."""

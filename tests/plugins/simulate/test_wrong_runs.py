@@ -234,16 +234,24 @@ def test_robotrans_equations_without_accelred_get_one(tmp_path: Path, language: 
     assert np.allclose(found.q, wanted.q, rtol=0, atol=1e-7)
 
 
-def test_equations_of_robotrans_with_other_joints_are_not_used(tmp_path: Path) -> None:
-    """C of an older model, left behind in a project whose code is in Python."""
-    project = make(tmp_path, TINY, passes={"equations": {"language": "python"}})
-    wanted = simulate(project, time=0.1, language="python")
-    old = project / "symbolicR" / "mbs_accelred_robot.py"
-    old.write_text("#\t==> Number of joints : 21\ndef accelred(s, tsim):\n    s.qdd[21] = 1.0\n")
-    found = simulate(project, time=0.1, language="python")
+@pytest.mark.parametrize(("language", "old", "said"), [
+    ("python", "#\t==> Number of joints : 21\ndef accelred(s, tsim):\n    s.qdd[21] = 1.0\n",
+     ", of a model with 21 joints"),
+    pytest.param("c", '#include "mbs_message.h"\n', " that want mbs_message.h of another Robotran",
+                 marks=needs_gcc),
+], ids=["joints", "header"])  # fmt: skip
+def test_equations_of_robotrans_that_cannot_run_are_not_used(
+    language: str, old: str, said: str, tmp_path: Path
+) -> None:
+    """Such as those in C of an older model, left behind in a project whose code is in Python."""
+    project = make(tmp_path, TINY, passes={"equations": {"language": language}})
+    wanted = simulate(project, time=0.1, language=language)
+    name = "accelred" if language == "python" else "dirdyna"
+    (file,) = project.glob(f"symbolicR/mbs_{name}_robot.[pc]*")
+    file.write_text(old)
+    found = simulate(project, time=0.1, language=language)
     assert np.array_equal(found.q, wanted.q)
-    said = "symbolicR/mbs_accelred_robot.py is of a model with 21 joints: not used"
-    assert found.data.said == [said]
+    assert found.data.said == [f"not used: equations in symbolicR{said}"]
 
 
 def test_what_cannot_be_simulated_is_told(tmp_path: Path) -> None:
