@@ -28,7 +28,7 @@ from urdf2mbs_project.code.c import STATES
 from urdf2mbs_simulate.data import MbsData
 from urdf2mbs_simulate.equations import HEADERS, cache_folder, equations, keep
 from urdf2mbs_simulate.push import places
-from urdf2mbs_simulate.python_code import PythonCode, changes, default
+from urdf2mbs_simulate.python_code import PythonCode, add_on, changes, default
 from urdf2mbs_simulate.turn import tell_of_turn
 
 HERE = Path(__file__).parent
@@ -410,4 +410,9 @@ def _not_compiled(said: str) -> ConversionError:
     found = re.search(r"(?m)^(.+?):(\d+):(?:\d+:)? (?:fatal )?error: (.*)$", said)
     if found is None:
         return ConversionError("not-compiled", f"the C compiler says: {said.strip()[-500:]}")
-    return ConversionError("not-compiled", found[3], file=found[1], line=int(found[2]))
+    hint = None
+    if header := re.match(r"'?([\w./]+\.h)'?(: No such file| file not found)", found[3]):
+        hint = add_on(header[1])
+        if hint is None and header[1].lower().startswith("mbs"):
+            hint = "it is of Robotran's MBsysC, of which this runtime has a part"
+    return ConversionError("not-compiled", found[3], file=found[1], line=int(found[2]), hint=hint)

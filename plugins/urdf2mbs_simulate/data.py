@@ -199,6 +199,13 @@ class MbsData:
         """Keep a number of the present time for the results."""
         self.outputs[name].append((self.tsim, float(value)))
 
+    def set_output_vector(self, values: Any, name: str) -> None:
+        """Keep several numbers of the present time for the results."""
+        self.outputs[name].append((self.tsim, *map(float, values)))
+
+    def define_output_vector(self, name: str, size: int) -> None:
+        """Outputs need no announcement here."""
+
 
 class MbsSensor:
     """The motion of a point, in the axes of the base; the rows of R are the axes of the body."""

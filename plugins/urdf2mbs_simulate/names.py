@@ -34,8 +34,7 @@ def define_output_vector(name: str, size: int) -> None:
 
 def set_output_vector(values: Any, name: str) -> None:
     """Keep several numbers of the present time for the results."""
-    data = present[-1]
-    data.outputs[name].append((data.tsim, *map(float, values)))
+    present[-1].set_output_vector(values, name)
 
 
 def matrix_vector_product(matrix: Any, vector: Any) -> Any:

@@ -35,7 +35,13 @@ USER = {
                      "cons_hJ", "cons_jdqd")
     },
     "user_derivatives": "user_Derivative",
-    **{f"user_dirdyn_{when}": "user_dirdyn" for when in ("init", "loop", "finish")},
+    **{f"user_{what}_{when}": f"user_{what}" for what in ("dirdyn", "invdyn")
+       for when in ("init", "loop", "finish")},
+}  # fmt: skip
+#: Modules and headers that are Robotran's, and not of MBsysPy itself, by how their names begin.
+ADD_ONS = {
+    "mbs_tgc": "tyres on the ground", "tgc_": "tyres on the ground", "mbs_rw": "wheels on rails",
+    "mbs_car_tireGround": "tyres on the ground", "tireGroundCar": "tyres on the ground",
 }  # fmt: skip
 KNOWN = frozenset([*USER, *(f"mbs_{name}" for name in (*FUNCTIONS, *OWN))])
 
@@ -136,7 +142,23 @@ def shown(data: MbsData) -> Iterator[None]:
             "user-function-failed",
             f"at {data.tsim:g} s: {type(error).__name__}: {error}",
             file=rows[-1][0], line=rows[-1][1],
+            hint=_where_it_is(data, error.name or "") if isinstance(error, ImportError) else None,
         ) from error  # fmt: skip
+
+
+def add_on(name: str) -> str | None:
+    """What a module or a header is, if it is of an add-on of Robotran's."""
+    for start, what in ADD_ONS.items():
+        if name.startswith(start):
+            return f"it is of an add-on of Robotran's, for {what}, which is not here"
+    return None
+
+
+def _where_it_is(data: MbsData, module: str) -> str | None:
+    """Where to look for a module that user code cannot import."""
+    for file in data.project.rglob(f"{module}.py"):
+        return f"it is in {file.parent}: add this folder to PYTHONPATH"
+    return add_on(module)
 
 
 class PythonCode:

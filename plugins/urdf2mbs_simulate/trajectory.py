@@ -42,12 +42,15 @@ class MbsSolvekin(Module):
             data.q[1:][known] = motion[0][0, known]
             code = closed_code(data, options["language"])
             recorder, forces = Recorder(data, code), []
+            self._call("init")
             for time, *state in zip(times, *motion, strict=True):
                 _move(code, time, *state)
                 if isinstance(self, MbsInvdyn):
                     forces.append([time, *find_forces(code)])
                 recorder.keep(time)
+                self._call("loop")
                 choose_again(code)
+            self._call("finish")
             results = recorder.results()
         results.Qa = np.array(forces) if forces else None
         if options["save2file"]:
@@ -66,7 +69,7 @@ class MbsSolvekin(Module):
         times = options["t0"] + options["dt"] * np.arange(count + 1)
         for name in ("trajectoryqname", "trajectoryqdname", "trajectoryqddname"):
             if file := options[name]:
-                rows = np.loadtxt(file, ndmin=2)
+                rows = _rows(Path(file), self.mbs_data.njoint)
                 spline = CubicSpline(rows[:, 0], rows[:, 1:])
                 if not rows[0, 0] <= times[0] <= times[-1] <= rows[-1, 0] + 1e-9:
                     said = f"there is no motion from {times[0]:g} s to {times[-1]:g} s"
@@ -76,12 +79,44 @@ class MbsSolvekin(Module):
             motion.append(spline(times))
         return times, motion
 
+    def _call(self, when: str) -> None:
+        """Call a user function, which solvekin has none of."""
+
 
 class MbsInvdyn(MbsSolvekin):
     """The forces of the actuated joints that make a motion; without actuated joints, those of the
     independent ones.  The smallest forces are taken where there are too many."""
 
     OPTIONS = MbsSolvekin.OPTIONS | {"resfilename": "invdyn"}
+
+    def _call(self, when: str) -> None:
+        getattr(self.mbs_data, f"user_invdyn_{when}")(self.mbs_data, self)
+
+
+def _rows(file: Path, joints: int) -> Any:
+    """The rows of a .res file: a time, and a number for each joint."""
+
+    def wrong(said: str, line: int | None = None) -> ConfigError:
+        return ConfigError("usage", said, file=str(file), line=line)
+
+    try:
+        lines = file.read_text("utf-8", "replace").splitlines()
+    except OSError as error:
+        raise wrong(f"it cannot be read: {error.strerror}") from None
+    rows: list[list[float]] = []
+    for number, line in enumerate(lines, start=1):
+        try:
+            row = [float(word) for word in line.partition("#")[0].split()]
+        except ValueError as error:
+            raise wrong(str(error), number) from None
+        if row and (len(row) != joints + 1 or not np.isfinite(row).all()):
+            raise wrong(f"a time and {joints} numbers, one for each joint, are wanted", number)
+        if row and rows and row[0] <= rows[-1][0]:
+            raise wrong("its time is not after that of the row before", number)
+        rows += [row] if row else []
+    if len(rows) < 2:
+        raise wrong(f"it has {len(rows)} rows of numbers: a motion has two or more")
+    return np.array(rows)
 
 
 def find_forces(code: PythonCode) -> Any:

@@ -77,6 +77,43 @@ def test_loops_are_closed_along_a_motion_of_one_joint(tmp_path: Path) -> None:
         assert np.abs(by_differences - slopes[1:-1, 1:]).max() < 1e-4
 
 
+@pytest.mark.parametrize(("text", "said"), [
+    ("0 0.1\n1 two\n", ":2: .*could not convert string to float: 'two'"),
+    ("0 0.1\n1\n", ":2: .*a time and 1 numbers, one for each joint"),
+    ("0 0.1\n1 nan\n", ":2: .*a time and 1 numbers, one for each joint"),
+    ("0 0.1\n\n0 0.2\n", ":3: .*time is not after"), ("", "it has 0 rows"),
+    (None, "cannot be read: No such file"),
+])  # fmt: skip
+def test_a_file_that_is_no_motion_is_named_with_its_line(
+    tmp_path: Path, text: str | None, said: str
+) -> None:
+    file = tmp_path / "q.res"
+    if text is not None:
+        file.write_text(text)
+    solvekin = MbsSolvekin(MbsData(made(tmp_path, arm("bob", BASE, ("R2", 0.0, FREE)))))
+    solvekin.set_options(trajectoryqname=str(file), tf=1.0)
+    with pytest.raises(ConversionError, match=said) as caught:
+        solvekin.run()
+    assert caught.value.file == str(file)
+
+
+def test_user_functions_of_inverse_dynamics_are_called(tmp_path: Path) -> None:
+    model = made(tmp_path, arm("bob", BASE, ("R2", 0.0, FREE)))
+    user = model.parent.parent / "userfctR" / "user_invdyn.py"
+    user.parent.mkdir()
+    user.write_text("".join(
+        f"def user_invdyn_{when}(mbs_data, mbs_invdyn):\n"
+        f"    mbs_data.set_output(mbs_data.Qa[1], '{when}')\n"
+        for when in ("init", "loop", "finish")
+    ))  # fmt: skip
+    (tmp_path / "q.res").write_text("0 0\n1 1\n2 2\n")
+    invdyn = MbsInvdyn(MbsData(model))
+    invdyn.set_options(trajectoryqname=str(tmp_path / "q.res"), tf=1.0, dt=0.1, language="python")
+    results = invdyn.run()
+    assert np.array_equal(results.outputs["loop"], results.Qa)
+    assert len(results.outputs["init"]) == len(results.outputs["finish"]) == 1
+
+
 def test_a_motion_that_the_actuated_joints_cannot_make_is_named(tmp_path: Path) -> None:
     file = four_bar(tmp_path, [FREE, FOLLOWS, FOLLOWS], 1.0)
     two = made(tmp_path, arm("bob", BASE, ("R2", 0.0, FREE), ("R1", 0.0, FREE)))

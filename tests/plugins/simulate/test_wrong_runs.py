@@ -33,6 +33,17 @@ FORCES, MODEL = "userfctR/user_JointForces", "dataR/robot.mbs"
 WRONG_FILES: dict[str, tuple[str, str, str, str, str, str]] = {
     "C that does not compile": (
         "c", f"{FORCES}.c", "", "int x = nothing;\n", "not-compiled", "nothing"),
+    "C of MBsysC": (
+        "c", f"{FORCES}.c", "", '#include "mbs_matrix.h"\n', "not-compiled",
+        "mbs_matrix.h.*\n.* it is of Robotran's MBsysC"),
+    "C of an add-on": (
+        "c", f"{FORCES}.c", "", '#include "tgc_car.h"\n', "not-compiled", "tyres on the ground"),
+    "an add-on": (
+        "python", f"{FORCES}.py", r"(?s)\A.*\Z", "import mbs_rwc\n", "user-function-failed",
+        "for wheels on rails, which is not here"),
+    "a module elsewhere": (
+        "python", f"{FORCES}.py", r"(?s)\A.*\Z", "import user_DrivenJoints\nimport accelred\n",
+        "user-function-failed", "in .*elsewhere: add this folder to PYTHONPATH"),
     "no Python": (
         "python", f"{FORCES}.py", r"(?s)\A.*\Z", "def user_JointForces(mbs_data, tsim:\n",
         "user-function-failed", "SyntaxError"),
@@ -70,6 +81,8 @@ def test_a_fault_in_a_file_is_named(
         own = file.read_text()
         file.write_text(re.sub(before, lambda _: after, own, count=1) if before else own + after)
         assert file.read_text() != own
+    (project / "elsewhere").mkdir()
+    (project / "elsewhere" / "accelred.py").touch()
     method = {"method": how} if how in ("Radau", "LSODA") else {}
     with pytest.raises(ConversionError, match=said) as caught:
         simulate(project, time=0.1, language=language, **method)
