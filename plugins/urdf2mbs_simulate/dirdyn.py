@@ -21,6 +21,7 @@ from urdf2mbs_simulate.partition import check_held, choose_again, hold, part
 from urdf2mbs_simulate.push import add_pushes
 from urdf2mbs_simulate.python_code import PythonCode, changes, loaded, shown
 from urdf2mbs_simulate.results import Recorder, Results
+from urdf2mbs_simulate.runge_kutta import RungeKutta4
 from urdf2mbs_simulate.steps import STEPS, Rosenbrock
 from urdf2mbs_simulate.turn import can_turn, own_axes, show, turn_if_near
 
@@ -32,10 +33,10 @@ if TYPE_CHECKING:
 OURS, METHOD = "Rosenbrock", "LSODA"
 #: scipy's methods, and Robotran's names for the same.
 IMPLICIT = (METHOD, "Radau", "BDF")
-METHODS = (OURS, *IMPLICIT, "RK45", "DOP853", "RK23")
+METHODS = (OURS, *IMPLICIT, "RK45", "DOP853", "RK23", "RK4")
 #: By itself: the relative and the absolute error (rad, m) of our method, and of scipy's.
 TOLERANCES = {True: (1e-5, 1e-6), False: (1e-6, 1e-8)}
-ROBOTRAN = {"RK4": "RK45", "Dopri5": "RK45"}
+ROBOTRAN = {"Dopri5": "RK45"}
 
 #: The options of MbsDirdyn, by Robotran's names, with the values that they have here.
 OPTIONS: dict[str, Any] = {
@@ -94,7 +95,7 @@ class MbsDirdyn(Module):
     """A direct dynamics: set its options, and run it.
 
     ``integrator`` is ``Rosenbrock``, our own method, or one of scipy's, and ``dt0`` its first step
-    (s).
+    (s); or ``RK4``, Robotran's own, of which ``dt0`` is each step.
     """
 
     OPTIONS = OPTIONS
@@ -252,6 +253,8 @@ def make_solver(
     }  # fmt: skip
     if ours:
         return Rosenbrock(cast("CCode", code), time, y, end, frames, **limits)
+    if name == "RK4":
+        return RungeKutta4(code.accelerate, time, y, end, **limits)
     from scipy import integrate as scipy_integrate  # which takes 0.2 s
 
     name = METHOD if name == OURS else name

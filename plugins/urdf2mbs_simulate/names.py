@@ -75,3 +75,9 @@ def run_script(script: str) -> None:
         runpy.run_path(str(file), run_name="__main__")
     except ConversionError as error:
         sys.exit(str(error))
+    except ImportError as error:
+        from urdf2mbs_simulate.python_code import add_on
+
+        if what := add_on(error.name or ""):
+            sys.exit(f"{script}: {error}\n  {what}")
+        raise

@@ -157,7 +157,7 @@ def add_on(name: str) -> str | None:
 def _where_it_is(data: MbsData, module: str) -> str | None:
     """Where to look for a module that user code cannot import."""
     for file in data.project.rglob(f"{module}.py"):
-        return f"it is in {file.parent}: add this folder to PYTHONPATH"
+        return f"it is in {file.parent.resolve()}: add this folder to PYTHONPATH"
     return add_on(module)
 
 

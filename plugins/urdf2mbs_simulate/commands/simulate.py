@@ -64,8 +64,10 @@ def add_options(command: argparse.ArgumentParser) -> None:
         "--equilibrium", action="store_true", help="start where nothing accelerates, at rest"
     )
     command.add_argument(
-        "--method", choices=("Rosenbrock", "LSODA", "RK45", "DOP853", "RK23", "Radau", "BDF"),
-        help="Rosenbrock: our own, in C (default); LSODA (default for Python) and others: scipy's",
+        "--method",
+        choices=("Rosenbrock", "LSODA", "RK45", "DOP853", "RK23", "Radau", "BDF", "RK4"),
+        help="Rosenbrock: our own, in C (default); LSODA (default for Python) and others: scipy's; "
+        "RK4: Robotran's, in steps of 1 ms",
     )  # fmt: skip
     command.add_argument(
         "--tolerance",

@@ -401,3 +401,21 @@ def test_the_language_of_equations(slider: Path, monkeypatch: pytest.MonkeyPatch
     assert load_equations(file, language="python").language == "python"
     monkeypatch.setattr("urdf2mbs_simulate.robot.compiler", lambda: None)
     assert load_equations(file).language == "python"
+
+
+@LANGUAGES
+def test_steps_of_robotrans_have_its_errors(slider: Path, language: str) -> None:
+    """Of a linear law, a step of order 4 is its series up to the fourth power."""
+    data = MbsData(model(slider))
+    data.q[1] = 0.2
+    dirdyn = MbsDirdyn(data)
+    dirdyn.set_options(integrator="RK4", dt0=0.02, tf=0.48, framerate=25.0, save2file=0,
+                       language=language)  # fmt: skip
+    results = dirdyn.run()
+    z = 0.02 * np.array([[0.0, 1.0], [-STIFFNESS / MASS, -DAMPING / MASS]])
+    step = sum(np.linalg.matrix_power(z, k) / math.factorial(k) for k in range(5))
+    rest = np.array([-MASS * 9.81 / STIFFNESS, 0.0])
+    should = rest + np.linalg.matrix_power(step, 24) @ ([0.2, 0.0] - rest)
+    assert results.time[12] == pytest.approx(0.48)
+    assert results.q[12, 1] == pytest.approx(should[0], abs=1e-12)
+    assert results.qd[12, 1] == pytest.approx(should[1], abs=1e-12)
