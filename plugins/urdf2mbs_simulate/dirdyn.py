@@ -163,7 +163,10 @@ def close(data: MbsData, code: PythonCode) -> bool:
 def integrate(
     data: MbsData, code: PythonCode, options: dict[str, Any], dirdyn: MbsDirdyn
 ) -> Results:
-    """Step from t0 to tf.  After each step: the user's loop; then the frames that it has passed."""
+    """Step from t0 to tf.
+
+    At the start and after each step: the user's loop; then the frames that the step has passed.
+    """
     time, end = float(options["t0"]), float(options["tf"])
     if not time < end < np.inf or not all(
         options[x] is None or options[x] > 0 for x in ("framerate", "rtoler", "dt0")
@@ -181,6 +184,8 @@ def integrate(
         raise _no_partition(data)
     recorder, y = Recorder(data, code), code.state()
     frames = np.linspace(time, end, max(1, round((end - time) * options["framerate"])) + 1)
+    if code.has_loop:  # Robotran's first call is that of the start
+        _call_loop(data, code, dirdyn)
     recorder.add(time, y)
     check_held(data)
     count, steps, before = 1, 0, time
@@ -201,9 +206,7 @@ def integrate(
             code.accelerate(time, y)
             code.remember()
             if code.has_loop and not (isinstance(solver, Rosenbrock) and solver.loops):
-                code.react()
-                with own_axes(data):
-                    code.call("user_dirdyn_loop", dirdyn)
+                _call_loop(data, code, dirdyn)
                 if hasattr(solver, "f"):
                     solver.f = code.accelerate(time, y)  # the loop may have changed the forces
             passed = int(np.searchsorted(frames, time, side="right"))
@@ -228,6 +231,12 @@ def integrate(
     code.take_axes()
     code.call("user_dirdyn_finish", dirdyn)
     return recorder.results()
+
+
+def _call_loop(data: MbsData, code: PythonCode, dirdyn: MbsDirdyn) -> None:
+    code.react()
+    with own_axes(data):
+        code.call("user_dirdyn_loop", dirdyn)
 
 
 def make_solver(

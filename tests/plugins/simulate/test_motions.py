@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shutil
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -419,3 +420,22 @@ def test_steps_of_robotrans_have_its_errors(slider: Path, language: str) -> None
     assert results.time[12] == pytest.approx(0.48)
     assert results.q[12, 1] == pytest.approx(should[0], abs=1e-12)
     assert results.qd[12, 1] == pytest.approx(should[1], abs=1e-12)
+
+
+@LANGUAGES
+def test_a_force_knows_what_the_loop_has_kept_at_the_start(
+    slider: Path, language: str, tmp_path: Path
+) -> None:
+    """As Robotran's first call is that of the start; else a joint would move in the first step."""
+    project = shutil.copytree(slider, tmp_path / "slider")
+    user = project / "userfctR"
+    (user / "user_dirdyn.py").write_text(
+        "def user_dirdyn_init(mbs_data, mbs_dirdyn):\n    mbs_data.place = 99.0\n"
+        "def user_dirdyn_loop(mbs_data, mbs_dirdyn):\n    mbs_data.place = mbs_data.q[1]\n"
+        "def user_dirdyn_finish(mbs_data, mbs_dirdyn):\n    pass\n"
+    )
+    (user / "user_JointForces.py").write_text(
+        "def user_JointForces(mbs_data, tsim):\n"
+        f"    mbs_data.Qq[1] = {MASS * 9.81} + mbs_data.place - mbs_data.q[1]\n"
+    )
+    assert np.ptp(simulate(project, time=0.01, language=language).q[:, 1]) < 1e-12
