@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import csv
 import io
+import itertools
 import math
 from dataclasses import dataclass
 from pathlib import Path
@@ -69,12 +70,22 @@ class Mode:
 class Modes:
     """The modes of a state, the slowest first; those that do not swing come last."""
 
-    def __init__(self, data: MbsData, modes: list[Mode], free: list[int], states: int) -> None:
+    def __init__(self, data: MbsData, modes: list[Mode], zeros: tuple[Any, Any, Any]) -> None:
         self.data, self.modes = data, modes
-        self.free = free
+        still, drifting, states = zeros
+        self.free: list[int] = data.qu[1:][still].tolist()
         """Joints that nothing pulls back."""
-        self.states = states
-        """How many user states nothing pulls back."""
+        self.stopped: list[int] = data.qu[1:][still & ~drifting].tolist()
+        """Those of them that friction or damping stops; the others are ignorable coordinates."""
+        names = [
+            f"{model.name}.{parameter.name}"
+            for model in data.mbs.user_models
+            for parameter in model.parameters
+            for _ in parameter.values
+            if parameter.type == "state"
+        ]
+        self.states = list(dict.fromkeys(itertools.compress(names, states)))
+        """User states that nothing pulls back."""
         self.q = data.q.copy()
         self.keep: Any = None
         """A folder that is removed with the modes."""
@@ -92,10 +103,13 @@ class Modes:
             rate = f"{mode.frequency:14.4g}" if swings else "             -"
             ratio = f"{mode.damping:13.4g}" if swings else f"{_time_of(mode):>13}"
             said.append(f"{number:4}  {rate}  {ratio}  {names or 'states of the user'}")
-        if self.free:
-            said.append(f"nothing pulls these back: {names_of(self.data, self.free)}")
+        if drifting := set(self.free) - set(self.stopped):
+            said.append(f"nothing pulls these back: {names_of(self.data, drifting)}")
+        if self.stopped:
+            where = names_of(self.data, self.stopped)
+            said.append(f"friction or damping holds these where they are: {where}")
         if self.states:
-            said.append(f"nor {self.states} states of the user, such as those of friction")
+            said.append(f"user states that keep what they have: {', '.join(self.states)}")
         growing = [
             n for n, mode in enumerate(self.modes, 1) if mode.value.real > 1e-9 * abs(mode.value)
         ]
@@ -234,9 +248,5 @@ def find_modes(code: PythonCode, matrix: Any) -> Modes:
         largest = shape[np.abs(shape).argmax()]
         modes.append(Mode(complex(value), shape / largest if largest else shape))
     modes.sort(key=lambda mode: (mode.value.imag == 0, abs(mode.value)))
-    sizes = np.linalg.norm(gone[:n], axis=1)
-    return Modes(data, modes, code.free[sizes > 0.5].tolist(), _count(gone[2 * n :]))
-
-
-def _count(rows: Any) -> int:
-    return int((np.linalg.norm(rows, axis=1) > 0.5).sum())
+    still = np.linalg.norm(gone, axis=1) > 0.5
+    return Modes(data, modes, (still[:n], still[n : 2 * n], still[2 * n :]))

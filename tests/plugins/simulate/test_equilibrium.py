@@ -21,7 +21,7 @@ from plugins.simulate.test_motions import DAMPING, MASS, SLIDER, STIFFNESS, mode
 from plugins.simulate.test_partition import FREE, arm, four_bar, made
 from urdf2mbs import ConversionError, modes, simulate
 from urdf2mbs.cli import main
-from urdf2mbs.mbs.model import BASE, UserModel
+from urdf2mbs.mbs.model import BASE, Parameter, UserModel
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.mbs.writer import write
 from urdf2mbs_simulate.c_code import compiler
@@ -208,6 +208,7 @@ size="0.3 0.2 0.1"/></geometry></collision></link></robot>"""
     assert set(found_modes.free) >= set(results.equilibrium.free)
     names = [list(found_modes.data.joint_id)[k - 1] for k in results.equilibrium.free]
     assert [name[-2:] for name in names] == ["T1", "T2", "R3"]
+    assert found_modes.stopped == found_modes.free
 
 
 def test_a_swing_is_shown_and_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -227,6 +228,27 @@ def test_a_swing_is_shown_and_written(tmp_path: Path, capsys: pytest.CaptureFixt
     assert main(["modes", str(folder), "--mode", "9"]) == 2
     assert "the model has 1 modes" in capsys.readouterr().err
     assert modes(folder, language="python").modes[0].joints() == [1]
+
+
+def test_zero_modes_are_named_apart(tmp_path: Path) -> None:
+    """One slide goes on for ever, oil stops another, and a state keeps what it has."""
+    slides = arm("bob", BASE, ("T1", 0.0, FREE), ("T2", 0.0, FREE), ("R2", math.atan2(X, -Z), FREE))
+    file = made(tmp_path, slides)
+    mbs = read(file.read_bytes(), str(file))
+    mbs.user_models = [UserModel("memory", [Parameter("at", "state", ("0.0", "0.0"))])]
+    file.write_bytes(write(mbs))
+    user = file.parent.parent / "userfctR"
+    user.mkdir()
+    (user / "user_JointForces.py").write_text(
+        "def user_JointForces(mbs_data, tsim):\n    mbs_data.Qq[2] = -3.0 * mbs_data.qd[2]\n"
+    )
+    (user / "user_Derivative.py").write_text(
+        "def user_derivatives(mbs_data):\n    mbs_data.uxd[1] = -mbs_data.ux[1]\n"
+    )
+    *_, drifts, stops, states, stable = modes_of(MbsData(file)).lines()
+    assert drifts == "nothing pulls these back: bob_0"
+    assert stops == "friction or damping holds these where they are: bob_1"
+    assert (states, stable) == ("user states that keep what they have: memory.at", "stable")
 
 
 MAIN = """
