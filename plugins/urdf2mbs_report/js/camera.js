@@ -1,6 +1,7 @@
 // The camera: turned, moved and zoomed by three's OrbitControls.
 
 import {data, size, vector} from "./basics.js";
+import {bones} from "./marks.js";
 import {camera, holders, redraw, scene} from "./scene.js";
 import {drawn} from "./shapes.js";
 
@@ -12,6 +13,7 @@ export function extent() {
     if (one.side === "mbs") (one.owner === null ? base : box).expandByObject(one.group);
   }
   if (box.isEmpty() || across(base) < 3 * across(box)) box.union(base);
+  if (!drawn.length) bones.forEach(([, object]) => box.expandByObject(object));
   for (const [name, group] of [...holders.mbs, ...holders.urdf]) {
     if (name !== null && name !== data.urdf.root) {
       box.expandByPoint(vector().setFromMatrixPosition(group.matrix));

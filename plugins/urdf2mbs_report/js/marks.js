@@ -159,11 +159,14 @@ export function moveMarks({bodies, joints}) {
 
 export function drawMarks() {
   const heaviest = Math.max(1e-9, ...data.mbs.bodies.map((body) => body.mass || 0));
+  const ends = data.marks.lines.flatMap(([, ...two]) => two);
+  const held = new Set([...data.mbs.bodies.map((body) => body.parent), ...ends.map(([body]) => body)]);
   axes("frames", "mbs", null, data.frame, 5);
   for (const body of data.mbs.bodies) {
     axes("frames", "mbs", body.name, data.frame, 5);
     knob("mbs", body.name);
     bone("mbs", body.parent, body.at);
+    if (!held.has(body.name)) bone("mbs", body.name, body.com || [0, 0, 0]);
     if (body.mass) centreOfMass(body, heaviest);
     if (body.mass && body.inertia) inertiaBox(body);
   }
@@ -172,6 +175,7 @@ export function drawMarks() {
     knob("urdf", link.name);
   }
   for (const joint of data.urdf.joints) bone("urdf", joint.parent, joint.xyz);
+  for (const [body, xyz] of ends) bone("mbs", body, xyz);
   data.marks.points.forEach(mark);
   data.marks.lines.forEach(connect);
   data.marks.stops.filter(([name]) => q.has(name)).forEach(stop);
