@@ -17,7 +17,7 @@ import numpy as np
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs_simulate.data import MbsData
 from urdf2mbs_simulate.equations import SimulationError
-from urdf2mbs_simulate.partition import check_held, choose_again, hold, part
+from urdf2mbs_simulate.partition import check_held, choose_again, hold, part, tell_stops
 from urdf2mbs_simulate.push import add_pushes
 from urdf2mbs_simulate.python_code import PythonCode, changes, loaded, shown
 from urdf2mbs_simulate.results import Recorder, Results
@@ -182,6 +182,7 @@ def integrate(
         code.call("user_dirdyn_init", dirdyn)
     if not close(data, code):
         raise _no_partition(data)
+    tell_stops(data)
     recorder, y = Recorder(data, code), code.state()
     frames = np.linspace(time, end, max(1, round((end - time) * options["framerate"])) + 1)
     if code.has_loop:  # Robotran's first call is that of the start

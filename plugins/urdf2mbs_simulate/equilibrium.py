@@ -70,7 +70,7 @@ class Equilibrium:
             }
             if pose:
                 posture = ", ".join(f"{name}: {q}" for name, q in pose.items())
-                said.append(f"in a config: posture: {{{posture}}}")
+                said.append(f"in a config: 'passes: {{posture: {{joints: {{{posture}}}}}}}'")
         if self.free:
             said.append(f"it may stand anywhere along {names_of(data, self.free)}")
         if self.friction:

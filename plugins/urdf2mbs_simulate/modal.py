@@ -23,7 +23,7 @@ from urdf2mbs_simulate.data import MbsData
 from urdf2mbs_simulate.dirdyn import Module, closed_code
 from urdf2mbs_simulate.equations import SimulationError
 from urdf2mbs_simulate.equilibrium import STEP
-from urdf2mbs_simulate.partition import following, names_of
+from urdf2mbs_simulate.partition import following, names_of, tell_stops
 from urdf2mbs_simulate.python_code import PythonCode, loaded, shown
 
 #: A joint is named of a mode if it moves by so much of the joint that moves most.
@@ -174,6 +174,7 @@ class MbsModal(Module):
         data, options = self.mbs_data, self.options
         with loaded(data), shown(data):
             code = closed_code(data, options["language"])
+            tell_stops(data)
             matrix = slopes_of(code)
             modes = find_modes(code, matrix)
         if options["save_result"]:

@@ -38,6 +38,8 @@ CLOSED = 1e-10
 #: A rod at its dead point, which no joint moves, need not be closed more closely than as if a joint
 #: moved it by so small a part of what moves most.
 DEAD = 1e-2
+#: A joint is at its stop if it is so near (rad, m): slopes by differences count it half.
+AT_STOP = 1e-5
 #: The longest step (rad, m) of Newton's method.
 STEP = 0.3
 #: A new choice is made where a dependent joint moves so many times as fast as an independent one,
@@ -305,6 +307,21 @@ def check_held(data: MbsData) -> None:
 
 
 # --- words ---
+
+
+def tell_stops(data: MbsData) -> None:
+    """Which joints are at their soft stops, or beyond: these push from the start."""
+    models = data.user_model
+    at = [
+        joint
+        for joint in models.get("stop_stiffness", {})
+        for name, sign in (("q_min", 1.0), ("q_max", -1.0))
+        if sign * (data.q[data.joint_id[joint]] - models.get(name, {}).get(joint, -sign * np.inf))
+        < AT_STOP
+    ]
+    elsewhere = "'passes: {posture: {joints: {NAME: VALUE}}}' starts elsewhere"
+    said = f"at a stop, or beyond: {', '.join(at)}; {elsewhere}"
+    data.said += [said] * (bool(at) and said not in data.said)
 
 
 def _tell_joints(data: MbsData, freed: Any, added: Any) -> None:

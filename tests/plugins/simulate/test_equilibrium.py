@@ -230,6 +230,15 @@ def test_a_swing_is_shown_and_written(tmp_path: Path, capsys: pytest.CaptureFixt
     assert modes(folder, language="python").modes[0].joints() == [1]
 
 
+@pytest.mark.parametrize(("upper", "said"), [("0", ["at a stop, or beyond: rail; 'passes: {posture"
+    ": {joints: {NAME: VALUE}}}' starts elsewhere"]), ("0.001", [])])  # fmt: skip
+def test_a_start_at_a_stop_is_named(tmp_path: Path, upper: str, said: list[str]) -> None:
+    text = SLIDER.replace('upper="9"', f'upper="{upper}"')
+    project = make(tmp_path, text, base="fixed", language="python")
+    assert modes(project, drawn=True, language="python").data.said == said
+    assert simulate(project, time=0.01, language="python").data.said == said
+
+
 def test_zero_modes_are_named_apart(tmp_path: Path) -> None:
     """One slide goes on for ever, oil stops another, and a state keeps what it has."""
     slides = arm("bob", BASE, ("T1", 0.0, FREE), ("T2", 0.0, FREE), ("R2", math.atan2(X, -Z), FREE))
