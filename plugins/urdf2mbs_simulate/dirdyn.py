@@ -75,6 +75,13 @@ class Module:
     def get_options(self, name: str) -> Any:
         return self.options[name]
 
+    def _write(self, results: Results) -> None:
+        """Write results, if the options want it."""
+        options = self.options
+        if options["save2file"]:
+            folders = options["respath"], options["animpath"]
+            results.write(options["resfilename"], *(folder and Path(folder) for folder in folders))
+
 
 class MbsPart(Module):
     """Partition: that of the .mbs where it fits, else Robotran's choice; the loops are closed."""
@@ -116,9 +123,7 @@ class MbsDirdyn(Module):
             filterwarnings("ignore", "lsoda:", UserWarning)  # the error says more
             code = choose_code(data, options["language"])
             results = integrate(data, code, options, self)
-        if options["save2file"]:
-            folders = options["respath"], options["animpath"]
-            results.write(options["resfilename"], *(folder and Path(folder) for folder in folders))
+        self._write(results)
         return results
 
 
@@ -175,14 +180,7 @@ def integrate(
     data.tsim = time
     if not np.isfinite(data.q + data.qd).all():
         raise _no_partition(data)
-    data.can_turn, data.turned = can_turn(data), False
-    turn_if_near(code)
-    part(code)
-    with own_axes(data):
-        code.call("user_dirdyn_init", dirdyn)
-    if not close(data, code):
-        raise _no_partition(data)
-    tell_stops(data)
+    _begin(data, code, dirdyn)
     recorder, y = Recorder(data, code), code.state()
     frames = np.linspace(time, end, max(1, round((end - time) * options["framerate"])) + 1)
     if code.has_loop:  # Robotran's first call is that of the start
@@ -232,6 +230,18 @@ def integrate(
     code.take_axes()
     code.call("user_dirdyn_finish", dirdyn)
     return recorder.results()
+
+
+def _begin(data: MbsData, code: PythonCode, dirdyn: MbsDirdyn) -> None:
+    """Choose axes and joints, let the user begin, and close the loops."""
+    data.can_turn, data.turned = can_turn(data), False
+    turn_if_near(code)
+    part(code)
+    with own_axes(data):
+        code.call("user_dirdyn_init", dirdyn)
+    if not close(data, code):
+        raise _no_partition(data)
+    tell_stops(data)
 
 
 def _call_loop(data: MbsData, code: PythonCode, dirdyn: MbsDirdyn) -> None:

@@ -117,9 +117,7 @@ class MbsEquil(Module):
             recorder = Recorder(data, code)
             recorder.add(data.tsim, code.state())
             self.found.results = recorder.results()
-        if options["save2file"]:
-            folders = options["respath"], options["animpath"]
-            self.found.results.write(options["resfilename"], *folders)
+        self._write(self.found.results)
         return self.found
 
     @contextmanager

@@ -25,6 +25,7 @@ from urdf2mbs_simulate.equations import SimulationError
 from urdf2mbs_simulate.equilibrium import STEP
 from urdf2mbs_simulate.partition import following, names_of, tell_stops
 from urdf2mbs_simulate.python_code import PythonCode, loaded, shown
+from urdf2mbs_simulate.results import res_rows
 
 #: A joint is named of a mode if it moves by so much of the joint that moves most.
 MOVES = 0.2
@@ -143,7 +144,7 @@ class Modes:
         """Write modal.csv, and the swing of a mode, mode.csv, into resultsR of the project."""
         results = self.data.project / "resultsR"
         head = ",".join(["time", *(f"q.{joint}" for joint in self.data.joint_id)])
-        rows = _rows(self.motion(number)).replace(b" ", b",") if self.modes else b""
+        rows = res_rows(self.motion(number)).replace(b" ", b",") if self.modes else b""
         files = {
             results / "modal.csv": self.table(),
             results / "mode.csv": f"{head}\n".encode() + rows,
@@ -178,33 +179,29 @@ class MbsModal(Module):
             matrix = slopes_of(code)
             modes = find_modes(code, matrix)
         if options["save_result"]:
-            self._write(modes, matrix)
+            self._write_modes(modes, matrix)
         return modes
 
-    def _write(self, modes: Modes, matrix: Any) -> list[Path]:
+    def _write_modes(self, modes: Modes, matrix: Any) -> list[Path]:
         data, options, name = self.mbs_data, self.options, self.options["resfilename"]
         results = Path(options["respath"] or data.project / "resultsR")
         moving = Path(options["animpath"] or data.project / "animationR")
         values = np.array([mode.value for mode in modes.modes])
         files = {results / f"{name}.csv": modes.table()}
         if options["save_eval"]:
-            files[results / f"{name}_eval_a.res"] = _rows(values.real[:, None])
-            files[results / f"{name}_eval_b.res"] = _rows(values.imag[:, None])
+            files[results / f"{name}_eval_a.res"] = res_rows(values.real[:, None])
+            files[results / f"{name}_eval_b.res"] = res_rows(values.imag[:, None])
         if options["save_evec"]:
             shapes = np.array([mode.shape[1:] for mode in modes.modes]).reshape(len(values), -1)
-            files[results / f"{name}_evec_a.res"] = _rows(shapes.real)
-            files[results / f"{name}_evec_b.res"] = _rows(shapes.imag)
+            files[results / f"{name}_evec_a.res"] = res_rows(shapes.real)
+            files[results / f"{name}_evec_b.res"] = res_rows(shapes.imag)
         if options["save_mat"]:
-            files[results / f"{name}_mat.res"] = _rows(matrix)
+            files[results / f"{name}_mat.res"] = res_rows(matrix)
         for number in range(1, len(values) + 1) if options["save_anim"] else ():
             motion = modes.motion(number, options["mode_ampl"])
-            files[moving / f"{name}_{number}_q.anim"] = _rows(motion)
+            files[moving / f"{name}_{number}_q.anim"] = res_rows(motion)
         write_files(files, force=True)
         return list(files)
-
-
-def _rows(values: Any) -> bytes:
-    return "".join(" ".join(map(repr, row)) + "\n" for row in values.tolist()).encode()
 
 
 def slopes_of(code: PythonCode) -> Any:

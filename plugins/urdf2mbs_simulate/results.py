@@ -151,17 +151,17 @@ class Results:
             "uxd": data.Nux, **dict.fromkeys(FILES, data.Nlink),
         }  # fmt: skip
         files = {
-            results / f"{name}_{FILES.get(kind, kind)}.res": _rows(self.kept[kind])
+            results / f"{name}_{FILES.get(kind, kind)}.res": res_rows(self.kept[kind])
             for kind, count in used.items()
             if count
         }
         if self.Qa is not None:
-            files[results / f"{name}_Qa.res"] = _rows(self.Qa)
+            files[results / f"{name}_Qa.res"] = res_rows(self.Qa)
         files |= {
-            results / f"{name}_{output}.res": _rows(values)
+            results / f"{name}_{output}.res": res_rows(values)
             for output, values in self.outputs.items()
         }
-        files[animation / f"{name}_q.anim"] = _rows(self.q)
+        files[animation / f"{name}_q.anim"] = res_rows(self.q)
         text = io.StringIO()
         columns = self.columns()
         writer = csv.writer(text, lineterminator="\n")
@@ -172,7 +172,8 @@ class Results:
         return list(files)
 
 
-def _rows(values: Any) -> bytes:
+def res_rows(values: Any) -> bytes:
+    """The lines of a .res file."""
     return "".join(" ".join(map(repr, row)) + "\n" for row in values.tolist()).encode()
 
 

@@ -53,9 +53,7 @@ class MbsSolvekin(Module):
             self._call("finish")
             results = recorder.results()
         results.Qa = np.array(forces) if forces else None
-        if options["save2file"]:
-            folders = options["respath"], options["animpath"]
-            results.write(options["resfilename"], *(folder and Path(folder) for folder in folders))
+        self._write(results)
         return results
 
     def _read(self) -> tuple[Any, list[Any]]:
