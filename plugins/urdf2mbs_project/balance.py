@@ -111,7 +111,7 @@ def warn_of_falling(conversion: Conversion, placement: Placement, places: list[V
     if not any(body.mass for body in conversion.mbs.bodies):
         return
     found, way = balance_at(conversion, placement, places)
-    away, (x, y, z) = f"{abs(found.margin):.3g} m", (f"{part + 0.0:.3g}" for part in way)
+    away, (x, y, z) = f"{abs(found.margin):.3g} m", (f"{round(part, 6) + 0.0:.3g}" for part in way)
     if found.margin < -ROUNDING:
         said = f"not over the contact points, but {away} beside them: the robot falls"
         hint = "give a start position with its feet under it"

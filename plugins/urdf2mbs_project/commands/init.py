@@ -131,7 +131,8 @@ def find(conversion: Conversion) -> RobotFacts:
         passes["posture"] = {**passes.get("posture", {}), "hold": HOLD}
         passes["contacts"] = {"links": ["*"]}
         if stance.points:
-            passes["contacts"]["points"] = dict(stance.points)
+            points = {link: [[*at] for at in places] for link, places in stance.points.items()}
+            passes["contacts"]["points"] = points
     return RobotFacts(
         robot, known, sorted(named - known.keys()),
         _arguments(expansion.files if expansion else []),
