@@ -10,9 +10,9 @@
 #include "mbs_data.h"
 #include "mbs_sensor.h"
 
-/* What may touch of a body, in its frame: a point; a sphere, which has a radius; or a point of a rim,
- * which has an axis, too, and is turned away from the lowest point of the rim (rad). */
-typedef struct { double at[3], radius, axis[3], turn; } Spot;
+/* What may touch of a body, in its frame: a point; or a point of a sphere or of a rim, which has an axis,
+ * too. From the middle, rim leads so far towards the lowest point, and then so far along the rim. */
+typedef struct { double at[3], axis[3], rim[2]; } Spot;
 /* No spot is further from the body's origin than bound. The bristles of the body are ux[state] and
  * the two behind it. */
 typedef struct { const Spot *spots; int count, state; double bound; } Contact;
@@ -77,6 +77,14 @@ static inline void cross(const double *a, const double *b, double *c)
     c[2] = a[0] * b[1] - a[1] * b[0];
 }
 
+/* How high a spot is above the body's origin (m), where upwards are the axes of the body. */
+static inline double height(const Spot *spot, const double *upwards)
+{
+    const double along = dot(spot->axis, upwards);
+
+    return dot(spot->at, upwards) - spot->rim[0] * sqrt(fmax(0.0, 1.0 - along * along));
+}
+
 /* From a body's origin to where a spot touches (m), in the axes of the base. */
 static inline void reach(const Spot *spot, double R[4][4], double *arm)
 {
@@ -87,7 +95,7 @@ static inline void reach(const Spot *spot, double R[4][4], double *arm)
         axis[i] = spot->axis[0] * R[1][i + 1] + spot->axis[1] * R[2][i + 1]
             + spot->axis[2] * R[3][i + 1];
     }
-    if (spot->radius == 0.0) {
+    if (spot->rim[0] == 0.0 && spot->rim[1] == 0.0) {
         return;
     }
     along = dot(up, axis);
@@ -100,7 +108,7 @@ static inline void reach(const Spot *spot, double R[4][4], double *arm)
     }
     cross(axis, lowest, side);
     for (int i = 0; i < 3; i++) {
-        arm[i] += spot->radius * (cos(spot->turn) * lowest[i] + sin(spot->turn) * side[i]);
+        arm[i] += spot->rim[0] * lowest[i] + spot->rim[1] * side[i];
     }
 }
 
@@ -111,7 +119,7 @@ typedef struct { double n, turned[2], square, rate[2], both, force[6]; } Sums;
 /* How far a bristle is bent, shortened to the length most. */
 static inline void shorten(double *bent, double most)
 {
-    const double size = hypot(bent[0], bent[1]);
+    const double size = sqrt(bent[0] * bent[0] + bent[1] * bent[1]);
 
     if (size > most) {
         bent[0] *= most / size;
@@ -166,18 +174,18 @@ static inline void ground_force(const Contact *contact, const Ground *law, const
     const double time = law->bristle_time, above = dot(up, P + 1) - law->ground;
     const double *bent = mbs_data->ux + contact->state;
     double *rates = mbs_data->uxd + contact->state;
-    double arm[3], speed[3], centre[2], spread, part;
+    double arm[3], speed[3], upwards[3], centre[2], spread, part;
     Sums sums = {0};
 
     for (int i = 0; i < 3; i++) { /* in the air, the bristles spring back */
         rates[i] = -bent[i] / time;
+        upwards[i] = dot(up, R[i + 1] + 1);
     }
     for (int k = 0; k < contact->count && above < contact->bound; k++) {
-        double depth;
+        const double depth = -(above + height(&contact->spots[k], upwards));
 
-        reach(&contact->spots[k], R, arm);
-        depth = -(above + dot(up, arm));
         if (depth > 0.0) {
+            reach(&contact->spots[k], R, arm);
             cross(OM + 1, arm, speed);
             for (int i = 0; i < 3; i++) {
                 speed[i] += V[i + 1];
@@ -198,7 +206,7 @@ static inline void ground_force(const Contact *contact, const Ground *law, const
     }
     spread = sums.square / sums.n - centre[0] * centre[0] - centre[1] * centre[1];
     /* one spot alone does not resist a turn */
-    part = between(0.0, spread / pow(law->bristle, 2.0) - 1.0, 1.0);
+    part = between(0.0, spread / (law->bristle * law->bristle) - 1.0, 1.0);
     rates[2] *= 1.0 - part;
     if (part > 0.0) {
         rates[2] += part * sums.both / (sums.n * spread);

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator
+from math import cos, sin
 
 from urdf2mbs.mbs.model import BASE, Mbs, UserModel
 from urdf2mbs.messages.diagnostics import quoted
@@ -277,9 +278,10 @@ def _tables(mbs: Mbs, simulation: Simulation) -> str:
 
 
 def _spot(spot: Spot) -> str:
-    round_ = f", .radius = {spot.radius!r}" if spot.radius else ""
-    rim = f", .axis = {{{_row(spot.axis)}}}, .turn = {spot.turn!r}" if any(spot.axis) else ""
-    return f"{{.at = {{{_row(spot.at)}}}{round_}{rim}}}"
+    axis = f", .axis = {{{_row(spot.axis)}}}" if any(spot.axis) else ""
+    forth, aside = spot.radius * cos(spot.turn), spot.radius * sin(spot.turn)
+    rim = f", .rim = {{{_row((forth, aside))}}}" if spot.radius else ""
+    return f"{{.at = {{{_row(spot.at)}}}{axis}{rim}}}"
 
 
 def _list(kind: str, name: str, rows: Iterable[str]) -> str:

@@ -66,7 +66,7 @@ def test_states_of_friction_are_named_by_their_places() -> None:
     files = {name: data.decode() for name, data in c.generated(*robot()).items()}
     rows = re.findall(r"Contact (\w+) = \{\w+_spots, (.*)\};", files["r_tables.h"])
     assert rows == [("touch1", "2, 2, 3.0"), ("touch2", "2, 5, 3.0")]
-    assert "{.at = {0.0, 0.0, 0.0}, .radius = 0.5},\n" in files["r_tables.h"]
+    assert "{.at = {0.0, 0.0, 0.0}, .rim = {0.5, 0.0}},\n" in files["r_tables.h"]
     assert re.findall(r"rub\(mbs_data, (\d, qd\[\w+\])", files["r_robot.c"]) == [
         "1, qd[a_swing_id]"
     ]
