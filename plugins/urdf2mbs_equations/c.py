@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs_equations.pairs import in_pairs
 from urdf2mbs_equations.routine import (
@@ -123,6 +125,7 @@ class CWriter(Writer):
             head, text = self.sections("info") + "int", text + "    return MBS_INFO_FAILURE;\n"
         if isinstance(made, Absent):  # only libraries of before 2025 call it
             text = f"#ifndef MBS_BEFORE_2025\n{text}#endif\n"
+        text = _voided(PARAMETERS[name].split(", ")) + text
         return f"{head} mbs_{name}({PARAMETERS[name]})\n{{\n{text}}}\n"
 
     def _cases(self, name: str, cases: Cases) -> str:
@@ -133,12 +136,13 @@ class CWriter(Writer):
             text += self._define(f"static void {case}", "MbsSensor *sens, MbsData *s", routine)
             text += "\n"
             choice += f"    case {number}:\n        {case}(sens, s);\n        break;\n"
-        return text + (
-            f"void mbs_{name}({PARAMETERS['sensor']})\n{{\n    switch (isens) {{\n{choice}"
+        body = (
+            f"    switch (isens) {{\n{choice}"
             f'    default:\n        fprintf(stderr, "mbs_{name}: the model has no {CASES[name]} '
             f'%d: it has {len(cases)}\\n", isens);\n'
-            "        s->flag_stop = 1;\n        break;\n    }\n}\n"
+            "        s->flag_stop = 1;\n        break;\n    }\n"
         )
+        return text + _function(f"void mbs_{name}", PARAMETERS[name], body)
 
     def _define(self, head: str, parameters: str, routine: Routine) -> str:
         """A function; ``head`` ends with its name."""
@@ -146,19 +150,19 @@ class CWriter(Writer):
         calls = [line.call for line in lines if line.call is not None]
         if len(lines) > PIECE and not calls:
             return _in_pieces(head, parameters, lines)
-        text = ""
+        text = body = ""
         if calls:
             functions = sorted({call.function for call in calls})
             declared = "".join(f"{USER[function]}\n" for function in functions)
             text = f"{self.sections('calls')}{declared}\n"
-        text += f"{head}({parameters})\n{{\n"
         for call in calls:
             pointer = "" if call.function == "user_LinkForces" else "*"
-            text += f"    double {pointer}{call.result};\n"
+            body += f"    double {pointer}{call.result};\n"
             for array in call.arguments[:6] if pointer else ():
                 size = "[4][4] = {{0.0}}" if array.startswith("Rx") else "[4] = {0.0}"
-                text += f"    double {array}{size};\n"
-        return text + _read(lines) + "".join(map(_statement, lines)) + "}\n"
+                body += f"    double {array}{size};\n"
+        body += _read(lines) + "".join(map(_statement, lines))
+        return text + _function(head, parameters, body)
 
 
 def _in_pieces(head: str, parameters: str, lines: list[Statement]) -> str:
@@ -175,12 +179,11 @@ def _in_pieces(head: str, parameters: str, lines: list[Statement]) -> str:
                 sizes[kinds[name]] += 1
     used = [p for p in parameters.split(", ") if not p.endswith((" tsim", " isens"))]
     types = {array: "pair" if array == "v" else "double" for array in sizes if sizes[array]}
-    given = ", ".join([*used, *(f"{kind} *restrict {array}" for array, kind in types.items())])
-    passed = ", ".join([*(p.split(" ")[1].lstrip("*") for p in used), *types])
+    given = [*used, *(f"{kind} *restrict {array}" for array, kind in types.items())]
     name = head.split(" ")[-1]
     text = end = ""
     for k, piece in enumerate(pieces):
-        text += f"PIECE {name}_{k + 1}({given})\n{{\n{_read(piece)}"
+        body = _read(piece)
         here: set[str | None] = set()
         for line in piece:
             # as late as can be: each is one register less
@@ -188,16 +191,35 @@ def _in_pieces(head: str, parameters: str, lines: list[Statement]) -> str:
                 if variable in shared and piece_of[variable] != k and variable not in here:
                     here.add(variable)
                     kind = types[kinds[variable]]
-                    text += f"    const {kind} {variable} = {shared[variable]};\n"
-            text += _statement(line)
+                    body += f"    const {kind} {variable} = {shared[variable]};\n"
+            body += _statement(line)
             if line.variable in shared:
-                text += f"    {shared[line.variable]} = {line.variable};\n"
-        text += "}\n\n"
-        end += f"    {name}_{k + 1}({passed});\n"
+                body += f"    {shared[line.variable]} = {line.variable};\n"
+        taken = [p for p in given if _uses(body, p)]
+        text += f"PIECE {name}_{k + 1}({', '.join(taken)})\n{{\n{body}}}\n\n"
+        end += f"    {name}_{k + 1}({', '.join(map(_name, taken))});\n"
     arrays_shared = "".join(
         f"    {kind} {array}[{sizes[array]}];\n" for array, kind in types.items()
     )
-    return f"{text}{head}({parameters})\n{{\n{arrays_shared}{end}}}\n"
+    return text + _function(head, parameters, arrays_shared + end)
+
+
+def _function(head: str, parameters: str, body: str) -> str:
+    """A function, with a line for each parameter that Robotran gives and the body does not use."""
+    unused = [p for p in parameters.split(", ") if not _uses(body, p)]
+    return f"{head}({parameters})\n{{\n{_voided(unused)}{body}}}\n"
+
+
+def _voided(parameters: list[str]) -> str:
+    return "".join(f"    (void){_name(p)};\n" for p in parameters)
+
+
+def _name(parameter: str) -> str:
+    return parameter.split(" ")[-1].lstrip("*")
+
+
+def _uses(body: str, parameter: str) -> bool:
+    return re.search(rf"\b{_name(parameter)}\b", body) is not None
 
 
 def _read(lines: list[Statement]) -> str:

@@ -72,7 +72,7 @@ class PythonWriter(Writer):
             text += self._define("_accelerations", "s", made) + "\n\n" + self.sections("tree")
         else:
             text = self._define(name, parameters, made, doc)
-        return _imports(text) + text.rstrip("\n") + "\n"
+        return _with_imports(text).rstrip("\n") + "\n"
 
     def _model(self, loops: Loops | None) -> str:
         text = "".join(f"{name} = {value}\n" for name, value in self.facts().items())
@@ -105,11 +105,14 @@ class PythonWriter(Writer):
         filled = [FILLED.get(p, p) for p in parameters.split(", ") if p not in ("tsim", "isens")]
         filled = [p for p in filled if p != "s"] or ["s.qdd"]
         if used:
+            text = "".join(line.text for line in lines)
+            functions = [name for name in ("cos", "sin", "sqrt") if f"{name}(" in text]
             read = ", ".join(f"s.{array}" for array in used if array in ("q", "qd", "qdd"))
-            out.append(f"given = _math(s, [{read}], [{', '.join(filled)}])")
-        text = "".join(line.text for line in lines)
-        out += [f"{name} = given.{name}" for name in ("cos", "sin", "sqrt") if f"{name}(" in text]
-        out += [f"{array} = s.{array}.tolist()" for array in used]
+            given = "given = " if functions else ""
+            out.append(f"{given}_math(s, [{read}], [{', '.join(filled)}])")
+            out += [f"{name} = given.{name}" for name in functions]
+        ambiguous = "  # noqa: E741"  # l is Robotran's name
+        out += [f"{array} = s.{array}.tolist(){ambiguous * (array == 'l')}" for array in used]
         for line in lines:
             if line.call is not None and line.call.function != "user_LinkForces":
                 for array in line.call.arguments[:6]:
@@ -126,10 +129,12 @@ def _statement(line: Statement) -> str:
     return " = ".join([*places, line.text])
 
 
-def _imports(text: str) -> str:
-    lines = ["import math\n"] if "_math(" in text else []
-    lines += ["import sys\n"] if "sys.stderr" in text else []
-    lines += ["import numpy as np\n"] if "np." in text else []
-    lines += ["from numpy import zeros\n"] if " zeros(" in text else []
-    out = "".join(lines) + "\n\n" if lines else ""
-    return out + MATH * ("_math(" in text)
+def _with_imports(text: str) -> str:
+    text = MATH * ("_math(" in text) + text
+    standard = "import math\n" * ("_math(" in text) + "import sys\n" * ("sys.stderr" in text)
+    others = "import numpy as np\n" * ("np." in text)
+    others += "from numpy import zeros\n" * (" zeros(" in text)
+    groups = [group for group in (standard, others) if group]
+    if groups and text.startswith("def "):  # a second blank line
+        text = f"\n{text}"
+    return "\n".join([*groups, text])

@@ -216,7 +216,7 @@ class CEquations(PythonEquations):
             (folder / name).write_bytes(text)
         library = folder / "equations.so"
         subprocess.run(
-            ["gcc", "-std=c99", "-Wall", "-Werror", *(flags or ("-O0",)), "-shared", "-fPIC",
+            ["gcc", "-std=c99", "-Wall", "-Wextra", "-Werror", *(flags or ("-O0",)), "-shared", "-fPIC",
              "-I.", "-o", library.name, "user.c", *sorted(made.files), "-lm"],
             cwd=folder, check=True,
         )  # fmt: skip
