@@ -62,7 +62,14 @@ int restart(void)
         data.guess[i] = data.q[qv[i + 1]];
     now = turned = 0;
     turn_if_near(&data, state);
-    return accelerate(&data, now, state, rate) || find_states(&data);
+    if (accelerate(&data, now, state, rate) || find_states(&data))
+        return -1;
+    if (loops) {
+        show_base(&data);
+        user_dirdyn_loop(&data, &dirdyn);
+        hide_base(&data);
+    }
+    return 0;
 }
 
 /* The model of the numbers that are packed. */

@@ -216,8 +216,8 @@ class CEquations(PythonEquations):
             (folder / name).write_bytes(text)
         library = folder / "equations.so"
         subprocess.run(
-            ["gcc", "-std=c99", "-Wall", "-Wextra", "-Werror", *(flags or ("-O0",)), "-shared", "-fPIC",
-             "-I.", "-o", library.name, "user.c", *sorted(made.files), "-lm"],
+            ["gcc", "-std=c99", "-Wall", "-Wextra", "-Werror", *(flags or ("-O0",)), "-shared",
+             "-fPIC", "-I.", "-o", library.name, "user.c", *sorted(made.files), "-lm"],
             cwd=folder, check=True,
         )  # fmt: skip
         self.library = ctypes.CDLL(str(library))
