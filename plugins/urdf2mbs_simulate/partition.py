@@ -125,7 +125,9 @@ def _others(code: PythonCode, rows: Any) -> str:
     if implied:
         return "they imply the others"
     size = 100 * CLOSED * np.abs(jac[:, 1:]).max(axis=1, initial=0.0)
-    others = [row for row in np.setdiff1d(np.arange(len(h)), rows) if not abs(h[row]) < size[row]]
+    others = [row for row in range(len(h)) if not abs(h[row]) <= size[row]]
+    if np.intersect1d(others, rows).size:  # they do not close there
+        return "the others add nothing to them at this pose"
     names = ", ".join(dict.fromkeys(_name_of(code, row) for row in others))
     locked = names_of(data, free[jac[others][:, free].any(axis=0)])
     return (
