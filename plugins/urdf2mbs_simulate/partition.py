@@ -286,8 +286,10 @@ def hold(data: MbsData, code: PythonCode | None = None) -> None:
     data.qdd[data.held] = 0.0
     said = f"held, since they move nothing that has mass: {names_of(data, data.held)}"
     if not data.m.any():
-        said = ("no body has a mass, so each joint is held; a config gives masses by "
-                "'passes: {estimate-inertia: {total_mass: KG}}'")  # fmt: skip
+        said += (
+            "; no body has a mass: a config gives masses by "
+            "'passes: {estimate-inertia: {total_mass: KG}}'"
+        )
     data.said.append(said)
     if code is not None:
         code.repartition(code.kept)

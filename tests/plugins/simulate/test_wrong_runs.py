@@ -105,7 +105,7 @@ def test_a_model_without_mass_is_held_and_called_so(tmp_path: Path) -> None:
     robot.write_text(chain)
     results = simulate(robot, output={"project": tmp_path / "light"}, time=0.1, language="python")
     assert np.ptp(results.q[:, 1:], axis=0).max() == 0.0
-    assert "no body has a mass, so each joint is held" in results.data.said[-1]
+    assert "; no body has a mass: a config gives masses" in results.data.said[-1]
     assert "estimate-inertia" in results.data.said[-1]
     robot.write_text(tiny)
     model = load_equations(robot, language="python")
