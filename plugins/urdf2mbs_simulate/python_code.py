@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import re
 import sys
 import traceback
 from collections.abc import Callable, Iterator
@@ -38,6 +39,8 @@ USER = {
     **{f"user_{what}_{when}": f"user_{what}" for what in ("dirdyn", "invdyn")
        for when in ("init", "loop", "finish")},
 }  # fmt: skip
+#: Comments, and the blanks that count for nothing.
+COMMENTS = {"python": r"(?:[ \t]*(?:#[^\n]*)?\n)+", "c": r"/\*.*?\*/|//[^\n]*|\s"}
 #: Modules and headers that are Robotran's, and not of MBsysPy itself, by how their names begin.
 ADD_ONS = {
     "mbs_tgc": "tyres on the ground", "tgc_": "tyres on the ground", "mbs_rw": "wheels on rails",
@@ -74,10 +77,19 @@ def _nothing(*_: Any) -> None:
 
 
 def changes(data: MbsData, language: str, pattern: str) -> bool:
-    """True if somebody has changed or written user functions in the files of a pattern."""
+    """True if somebody has changed or written user functions in the files of a pattern.
+
+    Comments count for nothing: those that urdf2mbs writes are others in each version.
+    """
+
+    def code(text: bytes) -> str:
+        sign = "\n" if language == "python" else ""
+        words = text.decode("utf-8", "replace")
+        return re.sub(COMMENTS[language], sign, words, flags=re.DOTALL).strip("\n")
+
     written = starters(language, data.mbs)
     return any(
-        written.get(f"userfctR/{file.name}") != file.read_bytes()
+        code(written.get(f"userfctR/{file.name}", b"none")) != code(file.read_bytes())
         for file in data.user_path.glob(pattern)
     )
 

@@ -164,7 +164,7 @@ def test_user_functions_that_are_changed_in_python_alone_do_not_live(
     monkeypatch.setattr(live, "zig", lambda: "zig")
     assert main(["simulate", "tiny.urdf", "-o", "t", "--time", "0.01"]) == 0
     file = here / "t/userfctR/user_JointForces.py"
-    file.write_text(file.read_text() + "# mine\n")
+    file.write_text(file.read_text() + "mine = 1\n")
     results = at_fixed_steps(here / "t", 0.01)
     made = live.make_live(results)
     assert isinstance(made, str)

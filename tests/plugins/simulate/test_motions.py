@@ -268,7 +268,7 @@ def test_the_language_of_a_run(
     project = make(tmp_path, SLIDER, base="fixed", language="both")
     if changed:
         file = project / "userfctR" / "user_JointForces.py"
-        file.write_text(file.read_text() + "\n# mine\n")
+        file.write_text(file.read_text() + "\nmine = 1\n")
     if not there:
         monkeypatch.setattr("urdf2mbs_simulate.c_code.compiler", lambda: None)
     data = MbsData(model(project))

@@ -22,7 +22,7 @@ from urdf2mbs.testing import TINY
 from urdf2mbs_project.places import point_at
 from urdf2mbs_simulate.dirdyn import choose_code, close
 from urdf2mbs_simulate.push import parse as parse_push
-from urdf2mbs_simulate.python_code import loaded
+from urdf2mbs_simulate.python_code import changes, loaded
 from urdf2mbs_simulate.runtime import MbsData, MbsDirdyn, Results
 
 pin = pytest.importorskip("pinocchio")
@@ -367,3 +367,19 @@ def test_driven_joints_feel_what_drives_them(tmp_path: Path) -> None:
             truth.model, truth.data, *(x[truth.order] for x in (q, qd, qdd))
         )
         assert np.allclose(held[driven], (tau - force)[driven], rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("language", "comment"), [("python", "# a word\n"), ("c", "/* a word */\n")]
+)
+def test_comments_of_another_version_are_no_code_of_the_user(
+    language: str, comment: str, tmp_path: Path
+) -> None:
+    project = make(tmp_path, TINY, language=language)
+    data = MbsData(next((project / "dataR").glob("*.mbs")))
+    suffix = {"python": "py", "c": "c"}[language]
+    file = project / "userfctR" / f"user_dirdyn.{suffix}"
+    file.write_text(comment + file.read_text())
+    assert not changes(data, language, file.name)
+    file.write_text(file.read_text() + "int more;\n")
+    assert changes(data, language, file.name)
