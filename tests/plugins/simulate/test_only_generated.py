@@ -211,7 +211,7 @@ def test_the_biped_stands_and_is_pushed_the_same_way_in_every_language(tmp_path:
     in_c = simulate(project, language="c", **more)
     by_itself = simulate(project, time=0.001)
     file = project / "userfctR" / "user_JointForces.py"
-    file.write_text(file.read_text() + "    # changed\n")
+    file.write_text(file.read_text() + "changed = True\n")
     mixed = simulate(project, **more)
     languages = [results.language for results in (plain, in_c, by_itself, mixed)]
     assert languages == ["Python", "C", "C", "C, user functions in Python"]
