@@ -30,7 +30,11 @@ static int touches[FORCES + 1], stiff; /* explicit steps serve below MANY */
 /* The unknowns of a step: the changes of the speeds of the independent joints, and of the user states of
    what acts.  Their forces and rates change by K h speed + D change, where K is found by places. */
 static int unknowns, state_at[MOST];
-static double D[MOST][MOST], K[MOST][MOST], found[ALL]; /* the derivative of the state */
+static double D[MOST][MOST], K[MOST][MOST], mass[MOST][MOST];
+static double found[ALL], start[ALL]; /* the derivative of the state, last and at the start of a step */
+/* The matrix of a step, factored, and the columns before its diagonal that are not zero, row by row. */
+static double A[MOST][MOST];
+static int column[MOST][MOST], columns[MOST];
 
 int last_joint[FORCES + 1]; /* of the body of each external force; 0: of the base */
 
@@ -203,67 +207,73 @@ static int begins(const MbsData *s, int number)
     return acts && !touches[number] && last_joint[number] > 0;
 }
 
-/* The accelerations of a state, which may be known, and the slopes of forces that begin there.
-   0 if they were found. */
-static int prepare(MbsData *s, double t, const double *y, int known)
+/* Take the slopes, and the mass matrix, in the state that was computed last. */
+static void take_slopes(MbsData *s)
 {
-    if (!known && accelerate(s, t, y, found))
-        return -1;
+    const int n = s->nqu;
+    double force;
+
+    unknowns = n;
+    memset(touches, 0, sizeof touches);
+    for (int i = 0; i < n; i++) {
+        const double *row = mass_row(s->qu[i + 1], &force);
+
+        for (int j = 0; j < n; j++) {
+            mass[i][j] = row[s->qu[j + 1]];
+            D[i][j] = K[i][j] = 0.0;
+        }
+    }
     for (int b = 1; b <= FORCES; b++)
         if (begins(s, b)) {
             touches[b] = 1;
             add_body(s, b);
         }
-    return 0;
+    add_joints(s);
 }
 
-/* Solve A x = b; x is put into b.  From the last row on, no zero of a tree is filled. */
-static void solve(int n, double A[MOST][MOST], double *b)
+/* Factor M - h D - h h K, where M is 1 for a user state.  From the last row on, no zero of a tree is
+   filled. */
+static void factor(int n, double h)
 {
-    for (int k = n - 1; k >= 0; k--) {
-        int list[MOST], count = 0;
-
+    for (int i = 0; i < unknowns; i++)
+        for (int j = 0; j < unknowns; j++)
+            A[i][j] = (i < n && j < n ? mass[i][j] : i == j) - h * (D[i][j] + h * K[i][j]);
+    for (int k = unknowns - 1; k >= 0; k--) {
+        columns[k] = 0;
         for (int j = 0; j < k; j++)
-            if (A[k][j] != 0.0)
-                list[count++] = j;
-        for (int i = 0; i < k; i++) {
-            const double part = A[i][k] / A[k][k];
+            if (A[k][j] != 0.0 || A[j][k] != 0.0)
+                column[k][columns[k]++] = j;
+        for (int m = 0; m < columns[k]; m++) {
+            double *row = A[column[k][m]];
 
-            for (int j = 0; j < count && part != 0.0; j++)
-                A[i][list[j]] -= part * A[k][list[j]];
-            b[i] -= part * b[k];
+            row[k] /= A[k][k];
+            for (int j = 0; j < columns[k] && row[k] != 0.0; j++)
+                row[column[k][j]] -= row[k] * A[k][column[k][j]];
         }
     }
-    for (int i = 0; i < n; i++) {
-        for (int k = 0; k < i; k++)
-            b[i] -= A[i][k] * b[k];
-        b[i] /= A[i][i];
-    }
 }
 
-/* A step h from the state that was prepared last, added to y:
-   (M - h D - h h K) change = h (force + h K speed), where M is 1 for a user state. */
-static void step(const MbsData *s, double h, double *y)
+/* A step h from a state y, with its derivative, added to y:
+   (M - h D - h h K) change = h (M rate + h K speed). */
+static void step(int n, double h, const double *derivative, double *y)
 {
-    const int n = s->nqu;
-    const double *rate = found + 2 * n - 1;
-    static double A[MOST][MOST], b[MOST];
+    const double *rate = derivative + 2 * n - 1;
+    static double b[MOST];
 
     for (int i = 0; i < unknowns; i++) {
-        const double *row = i < n ? mass_row(s->qu[i + 1], &b[i]) : NULL;
-
-        if (i >= n)
-            b[i] = rate[state_at[i]];
+        b[i] = i < n ? 0.0 : rate[state_at[i]];
         for (int j = 0; j < n; j++)
-            b[i] += h * K[i][j] * y[n + j];
+            b[i] += (i < n ? mass[i][j] * derivative[n + j] : 0.0) + h * K[i][j] * y[n + j];
         b[i] *= h;
-        for (int j = 0; j < unknowns; j++)
-            A[i][j] = -h * (D[i][j] + h * K[i][j]);
-        for (int j = 0; j < n && i < n; j++)
-            A[i][j] += row[s->qu[j + 1]];
-        A[i][i] += i >= n;
     }
-    solve(unknowns, A, b);
+    for (int k = unknowns - 1; k >= 0; k--)
+        for (int m = 0; m < columns[k]; m++)
+            b[column[k][m]] -= A[column[k][m]][k] * b[k];
+    for (int k = 0; k < unknowns; k++) {
+        for (int m = 0; m < columns[k]; m++)
+            b[k] -= A[k][column[k][m]] * b[column[k][m]];
+        b[k] /= A[k][k];
+    }
     for (int i = 0; i < n; i++) {
         y[n + i] += b[i];
         y[i] += h * y[n + i];
@@ -355,32 +365,32 @@ double measure(const MbsData *s, double time, const double *y, const double *nex
 }
 
 /* The state after h, in y: by steps of 1 to ORDER parts, extrapolated.  Gives the error, as a part of
-   what is allowed.  known: y was computed last. */
-static double extrapolate(MbsData *s, double t, double h, double *y, double rtol, double atol, int known)
+   what is allowed, or not a number where y has no derivative.  known: y was computed last; again: a
+   longer step from y was refused. */
+static double extrapolate(MbsData *s, double t, double h, double *y, double rtol, double atol, int known,
+                          int again)
 {
     const int n = s->nqu, size = 2 * n + STATES;
     double by[ORDER + 1][ALL], off[ALL] = {0}, error;
 
-    unknowns = n;
-    memset(touches, 0, sizeof touches);
-    for (int i = 0; i < n; i++)
-        for (int j = 0; j < n; j++)
-            D[i][j] = K[i][j] = 0.0;
-    if (prepare(s, t, y, known))
-        return INFINITY;
-    add_joints(s);
-    for (int k = 1; k <= s->nqv; k++)
-        s->guess[k - 1] = s->q[s->qv[k]];
-    for (int parts = 1; parts <= ORDER; parts++) {
-        memcpy(by[parts], y, size * sizeof *y);
-        step(s, h / parts, by[parts]);
+    if (!again) {
+        if (!known && accelerate(s, t, y, found))
+            return NAN;
+        memcpy(start, found, sizeof start);
+        take_slopes(s);
+        for (int k = 1; k <= s->nqv; k++)
+            s->guess[k - 1] = s->q[s->qv[k]];
     }
-    for (int k = 1; k < ORDER; k++)
-        for (int parts = k + 1; parts <= ORDER; parts++) {
-            if (prepare(s, t + k * h / parts, by[parts], 0))
+    for (int parts = 1; parts <= ORDER; parts++) {
+        factor(n, h / parts);
+        memcpy(by[parts], y, size * sizeof *y);
+        step(n, h / parts, start, by[parts]);
+        for (int k = 1; k < parts; k++) {
+            if (accelerate(s, t + k * h / parts, by[parts], found))
                 return INFINITY;
-            step(s, h / parts, by[parts]);
+            step(n, h / parts, found, by[parts]);
         }
+    }
     for (int k = 1; k < ORDER; k++)
         for (int parts = ORDER; parts > k; parts--)
             for (int i = 0; i < size; i++) {
@@ -415,17 +425,20 @@ static void loop(MbsData *s)
 int advance(MbsData *s, double *t, double end, double *h, double most, double *y, double rtol,
             double atol, int count, int loops)
 {
-    int taken = 0, known = 0;
+    int taken = 0, known = 0, again = 0;
 
     while (*t < end && taken < count && !s->flag_stop) {
         const double left = end - *t, now = fmin(fmin(*h, most), left);
         const int implicit = FORCES || stiff >= MANY;
         const double error =
-            implicit ? extrapolate(s, *t, now, y, rtol, atol, known)
+            implicit ? extrapolate(s, *t, now, y, rtol, atol, known, again)
                      : explicit_step(s, *t, now, y, found, rtol, atol, known, &stiff);
         const double next = now * fmin(4.0, fmax(0.2, 0.9 / pow(error, implicit ? 1.0 / ORDER : 0.2)));
 
+        if (isnan(error))
+            return -1;
         known = error <= 1.0 && !loops; /* the loop may change what acts */
+        again = error > 1.0 && implicit;
         if (now == *h || next < *h)
             *h = next;
         if (error > 1.0) {
