@@ -1,6 +1,6 @@
 /* Explicit steps, for a robot on which no external force acts and whose joints are not stiff: the method of
    Dormand and Prince of order 5 (Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I,
-   II.5).
+   II.5).  Their error is measured as that of the implicit ones.
 
    Compiled with RUN_JOINTS and RUN_STATES: how many joints and user states. */
 #include <math.h>
@@ -23,6 +23,25 @@ static const double BY[7][6] = {
 static const double OFF[7] = {
     71.0 / 57600, 0.0, -71.0 / 16695, 71.0 / 1920, -17253.0 / 339200, 22.0 / 525, -1.0 / 40,
 };
+
+/* The error of a step from y to next, as a part of what is allowed, where off is what each part of the
+   state is off by.  What a speed is off by counts as the place that it leads to within a time. */
+double measure(const MbsData *s, double time, const double *y, const double *next, const double *off,
+               double rtol, double atol)
+{
+    const int n = s->nqu, size = 2 * n + RUN_STATES;
+    double error = 0.0;
+
+    for (int i = 0; i < size; i++) {
+        const double allowed = atol + rtol * fmax(fabs(y[i]), fabs(next[i]));
+
+        if (!isfinite(off[i]))
+            return INFINITY;
+        if (i < 2 * n)
+            error = fmax(error, fabs(off[i]) * (i < n ? 1.0 : time) / allowed);
+    }
+    return error;
+}
 
 /* The state after h, in y.  Gives the error, as a part of what is allowed.  slope: the derivative of the
    state, which is that of y if known.  *stiff grows by a step that is as long as is stable, where h times the

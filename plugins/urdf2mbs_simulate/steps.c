@@ -345,25 +345,6 @@ static double miss(MbsData *s, double t, double h, const double *y, double rtol,
     return error;
 }
 
-/* The error of a step from y to next, as a part of what is allowed, where off is what each part of the
-   state is off by.  What a speed is off by counts as the place that it leads to within a time. */
-double measure(const MbsData *s, double time, const double *y, const double *next, const double *off,
-               double rtol, double atol)
-{
-    const int n = s->nqu, size = 2 * n + STATES;
-    double error = 0.0;
-
-    for (int i = 0; i < size; i++) {
-        const double allowed = atol + rtol * fmax(fabs(y[i]), fabs(next[i]));
-
-        if (!isfinite(off[i]))
-            return INFINITY;
-        if (i < 2 * n)
-            error = fmax(error, fabs(off[i]) * (i < n ? 1.0 : time) / allowed);
-    }
-    return error;
-}
-
 /* The state after h, in y: by steps of 1 to ORDER parts, extrapolated.  Gives the error, as a part of
    what is allowed, or not a number where y has no derivative.  known: y was computed last; again: a
    longer step from y was refused. */
