@@ -105,7 +105,7 @@ IN_C = {
     ),
     "the rest of a spring": ("- user_model->spring_reference.swing", "", "its force in C"),
     "a stop that pulls": ("fmax(0.0, stiffness * depth", "(stiffness * depth", "its force in C"),
-    "the lowest point": ("cos(spot->turn)", "1.0", "in C"),
+    "the lowest point": (" + spot->rim[1] * side[i]", "", "in C"),
     "a ground that pulls": ("n <= 0.0", "0", "in C"),
     "a bristle's rate": ("rate[i] -= (here[i] - kept[i]) / time", "", "bristles in C"),
     "one spot that resists a turn": ("rates[2] *= 1.0 - part", "rates[2] = 0.0", "bristles in C"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -147,6 +148,7 @@ def test_the_extra_live_is_the_compiler_where_there_is_none(
     project = make(tmp_path, SLIDER, base="fixed", language="both")
     find = shutil.which
     monkeypatch.setattr(shutil, "which", lambda name, path=None: path and find(name, path=path))
+    monkeypatch.delitem(sys.modules, "ziglang", raising=False)
     monkeypatch.syspath_prepend(tmp_path)
     compiler.cache_clear()
     try:
