@@ -75,3 +75,16 @@ def test_a_model_that_is_too_large_for_the_generator_is_told(count: int) -> None
     told = [one.message for one in found if one.code == "generator-limits"]
     assert len(told) == (count > 80)
     assert all("81 joints (80); " in message for message in told)
+
+
+def test_damping_of_a_joint_that_is_left_out_is_said_once() -> None:
+    """Nothing can be added for it in user_JointForces: massless-leaf says that it is not there."""
+    text = robot(
+        link("a", SOLID),
+        link("b"),
+        '<joint name="j" type="continuous"><parent link="a"/><child link="b"/>'
+        '<dynamics damping="0.7"/></joint>',
+    )
+    said = codes(convert_text(text))
+    assert "massless-leaf" in said
+    assert "joint-dynamics-lost" not in said

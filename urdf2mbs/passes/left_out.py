@@ -18,11 +18,12 @@ JOINTS, CUTS, SENSORS = 80, 30, 30
 
 
 class LeftOut(Pass):
-    reads = ("robot", "names")
+    reads = ("robot", "bodies", "names")
 
     def run(self, conversion: Conversion) -> None:
         # a fixed joint has no motion that could be damped or limited
-        joints = [joint for joint in conversion.robot.joints.values() if joint.moves]
+        there = {step.joint.name for one in conversion.segments.values() for step in one.steps}
+        joints = [j for j in conversion.robot.joints.values() if j.moves and j.name in there]
         kept = conversion.state(Placed).joints
         _warn_of_free_followers(conversion)
         _note_size(conversion)

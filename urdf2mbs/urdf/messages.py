@@ -88,7 +88,8 @@ class Messages:
             group = self.groups[code, message] = _Group(level, line, hint)
         owner = owner or self.owner
         before = group.owners.get(owner, "")
-        group.owners[owner] = f"{before}; {detail}" if before and detail else before or detail
+        details = dict.fromkeys(filter(None, [*before.split("; "), detail]))
+        group.owners[owner] = "; ".join(details)
 
     def diagnostics(self) -> list[Diagnostic]:
         said = []
