@@ -72,9 +72,10 @@ class MeshFiles:
         best = min(fitting, default=None)
         if best is None:
             return []
-        if best[1] and -best[2] <= len(tail):
-            self.borrowed.add(filename)
         first, *others = fitting[best]
+        above = self.packages.source.parents[best[3]]
+        if best[1] and -best[2] <= min(len(tail), len(first.relative_to(above).parts) - 1):
+            self.borrowed.add(filename)  # the name says neither the package nor the robot
         return [first, *(other for other in others if not cmp(first, other, shallow=False))]
 
     def _place(self, path: Path) -> tuple[int, bool]:

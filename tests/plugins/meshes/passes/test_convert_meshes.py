@@ -156,6 +156,13 @@ def test_a_mesh_of_another_robot_is_taken_with_a_warning(tmp_path: Path) -> None
     assert str(mesh) in one.message
     named = convert(tmp_path, [visual(f"package://atlas/meshes/{mesh.name}")])
     assert not named.diagnostics, "the URDF names the robot that has it"
+    (tmp_path / "robots").mkdir()
+    (tmp_path / "package.xml").write_text("<package><name>arms</name></package>")
+    of_a_file = visual(f"file:///elsewhere/arms/atlas/meshes/{mesh.name}")
+    found = convert(tmp_path / "robots", [of_a_file])
+    assert [one.code for one in found.diagnostics] == ["mesh-moved"], (
+        "the URDF names the folder that has it"
+    )
 
 
 def test_a_shape_whose_mesh_is_lost_is_left_out(tmp_path: Path) -> None:
