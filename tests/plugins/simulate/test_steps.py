@@ -20,6 +20,7 @@ from urdf2mbs_simulate.runtime import MbsData, MbsDirdyn
 from urdf2mbs_simulate.steps import Rosenbrock
 
 pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="there is no C compiler")
+LAMP = Path(__file__).resolve().parents[3] / "configs" / "lamp.urdf"
 #: So far off may a run of the tolerance 1e-6 be: steps add up, and friction and stops have kinks.
 ADDED = 100
 
@@ -54,6 +55,61 @@ def test_steps_are_implicit_where_a_joint_is_stiff(
     rest = MASS * 9.81 / STIFFNESS
     assert results.q[-1, 1] == pytest.approx(rest * np.expm1(-slow), abs=1e-5)
     assert taken[0] < 150
+
+
+def random_robot(seed: int, follows: bool) -> str:
+    """A tree of four links, with damping; the last joint may follow the first one."""
+    rng = np.random.default_rng(seed)
+
+    def three(size: float) -> str:
+        return " ".join(map(repr, rng.uniform(-size, size, 3).tolist()))
+
+    def link(name: str) -> str:
+        a, b, c = rng.uniform(0.02, 0.05, 3).tolist()
+        mass, at = rng.uniform(1.0, 3.0), three(0.1)
+        return (
+            f'<link name="{name}"><inertial><origin xyz="{at}" rpy="{three(3.0)}"/>'
+            f'<mass value="{mass}"/><inertia ixx="{b + c}" iyy="{a + c}" izz="{a + b}" ixy="0" '
+            f'ixz="0" iyz="0"/></inertial><collision><origin xyz="{at}"/><geometry>'
+            '<box size="0.2 0.2 0.2"/></geometry></collision></link>'
+        )
+
+    joints = "".join(
+        f'<joint name="j{i}" type="continuous"><parent link="l{rng.integers(i)}"/>'
+        f'<child link="l{i}"/><origin xyz="{three(0.3)}" rpy="{three(3.0)}"/>'
+        f'<axis xyz="{three(1.0)}"/><dynamics damping="0.05"/>'
+        + '<mimic joint="j1" multiplier="-0.7" offset="0.2"/>' * (follows and i == 3)
+        + "</joint>"
+        for i in (1, 2, 3)
+    )
+    links = "".join(map(link, ("l0", "l1", "l2", "l3")))
+    return f'<robot name="random{seed}">{links}{joints}</robot>'
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("kind", "seed"),
+    [(kind, seed) for kind in ("bolted", "free", "follows", "ground") for seed in (1, 2)]
+    + [("loop", 0)],
+)
+def test_random_robots_move_as_with_scipy(kind: str, seed: int, tmp_path: Path) -> None:
+    """DOP853, and on the ground Radau, with errors of 1e-10 a step.  On the ground a robot tips
+    over, and each spot that lands is a kink."""
+    base: dict[str, Any] = {"base": "fixed" if kind in ("bolted", "follows") else "floating"}
+    if kind == "ground":
+        base["passes"] = {"contacts": {"links": ["*"]}}
+    source = LAMP if kind == "loop" else random_robot(seed, kind == "follows")
+    project = make(tmp_path, source, language="both", **base)
+    more: dict[str, Any] = {"time": 0.3, "language": "c", "rate": 20}
+    if kind == "free":
+        more["push"] = ["l3:30,40,50@0..0.1"]
+    method = "Radau" if kind == "ground" else "DOP853"
+    exact = simulate(project, method=method, rtol=1e-10, atol=1e-10, **more)
+    assert np.abs(exact.q[-1, 1:] - exact.q[0, 1:]).max() > 0.01
+    for tolerance, kinks in ((1e-5, 1e-3), (1e-8, 1e-4)):
+        found = simulate(project, rtol=tolerance, atol=tolerance, **more)
+        off = np.abs(found.q - exact.q).max()
+        assert off < (kinks if kind == "ground" else ADDED * tolerance)
 
 
 def test_an_arm_that_swings_is_exact_by_default(tmp_path: Path) -> None:
