@@ -86,7 +86,17 @@ def pages() -> dict[str, str]:
         "reference/config.schema.json": json.dumps(schema(Plugins(installed=False)), indent=2),
         "reference/passes.md": _passes(),
         "reference/hooks.md": _hooks(),
+        "reference/plugins.md": _plugins(),
     }
+
+
+def _plugins() -> str:
+    """What each plugin has, and which of its files to open first."""
+    lines = ["# Plugins", "", "All that is not the method is a plugin, by the door that your own "
+             "plugin takes."]  # fmt: skip
+    for file in sorted((DOCS.parent / "plugins").glob("*/README.md")):
+        lines += ["", f"#{file.read_text('utf-8').strip()}".replace("](../../docs/", "](../")]
+    return "\n".join([*lines, ""])
 
 
 def _codes() -> str:
