@@ -214,8 +214,8 @@ CASES: dict[str, tuple[str, dict[str, Any]]] = {
 
 
 def number(value: float) -> float:
-    """A number without its rounding."""
-    return 0.0 if abs(value) < 1e-9 else float(f"{value:.4g}")
+    """A number without its rounding; a half goes up, wherever rounding puts it."""
+    return 0.0 if abs(value) < 1e-9 else float(f"{value * (1 + 1e-9):.4g}")
 
 
 def plain(value: Any) -> Any:
