@@ -60,7 +60,7 @@ int restart(void)
     memcpy(state + 2 * n, data.ux + 1, data.Nux * sizeof *state);
     for (int i = 0; i < data.nqv; i++)
         data.guess[i] = data.q[qv[i + 1]];
-    now = turned = 0;
+    now = turned = data.flag_stop = 0;
     turn_if_near(&data, state);
     if (accelerate(&data, now, state, rate) || find_states(&data))
         return -1;

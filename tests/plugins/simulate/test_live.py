@@ -106,6 +106,9 @@ def test_it_moves_as_simulate_says(name: str, here: Path) -> None:
 @pytest.mark.usefixtures("compiler")
 def test_a_page_drops_and_pulls_it(here: Path, browser: Browser) -> None:
     assert main(["simulate", str(BIPED), "-o", "biped", "--time", "0.01"]) == 0
+    file, call = here / "biped/userfctR/user_dirdyn.c", "_check_step(mbs_data);"
+    stop = "if (mbs_data->tsim > 5.0) mbs_data->flag_stop = 1;"
+    file.write_text(file.read_text().replace(call, f"{call} {stop}"))
     assert main(["simulate", "biped", "-o", "biped.html", "--time", "0.1"]) == 0
     page, said = browser.new_page(viewport={"width": 1100, "height": 1200}), []
     page.on("pageerror", lambda error: said.append(str(error)))
@@ -122,7 +125,11 @@ def test_a_page_drops_and_pulls_it(here: Path, browser: Browser) -> None:
     assert abs(abs(q[5]) - np.pi / 2) < 0.2
     assert page.evaluate("urdf2mbs.seen('mbs', 'pelvis')[2][3]") == pytest.approx(q[3])
 
+    # the user's own code ends a run, and Reset begins again
+    assert page.evaluate("urdf2mbs.live.pass(6, 1e5)") is False
+    assert "user code has ended the run" in page.locator("#live-said").inner_text()
     page.get_by_role("button", name="Reset").click()
+    assert page.evaluate("urdf2mbs.live.pass(0.01, 1e5)") is True
     page.get_by_label("Hold").uncheck()
     before = page.evaluate("[...urdf2mbs.live.joints('q')]")
     box = page.locator("#view canvas").bounding_box()
@@ -178,5 +185,5 @@ def test_the_script_takes_what_the_modules_of_the_page_give() -> None:
     assert len(found) == text.count("import ")
     for names, name in found:
         module = (folder / f"{name}.js").read_text("utf-8")
-        for one in names.split(", "):
+        for one in re.split(r",\s+", names):
             assert re.search(rf"^export (?:async )?(?:const|let|function) {one}\b", module, re.M)
