@@ -231,12 +231,12 @@ class CCode(PythonCode):
 
     def _find_bodies(self) -> None:
         """Say which body each external force acts on."""
-        last = (_int * (self.data.Nxfrc + 1)).in_dll(self.library, "last_joint")
+        self.last_joint = (_int * (self.data.Nxfrc + 1)).in_dll(self.library, "last_joint")
         for body in self.data.mbs.bodies:
             for point in body.points:
                 if point.extforce is not None:
                     number = self.data.extforce_id[point.extforce.name]
-                    last[number] = self.data.body_id[body.name]
+                    self.last_joint[number] = self.data.body_id[body.name]
 
     def solve(self) -> bool:
         failed = bool(self.library.kept_accelred(self.at, _double(self.data.tsim)))

@@ -1,6 +1,6 @@
 // The live robot: the C of its simulation, as WebAssembly.  It is pulled, dropped, and held or not.
 
-import {bodyOf, byId, data, element, numbers, size, vector} from "./basics.js";
+import {bodyOf, byId, bytesOf, data, element, numbers, size, unzip, vector} from "./basics.js";
 import {choose, hitBody, rayThrough} from "./choose.js";
 import {now} from "./compare.js";
 import {makeArrows} from "./marks.js";
@@ -33,14 +33,12 @@ const system = {fd_write(file, parts, count, written) {
 const missing = 52;  // what WASI answers of a function that there is not
 
 async function load() {
-  const bytes = (text) => Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
-  const stream = new Blob([bytes(live.code)]).stream().pipeThrough(new DecompressionStream("gzip"));
   const found = new Proxy(system, {get: (_, name) => system[name] || (() => missing)});
-  const made = await WebAssembly.instantiate(await new Response(stream).arrayBuffer(),
+  const made = await WebAssembly.instantiate(await unzip(live.code),
     {wasi_snapshot_preview1: found});
   robot = made.instance.exports;
   robot._initialize();
-  const packed = new Float64Array(bytes(live.numbers).buffer);
+  const packed = new Float64Array(bytesOf(live.numbers).buffer);
   at = robot.room(packed.length);
   new Float64Array(robot.memory.buffer, at).set(packed);
   return robot.begin(at);
@@ -57,7 +55,8 @@ function run(on) {
   player.play(false);
   let before = performance.now();
   requestAnimationFrame(function frame(when) {
-    if (!running || player.playing) return running && run(false);
+    if (player.playing) run(false);
+    if (!running) return;
     const passed = Math.min(Math.max(when - before, 0), 100) / 1000, wanted = time + passed * byId("speed").value;
     before = when;
     if (pass(wanted, 30)) {
@@ -70,8 +69,8 @@ function run(on) {
 // let time pass until a moment, or for so many ms; true if the robot can go on
 function pass(wanted, most) {
   const end = performance.now() + most;
+  pullOn();
   while (time < wanted && performance.now() < end) {
-    pullOn();
     const reached = robot.go(wanted, 10);
     if (reached < 0) {
       run(false);

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import gzip
 from base64 import b64encode
-from ctypes import c_int
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -73,13 +72,8 @@ def make_live(results: Results, *, step: float | None = None) -> Live | str:
     sources, defines = code.sources
     file = build(data, [*sources, HERE / "live.c"], [*FLAGS, *defines], compiler, ".wasm")
     numbers, places = _packed(code, step)
-    bodies = {
-        point.extforce.name: body.name
-        for body in data.mbs.bodies
-        for point in body.points
-        if point.extforce is not None
-    }
-    forces = [bodies.get(name) for name in data.extforce_id]
+    bodies = {joint: body for body, joint in data.body_id.items()}
+    forces = [bodies.get(joint) for joint in code.last_joint[1:]]
     more = {"places": places, "forces": forces, "states": data.Nux, "floats": can_turn(data)}
     return Live(file.read_bytes(), numbers, more)
 
@@ -91,7 +85,6 @@ def _packed(code: CCode, step: float | None) -> tuple[Any, dict[str, int]]:
         data.nqu, data.nqv, can_turn(data), code.has_loop and not data.nqv,
         step or OPTIONS["dt0"], step or OPTIONS["dt_max"], rtol, atol,
     ]  # fmt: skip
-    last_joint = (c_int * (data.Nxfrc + 1)).in_dll(code.library, "last_joint")
     numbers: list[float] = []
 
     def put(values: Any) -> int:
@@ -112,6 +105,6 @@ def _packed(code: CCode, step: float | None) -> tuple[Any, dict[str, int]]:
     model = put(code.model)
     if ("hold", "on") in (parameters := code.parameters()):
         places["hold"] = model + parameters.index(("hold", "on"))
-    for integers in (data.qu, data.qv, data.xfidpt, last_joint, code.kept + 1):
+    for integers in (data.qu, data.qv, data.xfidpt, code.last_joint, code.kept + 1):
         put(integers)
     return np.array(numbers, float), places

@@ -24,6 +24,13 @@ export function element(tag, kind, text) {
   return made;
 }
 
+// what the page holds in base64, and gzipped
+export const bytesOf = (text) => Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
+export function unzip(text) {
+  const stream = new Blob([bytesOf(text)]).stream().pipeThrough(new DecompressionStream("gzip"));
+  return new Response(stream).arrayBuffer();
+}
+
 export function save(url, name) {
   const link = element("a");
   link.href = url;

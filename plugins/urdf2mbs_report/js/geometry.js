@@ -1,6 +1,6 @@
 // Triangles: meshes out of the page's arrays, simple solids, and what a surface measures.
 
-import {byId, data} from "./basics.js";
+import {byId, data, unzip} from "./basics.js";
 
 // 32-bit words of all meshes, and how page.py has packed them
 let allWords = null, textures = [];
@@ -34,9 +34,7 @@ function pointsOf(part) {
 }
 
 export async function unpack() {
-  const packed = Uint8Array.from(atob(byId("arrays").textContent.trim()), (c) => c.charCodeAt(0));
-  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
-  allWords = await new Response(stream).arrayBuffer();
+  allWords = await unzip(byId("arrays").textContent.trim());
   textures = await Promise.all(data.textures.map(async (url) => {
     const image = new Image();
     image.src = url;

@@ -1,6 +1,6 @@
 // The motion of a simulated project: play, the trail of a body, arrows of forces, and curves.
 
-import {bodyOf, byId, data, vector} from "./basics.js";
+import {bodyOf, byId, bytesOf, data, vector} from "./basics.js";
 import {chosen} from "./choose.js";
 import {now} from "./compare.js";
 import {mbsPoses} from "./kinematics.js";
@@ -12,8 +12,7 @@ export const player = {time: 0, playing: false, at: null, play: null};
 let joints, forces, times, positions, loads, energies;
 
 function unpackMotion() {
-  const floats = (text) => new Float32Array(
-    Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer);
+  const floats = (text) => new Float32Array(bytesOf(text).buffer);
   ({joints, forces} = data.motion);
   [times, positions, loads, energies] = ["time", "q", "F", "E"].map((name) => floats(data.motion[name]));
 }
