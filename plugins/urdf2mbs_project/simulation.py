@@ -36,6 +36,14 @@ def state_numbers(mbs: Mbs, kind: str) -> dict[str, int]:
     return found
 
 
+def contact_state(mbs: Mbs) -> int:
+    """The index in ``ux`` of the first state of the first contact; each has three.
+
+    A body's state cannot be found by its name: a body may have got another one.
+    """
+    return min(state_numbers(mbs, CONTACT_STATES).values(), default=0)
+
+
 def force_of(point: Point) -> str:
     """The name of the external force at a point."""
     assert point.extforce is not None

@@ -17,6 +17,7 @@ from urdf2mbs_project.simulation import (
     WRENCH,
     Simulation,
     Spot,
+    contact_state,
     force_of,
     state_numbers,
 )
@@ -255,12 +256,12 @@ def _tables(mbs: Mbs, simulation: Simulation) -> str:
         f"static const double up[3] = {{{_row(simulation.up)}}};\n"
         f"static const double across[2][3] = {{{across}}};\n\n"
     ]
-    states = state_numbers(mbs, CONTACT_STATES)
-    for contact in simulation.contacts:
+    first = contact_state(mbs)
+    for k, contact in enumerate(simulation.contacts):
         name = force_of(contact.point)
         out.append(f"/* {_comment(', '.join(contact.links))} */\n")
         out.append(_list("Spot", f"{name}_spots", map(_spot, contact.spots)))
-        numbers = f"{len(contact.spots)}, {states.get(contact.body.name, 0)}, {contact.bound!r}"
+        numbers = f"{len(contact.spots)}, {first + 3 * k}, {contact.bound!r}"
         out.append(f"static const Contact {name} = {{{name}_spots, {numbers}}};\n\n")
     out.append("/* The axes of sensors in their bodies, row by row. */\n")
     for sensor in simulation.sensors:

@@ -8,10 +8,10 @@ from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.messages.diagnostics import quoted
 from urdf2mbs_project.code import FOLDER, dependent, fill, plotted
 from urdf2mbs_project.simulation import (
-    CONTACT_STATES,
     JOINT_STATES,
     Coupling,
     Simulation,
+    contact_state,
     force_of,
     state_numbers,
 )
@@ -30,7 +30,7 @@ def robot_module(mbs: Mbs, simulation: Simulation) -> bytes:
         "UP": simulation.up,
         "ACROSS": simulation.across,
         "FRICTION_STATES": state_numbers(mbs, JOINT_STATES),
-        "CONTACT_STATE": min(state_numbers(mbs, CONTACT_STATES).values(), default=0),
+        "CONTACT_STATE": contact_state(mbs),
         "WRENCHES": {force_of(w.point): w.model.name for w in simulation.wrenches},
         "SPRINGS": [link.name for link in simulation.springs],
         "SENSORS": {

@@ -76,6 +76,14 @@ def test_states_of_friction_are_named_by_their_places() -> None:
     assert '"a_swing": 1,' in module
 
 
+def test_a_body_with_another_name_keeps_its_states() -> None:
+    """The .mbs reserves ``base``, so a body of this name is called ``base_body`` in the end."""
+    mbs, simulation = robot()
+    mbs.bodies[0].name = "base_body"
+    rows = re.findall(r"_spots, (\d+, \d+)", c.generated(mbs, simulation)["r_tables.h"].decode())
+    assert rows == ["2, 2", "2, 5"]
+
+
 def test_each_thing_has_one_number_in_c() -> None:
     """Where two things would have one name, the kind stands behind the second."""
     mbs, simulation = robot()
