@@ -15,7 +15,7 @@ import numpy as np
 from oracle import equations, followers, forces, ground, joints, sensors, start
 from oracle.case import Case
 from urdf2mbs.conversion import Conversion
-from urdf2mbs_project.simulation import CONTACT_STATES
+from urdf2mbs_project.simulation import CONTACT_STATES, force_of
 from urdf2mbs_simulate.c_code import CCode, SensorInC, vector
 from urdf2mbs_simulate.data import MbsData
 from urdf2mbs_simulate.python_code import PythonCode, loaded
@@ -121,12 +121,10 @@ def _compare_c(case: Case) -> None:
 
 def _compare_ground(case: Case, code: CCode) -> None:
     python, data = case.data, code.data
-    for contact in case.simulation.contacts:
-        force = f"{contact.body.name}_contact_force"
-        states, number = (
-            python.user_model[CONTACT_STATES][contact.body.name],
-            python.extforce_id[force],
-        )
+    places = python.user_model.get(CONTACT_STATES, {}).values()
+    for contact, states in zip(case.simulation.contacts, places, strict=True):
+        force = force_of(contact.point)
+        number = python.extforce_id[force]
         for touch in ground.touches(case, force, contact.spots):
             python.ux[states] = data.ux[states] = touch.bent
             should = case.external(force, touch.at, touch.speed, axes=touch.axes, spin=touch.spin)

@@ -146,8 +146,8 @@ def _prove_law(case: Case, touch: Touch, spots: Any) -> None:
     names = ("ground", "stiffness", "speed", "friction", "bristle", "bristle_time")
     ground, stiffness, speed, friction, length, time = (case.get("contact", n) for n in names)
     up, across = _up(case), np.array(case.simulation.across)
-    contact = next(c for c in case.simulation.contacts if c.spots is spots)
-    states = case.data.user_model[CONTACT_STATES][contact.body.name]
+    number = [contact.spots is spots for contact in case.simulation.contacts].index(True)
+    states = [*case.data.user_model[CONTACT_STATES].values()][number]
     force, torque, moves = np.zeros(3), np.zeros(3), []
     for arm in _arms(spots, touch.axes, up):
         depth = ground - (touch.at + arm) @ up
