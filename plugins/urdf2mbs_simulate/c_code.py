@@ -295,7 +295,7 @@ class CCode(PythonCode):
 
     def _set_hooks(self) -> None:
         data = self.data
-        self._hook("output", self._output)
+        self._hook("output", lambda value, name: data.set_output(value, name.decode()))
         if self.in_c:
             return
         motion = SensorInC.in_dll(self.library, "motion")
@@ -330,12 +330,9 @@ class CCode(PythonCode):
         self._hook("cons_hJ", lambda t: data.user_cons_hJ(h, jac, data, t))
         self._hook("cons_jdqd", lambda t: data.user_cons_jdqd(jdqd, data))
 
-    def _output(self, value: float, name: bytes) -> None:
-        self.data.tsim = self.c.tsim
-        self.data.set_output(value, name.decode())
-
     def _hook(self, name: str, function: Callable[..., Any]) -> None:
         def call(*words: Any) -> Any:
+            self.data.tsim = self.c.tsim
             try:
                 return function(*words)
             except BaseException as error:

@@ -439,3 +439,17 @@ def test_a_force_knows_what_the_loop_has_kept_at_the_start(
         f"    mbs_data.Qq[1] = {MASS * 9.81} + mbs_data.place - mbs_data.q[1]\n"
     )
     assert np.ptp(simulate(project, time=0.01, language=language).q[:, 1]) < 1e-12
+
+
+@LANGUAGES
+def test_a_force_in_python_knows_the_time(slider: Path, language: str, tmp_path: Path) -> None:
+    """As an argument and as ``mbs_data.tsim``, which also is the time of what it gives out."""
+    project = shutil.copytree(slider, tmp_path / "slider")
+    (project / "userfctR" / "user_JointForces.py").write_text(
+        "def user_JointForces(mbs_data, tsim):\n"
+        "    mbs_data.set_output(mbs_data.tsim - tsim, 'late')\n"
+        "    mbs_data.Qq[1] = 10.0\n"
+    )
+    late = simulate(project, time=0.01, language=language).outputs["late"]
+    assert len(set(late[:, 0])) > 3
+    assert not late[:, 1].any()
