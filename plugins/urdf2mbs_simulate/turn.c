@@ -21,7 +21,7 @@ double *run_Link3DForces(double P[4], double R[4][4], double V[4], double OM[4],
 
 int can_turn, turned;
 double own_angles[3]; /* as they were shown last: the next ones are near */
-static double kept[3][7];
+static double kept[3][7], own[3][7]; /* q, qd and qdd of the base, as they are and as they were shown last */
 
 static const double PI = 3.14159265358979323846, LEAST = 1e-9;
 
@@ -100,17 +100,6 @@ static void find_angles(const double *q, int way, const double *near, double *fo
     memcpy(found, nearest, sizeof nearest);
 }
 
-/* The model's own angles at the q of turned axes. */
-static void find_own_angles(const double *q)
-{
-    static double last[3];
-
-    if (!memcmp(last, q + 1, sizeof last)) /* most forces are those of one position */
-        return;
-    memcpy(last, q + 1, sizeof last);
-    find_angles(q, -1, own_angles, own_angles);
-}
-
 /* Go on in other axes, if the second angle of the base asks for them: the state y becomes the one there. */
 int turn_if_near(const MbsData *s, double *y)
 {
@@ -122,7 +111,7 @@ int turn_if_near(const MbsData *s, double *y)
         return 0;
     find_spin(q + 3, qd + 3, spin);
     if (turned)
-        find_own_angles(q + 3);
+        find_angles(q + 3, -1, own_angles, own_angles);
     else
         memcpy(own_angles, q + 4, sizeof own_angles);
     find_angles(q + 3, way, turned ? own_angles : zero, q + 4);
@@ -132,19 +121,15 @@ int turn_if_near(const MbsData *s, double *y)
     return 1;
 }
 
-/* Show the model's own q, qd and qdd of the base. */
-void show_base(MbsData *s)
+/* Find the model's own q, qd and qdd of the base, in s. */
+static void find_own(MbsData *s)
 {
     double *rows[] = {s->q, s->qd, s->qdd}, *q = s->q + 3, spin[4], gain[4];
 
-    if (!turned)
-        return;
-    for (int i = 0; i < 3; i++)
-        memcpy(kept[i], rows[i], sizeof kept[i]);
     find_spin(q, s->qd + 3, spin);
     find_spin(q, s->qdd + 3, gain);
     add_drift(q, s->qd + 3, 1.0, gain);
-    find_own_angles(q);
+    find_angles(q, -1, own_angles, own_angles);
     memcpy(q + 1, own_angles, sizeof own_angles);
     for (int i = 0; i < 3; i++)
         quarter(rows[i], -1);
@@ -152,6 +137,24 @@ void show_base(MbsData *s)
     find_rates(q, spin, s->qd + 3);
     add_drift(q, s->qd + 3, -1.0, gain);
     find_rates(q, gain, s->qdd + 3);
+}
+
+/* Show the model's own q, qd and qdd of the base: most forces are those of one state. */
+void show_base(MbsData *s)
+{
+    double *rows[] = {s->q, s->qd, s->qdd};
+    int moved = 0;
+
+    if (!turned)
+        return;
+    for (int i = 0; i < 3; i++) {
+        moved |= memcmp(kept[i], rows[i], sizeof kept[i]);
+        memcpy(kept[i], rows[i], sizeof kept[i]);
+    }
+    if (moved)
+        find_own(s);
+    for (int i = 0; i < 3; i++)
+        memcpy(moved ? own[i] : rows[i], moved ? rows[i] : own[i], sizeof own[i]);
 }
 
 /* Back to the turned axes. */
