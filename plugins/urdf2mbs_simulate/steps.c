@@ -30,54 +30,56 @@ static int touches[FORCES + 1], stiff; /* explicit steps serve below MANY */
 /* The unknowns of a step: the changes of the speeds of the independent joints, and of the user states of
    what acts.  Their forces and rates change by K h speed + D change, where K is found by places. */
 static int unknowns, state_at[MOST];
-static double D[MOST][MOST], K[MOST][MOST], mass[MOST][MOST];
+static double M[MOST][MOST], D[MOST][MOST], K[MOST][MOST];
 static double found[ALL], start[ALL]; /* the derivative of the state, last and at the start of a step */
-/* The matrix of a step, factored, and the columns before its diagonal that are not zero, row by row. */
+/* The matrix of a step, factored.  What is not zero is listed: before the diagonal, the columns of a row, or
+   the rows of a column. */
 static double A[MOST][MOST];
+static char filled[MOST][MOST];
 static int column[MOST][MOST], columns[MOST];
 
 int last_joint[FORCES + 1]; /* of the body of each external force; 0: of the base */
 
 /* --- slopes --- */
 
-/* Add what acts to D and K.  reach: how each of its ways moves with the unknowns. */
-static void add(Act *a, int ways, double reach[6][MOST])
+/* Add what acts to D and K.  reach: how each of its ways moves with some of the unknowns, which are listed. */
+static void add(const Act *a, int ways, int count, int *list, double reach[6 + OWN][MOST])
 {
     const int size = ways + a->count;
-    double E[6 + OWN][MOST] = {{0}}, d[MOST], k[MOST];
-    int list[MOST], count = 0;
+    double d[MOST], k[MOST];
 
-    for (int i = 0; i < ways; i++)
-        memcpy(E[i], reach[i], unknowns * sizeof(double));
     for (int x = 0; x < a->count; x++) {
-        state_at[unknowns] = a->state[x];
-        E[ways + x][unknowns] = 1.0;
-        for (int i = 0; i <= unknowns; i++)
-            D[i][unknowns] = D[unknowns][i] = K[i][unknowns] = K[unknowns][i] = 0.0;
-        unknowns++;
-    }
-    for (int j = 0; j < unknowns; j++) {
-        double moved = 0.0;
+        const int state = unknowns++;
 
+        state_at[state] = a->state[x];
+        for (int i = 0; i <= state; i++) {
+            M[i][state] = M[state][i] = D[i][state] = D[state][i] = K[i][state] = K[state][i] = 0.0;
+            filled[state][i] = 0;
+        }
+        M[state][state] = 1.0;
         for (int i = 0; i < size; i++)
-            moved += fabs(E[i][j]);
-        if (moved > 0.0)
-            list[count++] = j;
+            reach[i][count] = i == ways + x;
+        for (int n = 0; n < count; n++)
+            reach[ways + x][n] = 0.0;
+        list[count++] = state;
     }
     for (int i = 0; i < size; i++) {
         for (int n = 0; n < count; n++) {
             d[n] = k[n] = 0.0;
             for (int way = 0; way < size; way++) {
-                d[n] += a->by[ways + way][i] * E[way][list[n]];
-                k[n] += way < ways ? a->by[way][i] * E[way][list[n]] : 0.0;
+                d[n] += a->by[ways + way][i] * reach[way][n];
+                k[n] += way < ways ? a->by[way][i] * reach[way][n] : 0.0;
             }
         }
         for (int m = 0; m < count; m++)
-            for (int n = 0; n < count && E[i][list[m]] != 0.0; n++) {
-                D[list[m]][list[n]] += E[i][list[m]] * d[n];
-                K[list[m]][list[n]] += E[i][list[m]] * k[n];
+            for (int n = 0; n < count && reach[i][m] != 0.0; n++) {
+                D[list[m]][list[n]] += reach[i][m] * d[n];
+                K[list[m]][list[n]] += reach[i][m] * k[n];
             }
     }
+    for (int m = 0; m < count; m++)
+        for (int n = 0; n < count; n++)
+            filled[list[m]][list[n]] = 1;
 }
 
 /* Keep what an act gives, or, behind a small change, what the change has done. */
@@ -106,7 +108,8 @@ static void move_joints(MbsData *s, int way, double by)
 /* The force of a joint depends on this joint alone, so all joints are moved at once. */
 static void add_joints(MbsData *s)
 {
-    double reach[6][MOST] = {{0}};
+    double leads[MOST], reach[6 + OWN][MOST];
+    int list[MOST];
 
     for (int way = -1; way < 3; way++) {
         move_joints(s, way, NEAR);
@@ -119,8 +122,15 @@ static void add_joints(MbsData *s)
         }
     }
     for (int j = 1; j <= JOINTS; j++) {
-        find_leads(j, reach[0]);
-        add(&joint[j], 1, reach);
+        int count = 0;
+
+        find_leads(j, leads);
+        for (int u = 0; u < s->nqu; u++)
+            if (leads[u] != 0.0) {
+                list[count] = u;
+                reach[0][count++] = leads[u];
+            }
+        add(&joint[j], 1, count, list, reach);
     }
 }
 
@@ -160,7 +170,8 @@ static void find_body(MbsData *s, int number)
 static void add_body(MbsData *s, int number)
 {
     Act *a = &body[number];
-    double reach[6][MOST] = {{0}}, leads[MOST], force[6], motion[12] = {0};
+    double lead[6][MOST] = {{0}}, reach[6 + OWN][MOST], leads[MOST], force[6], motion[12] = {0};
+    int list[MOST], count = 0;
 
     find_body(s, number);
     for (int j = 1; j <= JOINTS; j++) {
@@ -174,9 +185,19 @@ static void add_body(MbsData *s, int number)
         find_leads(j, leads);
         for (int u = 0; u < s->nqu; u++)
             for (int i = 1; i <= 3 && leads[u] != 0.0; i++) {
-                reach[i - 1][u] += (frame.J[i][j] + cross(turn, arm, i)) * leads[u];
-                reach[2 + i][u] += turn[i] * leads[u];
+                lead[i - 1][u] += (frame.J[i][j] + cross(turn, arm, i)) * leads[u];
+                lead[2 + i][u] += turn[i] * leads[u];
             }
+    }
+    for (int u = 0; u < s->nqu; u++) {
+        double moved = 0.0;
+
+        for (int i = 0; i < 6; i++) {
+            reach[i][count] = lead[i][u];
+            moved += fabs(lead[i][u]);
+        }
+        if (moved > 0.0)
+            list[count++] = u;
     }
     pull(s, number, motion, force);
     keep(s, a, 6, -1, force);
@@ -189,7 +210,7 @@ static void add_body(MbsData *s, int number)
         *moved = before;
         keep(s, a, 6, change, force);
     }
-    add(a, 6, reach);
+    add(a, 6, count, list, reach);
 }
 
 /* --- one step --- */
@@ -207,6 +228,23 @@ static int begins(const MbsData *s, int number)
     return acts && !touches[number] && last_joint[number] > 0;
 }
 
+/* List what is not zero, and what becomes so when the matrix is factored from the last row on: of a tree,
+   nothing does. */
+static void list_columns(void)
+{
+    for (int k = unknowns - 1; k >= 0; k--) {
+        int *list = column[k];
+
+        columns[k] = 0;
+        for (int j = 0; j < k; j++)
+            if (filled[k][j])
+                list[columns[k]++] = j;
+        for (int m = 0; m < columns[k]; m++)
+            for (int n = 0; n < m; n++)
+                filled[list[m]][list[n]] = 1;
+    }
+}
+
 /* Take the slopes, and the mass matrix, in the state that was computed last. */
 static void take_slopes(MbsData *s)
 {
@@ -219,8 +257,9 @@ static void take_slopes(MbsData *s)
         const double *row = mass_row(s->qu[i + 1], &force);
 
         for (int j = 0; j < n; j++) {
-            mass[i][j] = row[s->qu[j + 1]];
+            M[i][j] = row[s->qu[j + 1]];
             D[i][j] = K[i][j] = 0.0;
+            filled[i][j] = M[i][j] != 0.0;
         }
     }
     for (int b = 1; b <= FORCES; b++)
@@ -229,20 +268,22 @@ static void take_slopes(MbsData *s)
             add_body(s, b);
         }
     add_joints(s);
+    list_columns();
 }
 
-/* Factor M - h D - h h K, where M is 1 for a user state.  From the last row on, no zero of a tree is
-   filled. */
-static void factor(int n, double h)
+/* Factor M - h D - h h K. */
+static void factor(double h)
 {
-    for (int i = 0; i < unknowns; i++)
-        for (int j = 0; j < unknowns; j++)
-            A[i][j] = (i < n && j < n ? mass[i][j] : i == j) - h * (D[i][j] + h * K[i][j]);
-    for (int k = unknowns - 1; k >= 0; k--) {
-        columns[k] = 0;
-        for (int j = 0; j < k; j++)
-            if (A[k][j] != 0.0 || A[j][k] != 0.0)
-                column[k][columns[k]++] = j;
+    for (int i = 0; i < unknowns; i++) {
+        A[i][i] = M[i][i] - h * (D[i][i] + h * K[i][i]);
+        for (int m = 0; m < columns[i]; m++) {
+            const int j = column[i][m];
+
+            A[i][j] = M[i][j] - h * (D[i][j] + h * K[i][j]);
+            A[j][i] = M[j][i] - h * (D[j][i] + h * K[j][i]);
+        }
+    }
+    for (int k = unknowns - 1; k >= 0; k--)
         for (int m = 0; m < columns[k]; m++) {
             double *row = A[column[k][m]];
 
@@ -250,7 +291,6 @@ static void factor(int n, double h)
             for (int j = 0; j < columns[k] && row[k] != 0.0; j++)
                 row[column[k][j]] -= row[k] * A[k][column[k][j]];
         }
-    }
 }
 
 /* A step h from a state y, with its derivative, added to y:
@@ -258,13 +298,18 @@ static void factor(int n, double h)
 static void step(int n, double h, const double *derivative, double *y)
 {
     const double *rate = derivative + 2 * n - 1;
-    static double b[MOST];
+    double b[MOST], gain[MOST], way[MOST];
 
     for (int i = 0; i < unknowns; i++) {
-        b[i] = i < n ? 0.0 : rate[state_at[i]];
-        for (int j = 0; j < n; j++)
-            b[i] += (i < n ? mass[i][j] * derivative[n + j] : 0.0) + h * K[i][j] * y[n + j];
-        b[i] *= h;
+        gain[i] = h * (i < n ? derivative[n + i] : rate[state_at[i]]);
+        way[i] = i < n ? h * h * y[n + i] : 0.0;
+        b[i] = M[i][i] * gain[i] + K[i][i] * way[i];
+        for (int m = 0; m < columns[i]; m++) {
+            const int j = column[i][m];
+
+            b[i] += M[i][j] * gain[j] + K[i][j] * way[j];
+            b[j] += M[j][i] * gain[i] + K[j][i] * way[i];
+        }
     }
     for (int k = unknowns - 1; k >= 0; k--)
         for (int m = 0; m < columns[k]; m++)
@@ -363,7 +408,7 @@ static double extrapolate(MbsData *s, double t, double h, double *y, double rtol
             s->guess[k - 1] = s->q[s->qv[k]];
     }
     for (int parts = 1; parts <= ORDER; parts++) {
-        factor(n, h / parts);
+        factor(h / parts);
         memcpy(by[parts], y, size * sizeof *y);
         step(n, h / parts, start, by[parts]);
         for (int k = 1; k < parts; k++) {
