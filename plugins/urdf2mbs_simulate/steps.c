@@ -454,7 +454,7 @@ int advance(MbsData *s, double *t, double end, double *h, double most, double *y
     int taken = 0, known = 0, again = 0;
 
     while (*t < end && taken < count && !s->flag_stop) {
-        const double left = end - *t, now = fmin(fmin(*h, most), left);
+        const double left = end - *t, now = left / ceil(left / fmin(*h, most)); /* no rest is short */
         const int implicit = FORCES || stiff >= MANY;
         const double error =
             implicit ? extrapolate(s, *t, now, y, rtol, atol, known, again)
@@ -465,8 +465,7 @@ int advance(MbsData *s, double *t, double end, double *h, double most, double *y
             return -1;
         known = error <= 1.0 && !loops; /* the loop may change what acts */
         again = error > 1.0 && implicit;
-        if (now == *h || next < *h)
-            *h = next;
+        *h = next;
         if (error > 1.0) {
             if (*h < 1e-13)
                 return -1;
