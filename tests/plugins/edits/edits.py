@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable
+from copy import deepcopy
 from random import Random
 from typing import Any
 
@@ -15,6 +16,58 @@ from urdf2mbs.mbs.writer import write
 from urdf2mbs_edits.diff.flat import things
 
 MEASURES = ("Pos", "Rot", "Vit", "Om", "Acc", "Omp")
+Edit = Callable[[m.Mbs], Any]
+
+
+# --- edits by the path of what they change, such as ``bodies.0.mass`` ---
+
+
+def get(mbs: m.Mbs, path: str) -> Any:
+    thing: Any = mbs
+    for step in path.split("."):
+        thing = thing[int(step)] if step.isdigit() else getattr(thing, step)
+    return thing
+
+
+def put(path: str, value: Any) -> Edit:
+    way, _, last = path.rpartition(".")
+    return lambda mbs: setattr(get(mbs, way) if way else mbs, last, value)
+
+
+def add(path: str, thing: Any, at: int = 99) -> Edit:
+    return lambda mbs: get(mbs, path).insert(at, deepcopy(thing))
+
+
+def drop(path: str, at: int = 0) -> Edit:
+    return lambda mbs: get(mbs, path).pop(at)
+
+
+def move(from_: str, to: str, at: int = 0) -> Edit:
+    return lambda mbs: get(mbs, to).append(get(mbs, from_).pop(at))
+
+
+def call(path: str, name: str) -> Edit:
+    """Call a body, joint or point otherwise wherever it is named."""
+    return lambda mbs: rename_part(mbs, get(mbs, path), name)
+
+
+def all_of(*edits: Edit) -> Edit:
+    return lambda mbs: [edit(mbs) for edit in edits]
+
+
+def rename_part(mbs: m.Mbs, part: Any, name: str) -> None:
+    found = things(mbs)
+    (thing,) = (thing for thing in found if thing.part is part)
+    for other in found:
+        for field, targets in other.refers.items():
+            names = [
+                name if target is thing else None if target is None or target.kind == "base"
+                else target.name for target in targets if not isinstance(target, str)
+            ]  # fmt: skip
+            if thing in targets and len(names) == len(targets):
+                one = field in ("joint", "name")
+                setattr(other.part, field, names[0] if one else tuple(names))
+    part.name = name
 
 
 def as_saved(data: bytes) -> bytes:
@@ -53,56 +106,38 @@ def mass(mbs: m.Mbs, random: Random) -> None:
 
 
 def renamed_joint(mbs: m.Mbs, random: Random) -> None:
-    joint = random.choice(mbs.bodies).joints[0]
-    for part in (
-        *mbs.user_constraints,
-        *([*mbs.view.viewpoints, *mbs.view.lights] if mbs.view else []),
-    ):
-        if isinstance(part, m.Viewpoint | m.Light):
-            part.joint = "my_joint" if part.joint == joint.name else part.joint
-        else:
-            part.joints = tuple("my_joint" if n == joint.name else n for n in part.joints)
-    joint.name = "my_joint"
+    rename_part(mbs, random.choice(mbs.bodies).joints[0], "my_joint")
 
 
 def renamed_body(mbs: m.Mbs, random: Random) -> None:
-    body = random.choice(mbs.bodies)
-    for child in mbs.bodies:
-        child.parent = "my_body" if child.parent == body.name else child.parent
-    for part in (*mbs.cuts, *mbs.links):
-        for end in ("endpoint1", "endpoint2"):
-            on, at = getattr(part, end)
-            setattr(part, end, ("my_body" if on == body.name else on, at))
-    body.name = "my_body"
-
-
-def a_body(mbs: m.Mbs, random: Random) -> None:
-    on = random.choice(mbs.bodies)
-    mbs.bodies.append(
-        m.Body("payload", on.name, None, [m.Joint("swing", "R2", position=(50.0, 60.0))], 1.25,
-             points=[m.Point("hook", (0.0, 0.0, -0.5), (55.0, 66.0))],
-             drawing=m.Drawing((0.0, 0.0), (20.0, 20.0), ((20.0, 0.0),) * 4))
-    )  # fmt: skip
-    mbs.links.append(m.Connection("link", "rope", ("payload", "hook"), (None, None)))
-    mbs.bodies = mbs.depth_first()
+    rename_part(mbs, random.choice(mbs.bodies), "my_body")
 
 
 def no_leaf(mbs: m.Mbs, random: Random) -> None:
     """Remove a body that carries nothing."""
-    used = {body.parent for body in mbs.bodies}
-    used |= {end[0] for c in (*mbs.cuts, *mbs.links) for end in (c.endpoint1, c.endpoint2)}
-    free = [body for body in mbs.bodies if body.name not in used]
-    names = {n for c in mbs.user_constraints for n in c.joints}
-    names |= {light.joint for light in (mbs.view.lights if mbs.view else [])}
-    free = [body for body in free if names.isdisjoint(j.name for j in body.joints)]
+    free = [body for body in mbs.bodies if is_free(mbs, body)]
     if len(free) > 0 and len(mbs.bodies) > 2:
         mbs.bodies.remove(random.choice(free))
 
 
-def my_slide(mbs: m.Mbs, random: Random) -> None:
-    body = random.choice(mbs.bodies)
-    place = random.randrange(len(body.joints) + 1)
-    body.joints.insert(place, m.Joint("my_slide", "T3", position=(70.0, 80.0)))
+def concerned(mbs: m.Mbs) -> set[str | None]:
+    """The joints that something else names."""
+    found = {name for constraint in mbs.user_constraints for name in constraint.joints}
+    return found | {
+        part.joint for part in ([*mbs.view.lights, *mbs.view.viewpoints] if mbs.view else [])
+    }
+
+
+def places(mbs: m.Mbs) -> set[tuple[str | None, str | None]]:
+    """Where bodies hang, and cuts and links end."""
+    ends = [end for c in (*mbs.cuts, *mbs.links) for end in (c.endpoint1, c.endpoint2)]
+    return {body.place for body in mbs.bodies} | {*ends}
+
+
+def is_free(mbs: m.Mbs, body: m.Body) -> bool:
+    """True if nothing needs the body."""
+    carries = body.name in {name for name, _ in places(mbs)}
+    return not carries and concerned(mbs).isdisjoint(joint.name for joint in body.joints)
 
 
 # --- edits of any model; one that finds nothing to change does nothing ---
@@ -205,19 +240,14 @@ def a_cut(mbs: m.Mbs, random: Random) -> None:
 
 def no_thing(mbs: m.Mbs, random: Random) -> None:
     """A thing goes, of those that nothing needs."""
-    ends = [end for c in (*mbs.cuts, *mbs.links) for end in (c.endpoint1, c.endpoint2)]
-    used = {body.place for body in mbs.bodies} | {*ends}
-    concerned = {name for constraint in mbs.user_constraints for name in constraint.joints}
-    concerned |= {light.joint for light in (mbs.view.lights if mbs.view else [])}
-    concerned |= {eye.joint for eye in (mbs.view.viewpoints if mbs.view else [])}
+    used, named = places(mbs), concerned(mbs)
     lists: list[tuple[list[Any], Any]] = []
     for body in mbs.bodies:
         lists += [(body.points, p) for p in body.points if (body.name, p.name) not in used]
         lists += [(body.shapes, shape) for shape in body.shapes]
         if len(body.joints) > 1:
-            lists += [(body.joints, joint) for joint in body.joints if joint.name not in concerned]
-        names = {joint.name for joint in body.joints}
-        if body.name not in {place[0] for place in used} and not names & concerned:
+            lists += [(body.joints, joint) for joint in body.joints if joint.name not in named]
+        if is_free(mbs, body):
             lists.append((mbs.bodies, body))
     for parts in (mbs.cuts, mbs.links, mbs.user_models, mbs.user_variables):
         lists += [(parts, part) for part in parts]
@@ -269,22 +299,10 @@ def order(mbs: m.Mbs, random: Random) -> None:
 
 
 def rename(mbs: m.Mbs, random: Random) -> None:
-    """Call a body, joint or point otherwise wherever it is named."""
-    found = things(mbs)
-    thing = some(random, [t for t in found if t.kind in ("body", "joint", "sensor", "point")])
+    thing = some(random, [t for t in things(mbs) if t.kind in ("body", "joint", "sensor", "point")])
     if thing is None or thing.name == "origin":
         return
-    name = new(random, "other")
-    for other in found:
-        for field, targets in other.refers.items():
-            names = [
-                name if target is thing else None if target is None or target.kind == "base"
-                else target.name for target in targets if not isinstance(target, str)
-            ]  # fmt: skip
-            if thing in targets and len(names) == len(targets):
-                one = field in ("joint", "name")
-                setattr(other.part, field, names[0] if one else tuple(names))
-    thing.part.name = name
+    rename_part(mbs, thing.part, new(random, "other"))
 
 
 EDITS: list[Callable[[m.Mbs, Random], None]] = [

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import pytest
 
 from mbs.models import everything
+from plugins.edits.edits import Edit, add, all_of, drop, get, move, put
 from urdf2mbs.mbs.model import (
     Body,
     Connection,
@@ -25,28 +25,6 @@ from urdf2mbs.mbs.model import (
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.mbs.writer import write
 from urdf2mbs_edits.merge.merge import Merged, merge
-
-Edit = Callable[[Mbs], Any]
-
-
-def put(path: str, value: Any) -> Edit:
-    """An edit that sets a value, such as ``bodies.0.mass``."""
-    *way, last = path.split(".")
-
-    def edit(mbs: Mbs) -> None:
-        thing: Any = mbs
-        for step in way:
-            thing = thing[int(step)] if step.isdigit() else getattr(thing, step)
-        setattr(thing, last, value)
-
-    return edit
-
-
-def get(mbs: Mbs, path: str) -> Any:
-    thing: Any = mbs
-    for step in path.split("."):
-        thing = thing[int(step)] if step.isdigit() else getattr(thing, step)
-    return thing
 
 
 def merged(mine: Edit, theirs: Edit, prefer: Any = "urdf") -> tuple[Mbs, Merged]:
@@ -127,14 +105,6 @@ def test_who_wins_where_both_changed_a_value(
     assert not plan.plan.updated
 
 
-def add(path: str, thing: Any, at: int = 99) -> Edit:
-    return lambda mbs: get(mbs, path).insert(at, thing)
-
-
-def drop(path: str, at: int = 0) -> Edit:
-    return lambda mbs: get(mbs, path).pop(at)
-
-
 def rename(old: str, new: str) -> Edit:
     """Call a body, joint or point otherwise wherever it is named."""
 
@@ -145,14 +115,6 @@ def rename(old: str, new: str) -> Edit:
             setattr(mbs, field, getattr(again, field) if field != "origin" else mbs.origin)
 
     return edit
-
-
-def all_of(*edits: Edit) -> Edit:
-    return lambda mbs: [edit(mbs) for edit in edits]
-
-
-def move(from_: str, to: str, at: int = 0) -> Edit:
-    return lambda mbs: get(mbs, to).append(get(mbs, from_).pop(at))
 
 
 def no_leg(mbs: Mbs) -> None:

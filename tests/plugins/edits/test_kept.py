@@ -16,6 +16,7 @@ from lxml import etree
 
 from conftest import SHARED
 from mbs.models import everything, few
+from plugins.edits.edits import rename_part
 from urdf2mbs.mbs import writer
 from urdf2mbs.mbs.model import Body, Joint, Mbs, Parameter, Point, Sensor
 from urdf2mbs.mbs.reader import read
@@ -72,13 +73,8 @@ def test_a_real_file_stays_but_for_what_is_changed(file: Path) -> None:
     expected = etree.fromstring(data)
     if mbs.bodies:
         body = mbs.bodies[-1]
-        old, body.name = body.name, "renamed"
-        for other in mbs.bodies:
-            other.parent = "renamed" if other.parent == old else other.parent
-        for connection in (*mbs.cuts, *mbs.links):
-            for end in ("endpoint1", "endpoint2"):
-                name, point = getattr(connection, end)
-                setattr(connection, end, ("renamed" if name == old else name, point))
+        old = body.name
+        rename_part(mbs, body, "renamed")
         texts(expected, old, "renamed", "bodyname")
         body.joints[0].position = (1.5, 2.0)
         place = expected.findall("bodytree/body")[-1].find("joint/graphics/x2D/position")
@@ -343,16 +339,6 @@ def test_a_parameter_of_a_type_that_the_model_does_not_know() -> None:
     assert mbs.user_models[0].parameters[2] == Parameter("empty", "structure")
     mbs.user_models[0].parameters[2].name = "main"
     assert write(mbs) == data.replace(b"<name>empty</name>", b"<name>main</name>")
-
-
-def test_many_bodies_are_changed_in_a_file() -> None:
-    bodies = [Body(f"b{k}", joints=[Joint(f"j{k}", "R1")], mass=1.0) for k in range(300)]
-    mbs = read(write(Mbs("m", bodies=bodies)), "m.mbs")
-    for body in mbs.bodies[::20]:
-        body.mass = 2.0
-    del mbs.bodies[1::4]
-    mbs.bodies.insert(0, mbs.bodies.pop())
-    assert read(write(mbs), "m.mbs") == mbs
 
 
 def first_and_last(mbs: Mbs, root: Any) -> None:

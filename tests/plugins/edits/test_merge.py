@@ -8,11 +8,11 @@ from random import Random
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from lxml import etree
 
-from conftest import SHARED
+from mbs.models import few
 from plugins.edits import edits as made
 from plugins.edits.edits import CHANGES, as_saved, no_leaf, renamed_joint
 from urdf2mbs import convert
@@ -25,9 +25,6 @@ from urdf2mbs_edits.merge.merge import Merged, merge, versions
 
 CONFIGS = Path(__file__).resolve().parents[3] / "configs"
 ROBOTS = ("lamp.urdf", "biped.urdf.xacro", "arm.urdf.xacro", "hexapod.urdf.xacro")
-SAMPLES = SHARED / "mbs-samples"
-
-few = settings(max_examples=40, deadline=None, derandomize=True, database=None)
 
 BESIDE: list[Any] = [
     made.a_place, made.a_point, made.a_shape, made.a_model, made.sensor, made.link,

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from conftest import SHARED
-from plugins.edits.edits import a_body, mass, no_leaf, renamed_body
+from plugins.edits.edits import body_on_a_new_point, mass, no_leaf, renamed_body
 from urdf2mbs.cli import main
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.mbs.writer import write
@@ -31,7 +31,7 @@ def changes(before: Path | bytes, after: Path | bytes, *, physics: bool = False)
 
 
 @needs_samples
-@pytest.mark.parametrize("change", [mass, a_body, renamed_body, no_leaf])
+@pytest.mark.parametrize("change", [mass, body_on_a_new_point, renamed_body, no_leaf])
 @pytest.mark.parametrize("year", ["2014", "2016"])
 @pytest.mark.parametrize("name", ["biped", "ur5", "nao", "cassie"])
 def test_what_mbsyspad_saved_follows_the_urdf(name: str, year: str, change: Any) -> None:

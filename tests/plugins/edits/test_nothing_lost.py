@@ -11,17 +11,8 @@ import pytest
 from lxml import etree
 
 from mbs.models import everything
-from plugins.edits.test_each_edit import (
-    Edit,
-    add,
-    all_of,
-    drop,
-    merged,
-    move,
-    new_body_takes_a_joint,
-    nothing,
-    put,
-)
+from plugins.edits.edits import Edit, add, all_of, drop, move, put
+from plugins.edits.test_each_edit import merged, new_body_takes_a_joint, nothing
 from plugins.edits.test_kept import canonical
 from plugins.edits.test_laws import SAMPLES, check_one_side_alone, three
 from urdf2mbs.mbs.model import Body, Connection, Drawing, Joint, Light, Mbs, Point, Sensor
