@@ -86,16 +86,6 @@ def test_run_json(robot: Path, capsys: Any) -> None:
     assert {found["code"] for found in report["diagnostics"]} >= {"collision", "joint-dynamics"}
 
 
-def test_no_plugins_leaves_out_those_of_a_config(robot: Path) -> None:
-    """A config is code: its plugins run, unless they are left out."""
-    (robot / "lab.py").write_text("open('ran', 'w').close()\n")
-    (robot / "tiny.yaml").write_text("source: tiny.urdf\nplugins: [lab.py]\n")
-    main(["run", "--plan", "tiny.yaml", "--no-plugins"])
-    assert not (robot / "ran").exists()
-    main(["run", "--plan", "tiny.yaml"])
-    assert (robot / "ran").exists()
-
-
 #: Prints what a program has imported, after it.
 MODULES = "import sys, contextlib\nwith contextlib.suppress(SystemExit):\n  {}\nprint(*sys.modules)"
 

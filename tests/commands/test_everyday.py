@@ -10,7 +10,6 @@ from typing import Any
 import pytest
 
 from urdf2mbs.cli import main
-from urdf2mbs.mbs.reader import read
 from urdf2mbs.testing import TINY
 
 
@@ -96,15 +95,3 @@ def test_how_a_command_ends(
     if code == 1:
         with pytest.raises(type(raised)):
             main(["run", "tiny.yaml", "--debug"])
-
-
-def test_from_standard_input_to_standard_output(
-    here: Path, monkeypatch: pytest.MonkeyPatch, capfdbinary: Any
-) -> None:
-    stdin = io.TextIOWrapper(io.BytesIO(TINY.encode()))
-    monkeypatch.setattr("sys.stdin", stdin)
-    assert main(["convert", "-", "-o", "-"]) == 0
-    said = capfdbinary.readouterr()
-    assert [body.name for body in read(said.out, "").bodies] == ["body", "arm", "hand"]
-    assert b"written to standard output" in said.err
-    assert [file.name for file in here.iterdir()] == ["tiny.urdf"]

@@ -78,6 +78,17 @@ def _more(nature: str) -> Callable[[Mbs], None]:
     return lambda mbs: body(mbs, "hand").joints.append(Joint("more", "R1", nature))
 
 
+def _turn(**values: Any) -> Callable[[Mbs], None]:
+    """Give the turn before the shoulder, which never moves, other values."""
+
+    def plant(mbs: Mbs) -> None:
+        (turn,) = (one for one in body(mbs, "arm").joints if one.nature == "driven" and one.q)
+        for key, value in values.items():
+            setattr(turn, key, value)
+
+    return plant
+
+
 #: What is planted in TINY, and the kinds of what is found.  A joint that is held stands where it is
 #: held, so that what else is wrong is not blamed on its angle.
 PLANTED: dict[str, tuple[Callable[[Mbs], None], set[str]]] = {
@@ -88,6 +99,13 @@ PLANTED: dict[str, tuple[Callable[[Mbs], None], set[str]]] = {
     "held, and of another type": (setting("shoulder", nature="driven", type="T3"), {"nature"}),
     "starts elsewhere": (setting("shoulder", q=0.4), set()),
     "slides": (setting("shoulder", type="T3"), {"type"}),
+    "no symbols": (setting("shoulder", symbols=()), {"symbols"}),
+    "q alone in the symbols": (setting("shoulder", symbols=("q",)), {"symbols"}),
+    "no q in the symbols of a driven joint": (_turn(symbols=("qd",)), {"symbols"}),
+    "a velocity of a driven joint": (_turn(symbols=None, qd=1.0), {"symbols"}),
+    "an acceleration of a driven joint": (_turn(symbols=None, qdd=1.0), {"symbols"}),
+    "a turn of 1e-8 too much": (_turn(q=0.5 + 1e-8), {"frame"}),
+    "another turn": (_turn(q=-0.5), {"frame"}),
     "a joint too many": (_more("independent"), {"joint-extra"}),
     "a dependent joint too many": (_more("dependent"), {"joint-extra"}),
 }  # fmt: skip
@@ -100,6 +118,7 @@ def test_a_fault_is_of_its_kind(name: str) -> None:
     plant(mbs)
     proof = compared(result, mbs)
     assert kinds(proof) == found
+    assert len(proof.differences) == len(found)
     assert proof.same is not bool(found)
 
 

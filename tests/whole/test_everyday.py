@@ -222,7 +222,9 @@ def test_the_package_imports_what_is_asked_for() -> None:
         urdf2mbs.nosuch  # noqa: B018
 
 
-@pytest.mark.parametrize("words", [["explain"], ["report"], ["simulate", "--time", "0.01"]])
+@pytest.mark.parametrize(
+    "words", [["explain"], ["report"], ["run", "--plan"], ["simulate", "--time", "0.01"]]
+)
 def test_no_plugins_leaves_out_those_of_a_config(words: list[str], here: Path) -> None:
     (here / "lab.py").write_text("open('ran', 'w').close()\n")
     (here / "tiny.yaml").write_text("source: tiny.urdf\nplugins: [lab.py]\n")

@@ -1,10 +1,10 @@
-"""`verify` knows by the certificate what the passes of plugins changed on purpose."""
+"""`verify` of what was changed on purpose, and of a model that people drew."""
 
 from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
 
@@ -13,9 +13,6 @@ from proof.test_words import MIMIC
 from urdf2mbs import convert
 from urdf2mbs.cli import main
 from urdf2mbs.testing import TINY, convert_text
-
-if TYPE_CHECKING:
-    pass
 
 
 def test_a_follower_that_a_project_drives_on_purpose(here: Path, capsys: Any) -> None:
@@ -78,3 +75,20 @@ def test_a_user_model_that_is_not_as_the_passes_made_it_is_a_difference(tmp_path
     )
     assert result.report.proof is not None
     assert [found.kind for found in result.report.proof.differences] == ["parameter"]
+
+
+def test_the_walkman_sample_tells_its_story(shared: Path, capsys: Any) -> None:
+    urdf = shared / "robots" / "walkman" / "robotran_edu_2017" / "bigman.urdf"
+    sample = shared / "mbs-samples" / "walkman_robotran.mbs"
+    assert main(["verify", str(urdf), str(sample), "--tolerance", "2e-8"]) == 3
+    told = capsys.readouterr().out
+    assert "31 joints match by name" in told or "31 of 31 joints match by name" in told
+    assert "117.754 kg" in told
+    assert "121.208 kg" in told
+    assert "turned by -0.4538 about y" in told
+    assert "R1 -0.733, R3 0.349" in told
+    assert "R1 0.733, R3 -0.349" in told
+    wrong = {word.split("'")[0] for line in told.splitlines() for word in line.split("link '")[1:]}
+    # feet, wrists, head, waist and shoulders, and what the turned frames are of; nothing else
+    assert {"DWL", "RShp", "LShp", "RFoot", "LFoot"} <= wrong
+    assert not wrong & {"DWS", "DWYTorso", "RElb", "LElb", "RForearm", "LForearm", "RThighUpLeg"}

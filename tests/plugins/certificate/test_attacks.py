@@ -236,7 +236,3 @@ def test_an_attack_fails(name: str, robot: Any, tmp_path: Path, capsys: Any) -> 
         assert found.out.startswith("the same robot, but for:")
     else:
         assert found.code == end, found.out + found.error
-
-
-def test_there_are_many_attacks() -> None:
-    assert sum(attack[3] != 0 for attack in ATTACKS.values()) >= 70

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from whole.test_planted import PLANTED
 
 from proof.test_not_fooled import PLANTS
 from proof.test_words import FOUND, MIMIC, TINY, WORLD
@@ -22,7 +23,6 @@ from urdf2mbs.mbs.model import Joint, Mbs
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.mbs.writer import write
 from urdf2mbs_certificate import certificate as checker
-from whole.test_planted import PLANTED
 
 CHECKER = Path(checker.__file__)
 CONFIGS = Path(__file__).parents[3] / "configs"

@@ -42,7 +42,7 @@ def test_files_go_to_the_project(model: Path, capsys: Any) -> None:
     ]
     more = ["--fold", "--energy", "--derivatives", "--json"]
     assert main(["equations", str(model), "--language", "c", *more]) == 0
-    for name in ("energy", "momentum", "com", "derivatives"):
+    for name in ("energy", "momentum", "com", "derivatives", "invdynared"):
         assert (folder / f"mbs_{name}_robot.c").is_file()
     text = (folder / "mbs_dirdyna_robot.c").read_text()
     assert text.startswith("// Written by urdf2mbs from robot.mbs")

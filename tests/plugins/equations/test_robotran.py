@@ -23,7 +23,7 @@ from urdf2mbs.mbs.reader import read
 from urdf2mbs.mbs.writer import write
 from urdf2mbs.testing import convert_text
 from urdf2mbs_equations.constraints import constant_gaps
-from urdf2mbs_equations.files import Equations, generate
+from urdf2mbs_equations.files import generate
 
 SAMPLES = Path(__file__).resolve().parents[4] / "shared" / "mbs-samples"
 REFERENCES = sorted(SAMPLES.glob("*.reference.json"))
@@ -276,14 +276,3 @@ def test_a_draft_of_a_cut_or_a_link() -> None:
     made = generate(mbs, b"<mbsDescR7/>", "arm.mbs", language="c")
     assert set(made.left_out) == {"link", "cons_hJ", "cons_jdqd", "accelred", "invdynared"}
     assert len(made.files) == 11
-
-
-def test_the_names_of_the_files() -> None:
-    """As in the newest generated sets: invdynared is written in C only."""
-
-    def names(made: Equations) -> set[str]:
-        return {name.split("_", 1)[1].rsplit("_", 1)[0] for name in made.files}
-
-    python, c = (names(generate(arm(), b"<mbsDescR7/>", "a", language=x)) for x in ("python", "c"))
-    assert c - python == {"invdynared"}
-    assert not python - c
