@@ -135,11 +135,6 @@ def test_a_file_by_hand() -> None:
     ]  # fmt: skip
 
 
-def test_a_vector_is_read_by_its_tags() -> None:
-    turned = edited(("<x>1</x>", "<y>1</y>"), ("<y>2</y>", "<x>2</x>"))
-    assert read(turned, "tiny.mbs").bodies[0].points[0].coordinates == (2.0, 1.0, 3.0)
-
-
 def test_unknown_elements_and_attributes_are_passed_over() -> None:
     data = edited(
         ("<gravity>", '<mine a="1"><b>x</b></mine><mine/><gravity unit="m/s2">'),
@@ -284,19 +279,6 @@ def test_faults_outside_the_body_tree(old: str, new: str, code: str, words: str)
     assert old in text
     text = text.replace(old, new, 1).replace("</endpoint1>", "</endpoint0>", "endpoint0" in new)
     fails(text.encode(), code, None, words)
-
-
-def test_an_unknown_name_comes_with_the_nearest_known() -> None:
-    error = fails(edited(("<pointname>p</pointname></pa", "<pointname>pp</pointname></pa")),
-                  "point-unknown", 18, "")  # fmt: skip
-    assert error.hint == "did you mean 'p'?"
-
-
-def test_entities_are_not_expanded() -> None:
-    bomb = b'<!DOCTYPE m [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;">]><mbsDescR7>&b;</mbsDescR7>'
-    fails(bomb, "xml-entity", 1, "entities")
-    outside = b'<!DOCTYPE m [<!ENTITY a SYSTEM "file:///etc/passwd">]><mbsDescR7>&a;</mbsDescR7>'
-    fails(outside, "xml-entity", 1, "entities")
 
 
 def test_ten_thousand_bodies_in_a_row() -> None:

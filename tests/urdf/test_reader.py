@@ -15,7 +15,6 @@ from making import read_robot
 from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic
 from urdf2mbs.testing import convert_text
 from urdf2mbs.urdf.model import (
-    JOINT_TYPES,
     Box,
     Calibration,
     Collision,
@@ -313,13 +312,6 @@ def test_what_may_be_left_out(tmp_path: Path) -> None:
 def test_the_joints_stand_one_branch_after_the_other(tmp_path: Path) -> None:
     robot, _ = read(tmp_path, tree("a>b", "a>c", "b>d", "b>e", "c>f", links="abcdef"))
     assert [joint.name for joint in robot.depth_first()] == ["a_b", "b_d", "b_e", "a_c", "c_f"]
-
-
-@pytest.mark.parametrize("kind", JOINT_TYPES)
-def test_a_joint_has_as_many_coordinates_as_pinocchio_says(kind: str) -> None:
-    pin = pytest.importorskip("pinocchio")
-    limit = '<limit lower="-1" upper="1" effort="1" velocity="1"/>'
-    assert pin.buildModelFromXML(arm(joint=limit, kind=kind)).nv == JOINT_TYPES[kind]
 
 
 @pytest.mark.parametrize(

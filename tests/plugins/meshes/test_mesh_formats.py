@@ -22,13 +22,9 @@ from plugins.meshes.samples import (
     dae_text,
     dae_textured_text,
     effect,
-    glb,
-    gltf,
     image,
     obj_lines,
-    ply_header,
     stl_ascii_text,
-    stl_binary_data,
 )
 from plugins.meshes.samples import write as write_sample
 from urdf2mbs_meshes.model import NO_PILLOW, Mesh, MeshError
@@ -120,12 +116,6 @@ def test_texture_that_is_no_image(tmp_path: Path) -> None:
     assert shape.rgb == {(204, 102, 51)}
 
 
-def test_up_axis_can_be_ignored_and_the_unit_still_counts(tmp_path: Path) -> None:
-    mesh = read(write_sample("dae_y_up_centimetres", tmp_path), up_axis=False)
-    points = mesh.parts[0].points
-    np.testing.assert_allclose((points.min(0), points.max(0)), ((1, 3, -4), (2, 6, -2)), rtol=1e-6)
-
-
 @pytest.mark.parametrize(
     ("more", "transparency"),
     [
@@ -156,39 +146,6 @@ def test_mtl_transparency(tmp_path: Path) -> None:
     (tmp_path / "a.obj").write_text(obj_lines(["usemtl glass", "f 1 2 3"], "mtllib a.mtl\n"))
     (shape,) = converted(tmp_path / "a.obj")[1]
     assert shape.material["transparency"] == [0.75]
-
-
-DRACO = glb({**gltf()[0], "extensionsRequired": ["KHR_draco_mesh_compression"]}, gltf()[1])
-
-
-@pytest.mark.parametrize(
-    ("name", "content"),
-    [
-        ("empty.stl", b""),
-        ("cut.stl", stl_binary_data()[:-7]),
-        ("noise.stl", bytes(range(256)) * 3),
-        ("nan.stl", stl_ascii_text([(float("nan"), 0, 0)] * 8).encode()),
-        ("huge.stl", stl_ascii_text([(1e39, 0, 0)] * 8).encode()),
-        ("text.dae", b"this is no XML"),
-        ("cut.dae", dae_text().encode()[:-200]),
-        ("html.dae", b"<html><body>404</body></html>"),
-        ("noscene.dae", dae_text().replace("visual_scene", "other").encode()),
-        ("index.dae", dae_text(triangles=[(0, 1, 99)]).encode()),
-        ("index.obj", obj_lines(["f 1 2 99"]).encode()),
-        ("nofaces.obj", obj_lines([]).encode()),
-        ("cut.ply", b"ply\nformat ascii 1.0\nelement vertex 3\n"),
-        ("cut.glb", glb(*gltf())[:200]),
-        ("text.glb", b"no glTF at all, but long enough"),
-        ("nobuffer.gltf", b'{"asset": {"version": "2.0"}, "buffers": [{"uri": "a.bin"}]}'),
-        ("draco.glb", DRACO),
-        ("index.ply", ply_header("ascii").encode() + b"0 0 0\n" * 8 + b"3 0 1 99\n" * 12),
-        ("robot.step", b"ISO-10303-21;"),
-    ],
-)
-def test_unusable_files(tmp_path: Path, name: str, content: bytes) -> None:
-    (tmp_path / name).write_bytes(content)
-    with pytest.raises(MeshError, match=r"\w"):
-        read(tmp_path / name)
 
 
 def test_smooth_only_where_the_source_is(tmp_path: Path) -> None:

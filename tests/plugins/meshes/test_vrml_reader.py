@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from plugins.meshes.wrl import HEAD, SQUARE, of
-from urdf2mbs_meshes import reader, vrml
 from urdf2mbs_meshes.model import MeshError, Part
 from urdf2mbs_meshes.vrml_reader import read as read_mesh
 
@@ -126,18 +123,3 @@ def test_copies_of_copies_are_bounded() -> None:
         nested += b"DEF A%d Group { children [USE A%d USE A%d] } " % (n, n - 1, n - 1)
     with pytest.raises(MeshError, match="each copy counted"):
         read(HEAD + nested)
-
-
-def test_what_is_written_comes_back(tmp_path: Path) -> None:
-    source = tmp_path / "tetra.obj"
-    source.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1.1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n")
-    parts = reader.read(source).parts
-    written = b"".join(vrml.write(parts, (0.2, 0.4, 0.6), 0.5))
-    (part,) = read(written)
-    (given,) = parts
-    assert part.material.diffuse == (0.2, 0.4, 0.6)
-    assert part.material.transparency == 0.5
-    np.testing.assert_array_equal(
-        part.points[part.triangles].astype(np.float32),
-        given.points[given.triangles].astype(np.float32),
-    )

@@ -20,7 +20,6 @@ from plugins.meshes.samples import (
     image,
     obj_lines,
     stl_ascii_text,
-    stl_binary_data,
 )
 from plugins.meshes.samples import write as write_sample
 from urdf2mbs.conversion import Conversion
@@ -198,19 +197,6 @@ def test_up_axis_is_ignored_as_by_rviz_and_told_where_it_is_applied(tmp_path: Pa
         assert codes(conversion) == told
         triangles = shown(conversion, shapes_of(conversion)[0])
         np.testing.assert_allclose(triangles.max((0, 1)), high, rtol=1e-6)
-
-
-def test_what_all_meshes_together_may_take_is_bounded(tmp_path: Path) -> None:
-    """So many bytes are read of meshes that are converted, and no more."""
-    data = stl_binary_data()
-    paths = [tmp_path / f"{name}.stl" for name in "abc"]
-    for path in paths:
-        path.write_bytes(data)
-    options = ConvertMeshes(at_most=2.5 * len(data) / 2**20)  # type: ignore[arg-type]
-    conversion = convert(tmp_path, [visual(path) for path in paths], options=options)
-    report = conversion.report["convert-meshes"]
-    assert (report["converted"], list(report["lost"])) == (2, [str(paths[2])])
-    assert codes(conversion) == ["mesh-too-large"]
 
 
 def test_progress_names_each_mesh(tmp_path: Path) -> None:
