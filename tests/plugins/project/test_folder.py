@@ -7,10 +7,8 @@ from typing import Any
 
 import pytest
 
-from urdf2mbs import convert
 from urdf2mbs.cli import main
 from urdf2mbs.disk.record import checksum
-from urdf2mbs.testing import TINY
 
 
 @pytest.fixture
@@ -29,17 +27,6 @@ def test_a_project_has_the_folders_that_robotran_expects(config: Path) -> None:
         "dataR/robot.mbs.base", "dataR/robot.proof.json", "resultsR", "symbolicR", "userfctR",
         "workR", "workR/.urdf2mbs", "workR/main.py",
     }  # fmt: skip
-
-
-def test_what_is_there_stays(config: Path) -> None:
-    project = config.parent / "robot"
-    for name in ("userfctR/user_JointForces.c", "workR/notes.txt", "animationR/vrml/mine.wrl"):
-        (project / name).parent.mkdir(parents=True)
-        (project / name).write_text("mine")
-    assert main(["run", str(config)]) == 0
-    assert (project / "userfctR" / "user_JointForces.c").read_text() == "mine"
-    assert (project / "workR" / "notes.txt").read_text() == "mine"
-    assert (project / "animationR" / "vrml" / "mine.wrl").read_text() == "mine"
 
 
 def test_a_file_whose_name_is_no_identifier_is_told(config: Path, capsys: Any) -> None:
@@ -73,21 +60,6 @@ def test_a_starter_that_nobody_touched_is_renewed_and_a_touched_one_stays(config
     assert untouched.read_text() == "# mine, too\n"
 
 
-def test_a_name_that_is_gone_is_told_with_the_line(config: Path, capsys: Any) -> None:
-    urdf = config.parent / "tiny.urdf"
-    assert main(["run", str(config)]) == 0
-    forces = config.parent / "robot" / "userfctR" / "user_JointForces.py"
-    forces.write_text('import math\n\none = mbs_data.joint_id["shoulder"]  # the shoulder\n')
-    capsys.readouterr()
-    assert main(["run", str(config)]) == 0
-    assert "project-names-lost" not in capsys.readouterr().err
-    urdf.write_text(TINY.replace('"shoulder"', '"humerus"'))
-    assert main(["run", str(config)]) == 0
-    said = capsys.readouterr().err
-    assert "warning[project-names-lost]" in said
-    assert "user_JointForces.py:3 'shoulder'" in said
-
-
 @pytest.mark.parametrize("there", [True, False])
 def test_convert_into_a_folder_makes_a_project(here: Path, there: bool) -> None:
     if there:
@@ -97,10 +69,3 @@ def test_convert_into_a_folder_makes_a_project(here: Path, there: bool) -> None:
     assert (here / "arm" / "dataR" / "arm.mbs").is_file()
     assert list((here / "arm" / "userfctR").glob("*.c"))
     assert not list((here / "arm").rglob("main.py"))
-
-
-def test_a_result_can_be_written(here: Path) -> None:
-    arm = {"project": here / "arm", "language": ["python", "c"]}
-    assert convert("tiny.urdf", output=arm).write() == here / "arm" / "dataR" / "arm.mbs"
-    assert Path("arm/userfctR/arm_robot.c").is_file()
-    assert Path("arm/workR/main.py").is_file()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 import subprocess
 import sys
 from pathlib import Path
@@ -314,20 +313,6 @@ def test_a_law_needs_a_function_of_its_own_name(name: str, code: str, tmp_path: 
     with pytest.raises(ConversionError) as error:
         with_laws(tmp_path, name_of_point=name)
     assert error.value.code == code
-
-
-def test_points_have_names_in_c(tmp_path: Path) -> None:
-    """BODY_POINT_id is the column of dpt, as Robotran numbers points."""
-    passes = {"contacts": {"points": {"hand": [[0, 0, 0.1], [0, 0, 0.2]]}}}
-    project = make(tmp_path, TINY, language="c", passes=passes)
-    (header,) = project.rglob("user_all_id.h")
-    numbers = dict(re.findall(r"#define (\w+)_id (\d+)\n", header.read_text()))
-    data = MbsData(project / "dataR" / "robot.mbs")
-    points = [(name or "base", p) for name, owner in data.mbs.owners() for p in owner.points]
-    assert len(points) == 4
-    for number, (body, point) in enumerate(points, start=1):
-        assert numbers[f"{body}_{point.name}"] == str(number)
-        assert tuple(data.dpt[k, number] for k in (1, 2, 3)) == point.coordinates
 
 
 def test_a_project_without_the_states_of_friction_is_refused(tmp_path: Path) -> None:
