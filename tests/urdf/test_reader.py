@@ -149,6 +149,7 @@ BAD: list[tuple[str | bytes, str, int | None, str]] = [
     (arm(inertial("1 2")), "number-count", 6, "'tip'.*a number wanted, 2"),
     (arm(joint='<origin xyz=""/>'), "number-missing", 9, "'turn'.*xyz"),
     (arm(inertial(inertia=UNIT.replace('iyy="1"', ""))), "number-missing", 7, "'tip'.*iyy"),
+    (tree("a>b").replace('child link="b"', 'child link="world"'), "link-unknown", 6, "'world'"),
     (arm(joint="<axis/>"), "number-missing", 9, "'turn'.*axis"),
     (arm(f"<inertial>\n<mass>1</mass>{UNIT}</inertial>"), "number-missing", 6, "'tip'.*mass"),
     (arm(inertial("heavy " * 20)), "number-invalid", 6, r"'heavy heavy.*hea\.\.\.': "),
@@ -439,6 +440,11 @@ IN_LINK = [
     (shaped('<mesh filename="m" scale=".001"/>'), "mesh-scale", r"\.001"),
     (shaped(BOX, '<origin rpy="0 0 pi"/>'), "number-left-out", "rpy"),
     (shaped("<box/>"), "number-left-out", "size"),
+    (shaped("<sphere/>"), "number-left-out", "radius"),
+    (shaped('<mesh filename="m" scale="1e-3"/>').replace("visual", "collision"), "mesh-scale",
+     "1e-3"),
+    (shaped(BOX, '<origin rpy="0 0 0 1"/>').replace("visual", "collision"), "number-left-out",
+     "a <collision>"),
 ]  # fmt: skip
 #: The same in the joint 'turn'.
 IN_JOINT = [
@@ -459,6 +465,9 @@ IN_JOINT = [
     ('<calibration rising="x"/>', "number-left-out", "rising"),
     ("<safety_controller/>", "number-left-out", "k_velocity"),
     ('<mimic joint="turn" multiplier="x"/>', "number-left-out", "multiplier"),
+    ('<limit lower="-1" upper="1" velocity="nan"/>', "number-left-out", "velocity"),
+    ('<dynamics friction="low"/>', "number-left-out", "'low'"),
+    ('<safety_controller k_position="0"/>', "number-left-out", "k_velocity"),
 ]  # fmt: skip
 #: The same after the joint, in the robot; of an inertia (kg m^2); and in other robots, with the
 #: line, the link and the joint.
@@ -532,6 +541,7 @@ WARNED: list[tuple[str, str, str, int, str | None, str | None]] = [
     (tree("world>a", links="a"), "world-implied", "", 3, None, "world_a"),
     (mimics("b>x"), "mimic-left-out", "'x'", 3, None, "b"),
     (mimics("b>b"), "mimic-left-out", "", 3, None, "b"),
+    (arm(joint="<mimic/>"), "mimic-left-out", "names no joint", 7, None, "turn"),
 ]  # fmt: skip
 
 

@@ -114,85 +114,10 @@ def arm(tip: str = "", joint: str = "", kind: str = "continuous", head: str = ""
     )
 
 
-def inertial(
-    mass: str = "1", moments: str = 'ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"'
-) -> str:
-    return arm().replace(
-        f'<link name="tip">{BODY}',
-        f'<link name="tip"><inertial><mass value="{mass}"/><inertia {moments}/></inertial>',
-    )
-
-
-def shape(geometry: str, before: str = "", tag: str = "visual", after: str = "") -> str:
-    return arm(f"<{tag}>{before}<geometry>{geometry}</geometry>{after}</{tag}>")
-
-
-LIMITS = '<limit lower="{}" upper="{}" effort="{}" velocity="{}"/>'
 BALL = '<sphere radius="1"/>'
 MASSLESS = (
     f'<robot name="r"><link name="a"><visual><geometry>{BALL}</geometry></visual></link></robot>'
 )
-
-
-def more(text: str, head: str = "") -> str:
-    """The arm, and what stands behind its joint."""
-    return arm(head=head).replace("</robot>", f"{text}</robot>")
-
-
-#: Text, exit code, code, a word of the message; beside what the tests of the reader have.
-OWN: list[tuple[str, int, str | None, str]] = [
-    (arm(joint=LIMITS.format(-1, 1, 1, "nan"), kind="prismatic"), 0, "number-left-out", "velocity"),
-    (arm(joint=LIMITS.format(-1, 1, "", 1), kind="revolute"), 0, "number-left-out", "is missing"),
-    (arm(joint='<dynamics friction="low"/>'), 0, "number-left-out", "'low'"),
-    (arm(joint='<safety_controller k_position="0"/>'), 0, "number-left-out", "k_velocity"),
-    (arm(joint='<mimic joint="j"/>'), 0, "mimic-left-out", "they move freely"),
-    (arm(joint="<mimic/>"), 0, "mimic-left-out", "names no joint"),
-    (arm(kind="continuous "), 0, "joint-type-spelling", "'continuous'"),
-    # shapes
-    (shape('<mesh filename="m.stl" scale="1,1,1"/>'), 0, "number-left-out", "a <visual>"),
-    (shape('<mesh filename="m.stl" scale="1e-3"/>', tag="collision"), 0, "mesh-scale", "(1e-3)"),
-    (shape(BALL, '<origin rpy="0 0 0 1"/>', "collision"), 0, "number-left-out", "a <collision>"),
-    (shape("<sphere/>"), 0, "number-left-out", "radius"),
-    (shape(BALL, after='<material name="a"><color rgba="1 0 0"/></material>'), 0,
-     "number-left-out", "a colour"),
-    # inertia
-    (inertial("-1"), 0, "mass-negative", "-1.0 kg"),
-    (inertial(moments='ixx="-1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"'), 0, "inertia-indefinite",
-     "principal moments -1, 1, 1"),
-    (inertial(moments='ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="3"'), 0, "inertia-triangle",
-     "principal moments 1, 1, 3"),
-    (inertial(moments='ixx="1" ixy="0" iyy="1" iyz="0" izz="1"'), 0, "inertia-incomplete", "ixz"),
-    (inertial(moments='ixx="1" iyy="1"'), 1, "number-missing", "izz"),
-    (inertial(moments=""), 0, "inertial-incomplete", "as in ROS"),
-    # the tree
-    (more(f'<link name="tip">\n {BODY}</link>'), 0, "doubled-element", "link 'tip'"),
-    (more('<link name="world"/>'), 0, "link-unattached", "'world'"),
-    (more('<joint name="w" type="prismatic"><parent link="world"/><child link="base"/>'
-          f"{LIMITS.format(0, 1, 1, 1)}</joint>"), 0, "world-implied", "joint 'w'"),
-    (arm().replace('"tip"/>', '"world"/>'), 1, "link-unknown", "'world'"),
-    # XML and xacro
-    (arm(tip="<!-- ---- a ---- -->"), 0, "xml-mended", "'--' within a comment"),
-    (more('<xacro:property name="x" value="1"/>', XACRO), 0, None, ""),
-    (arm(joint='<origin xyz="${1/2} 0 0"/>'), 0, None, ""),
-    (more("<gazebo><a>${robot_name}</a></gazebo>"), 0, None, ""),
-    (more('<include filename="a"/>'), 1, "xacro-legacy", "include"),
-    (arm(head=XACRO, joint='<origin xyz="$(arg x) $(arg y) 0"/>'), 1, "xacro-arg",
-     "'x' is not defined"),
-    (more('<xacro:include filename="$(find gone)/a.xacro"/>', XACRO), 1, "package-not-found",
-     "'gone'"),
-    # no mass
-    ('<robot name="r"><link name="a"/></robot>', 0, "no-mass", "<inertial>"),
-    (MASSLESS, 0, "no-mass", "estimate-inertia"),
-]  # fmt: skip
-
-
-@pytest.mark.parametrize(("text", "exit_code", "code", "word"), OWN)
-def test_own_odd_robot(
-    text: str, exit_code: int, code: str | None, word: str, run: Callable[..., Any], tmp_path: Path
-) -> None:
-    source = tmp_path / "odd.urdf"
-    source.write_text(text)
-    check(run, source, (exit_code, code, word))
 
 
 def test_no_mass_with_either_base(run: Callable[..., Any], tmp_path: Path) -> None:

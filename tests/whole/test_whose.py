@@ -113,51 +113,10 @@ def make(source: str, *more: str) -> int:
     return main(["convert", source, "-o", "lamp/", "-q", *more])
 
 
-def test_equations_of_another_model_are_removed(here: Path, capsys: Any) -> None:
-    folder = here / "lamp" / "symbolicR"
-    assert make("tiny.urdf") == 0
-    assert main(["equations", "lamp/dataR/lamp.mbs", "-q"]) == 0
-    assert main(["equations", "lamp/dataR/lamp.mbs", "-q", "--language", "c"]) == 0
-    count = len(list(folder.glob("mbs_*")))
-    capsys.readouterr()
-    # the same robot, and one with another mass: they fit
-    (here / "heavy.urdf").write_text(TINY.replace('mass value="2"', 'mass value="3"'))
-    for source in ("tiny.urdf", "heavy.urdf"):
-        assert make(source) == 0
-        assert "equations-stale" not in capsys.readouterr().err
-        assert len(list(folder.glob("mbs_*"))) == count
-    # another turn, which is a number in them
-    (folder / "mbs_dirdyna_lamp.c").write_text("// Fits (tree): sha256 " + 64 * "0" + "\nmine\n")
-    (folder / "mbs_user_lamp.c").write_text("/* of another program */\n")
-    assert make("other.urdf") == 0
-    error = capsys.readouterr().err
-    assert f"{count - 1} files of equations were of another model, and are removed" in error
-    assert "2 files of equations that urdf2mbs does not replace stay" in error
-    assert sorted(file.name for file in folder.glob("mbs_*")) == [
-        "mbs_dirdyna_lamp.c", "mbs_user_lamp.c"
-    ]  # fmt: skip
-
-
 def test_equations_that_are_made_again_are_not_stale(here: Path, capsys: Any) -> None:
     for source in ("tiny.urdf", "other.urdf"):
         assert make(source, "--set", "equations.language=python") == 0
     assert "equations-stale" not in capsys.readouterr().err
-
-
-def test_code_of_another_language_is_removed(here: Path, capsys: Any) -> None:
-    config = here / "lamp.yaml"
-    for language in ("c", "python"):
-        config.write_text(f"source: tiny.urdf\noutput: {{project: lamp, language: {language}}}\n")
-        capsys.readouterr()
-        assert main(["run", "lamp.yaml", "-q"]) == 0
-        if language == "c":
-            mine = here / "lamp" / "userfctR" / "user_JointForces.c"
-            mine.write_text("/* mine */\n")
-    assert "warning[project-obsolete]: 7 files of an earlier conversion" in capsys.readouterr().err
-    names = {file.name for file in (here / "lamp" / "userfctR").iterdir()}
-    assert {"lamp_robot.py", "equations_fit.py", "user_JointForces.c"} <= names
-    assert not names & {"lamp_robot.c", "lamp_robot.h", "user_model.c", "user_all_id.h"}
-    assert mine.read_text() == "/* mine */\n"
 
 
 @pytest.mark.parametrize("fits", [True, False])

@@ -44,21 +44,6 @@ def test_what_is_wrong_after_xacro(tmp_path: Path, text: str, code: str, said: s
     assert said in str(error)
 
 
-@pytest.mark.parametrize(
-    ("text", "code", "said"),
-    [
-        ('<robot name="r">\n<link name="${p}a"/></robot>', "xacro", "'p'"),
-        ('<robot>\n<property name="m"/>\n<link name="${m}"/></robot>', "xacro-legacy", "property"),
-    ],
-)
-def test_what_xacro_refuses_has_its_line(tmp_path: Path, text: str, code: str, said: str) -> None:
-    with pytest.raises(ConversionError) as caught:
-        read(tmp_path, text)
-    error = caught.value
-    assert (error.code, error.file, error.line) == (code, str(tmp_path / "robot.urdf"), 2)
-    assert said in error.message
-
-
 def test_what_xacro_says_stands_before_what_the_reader_says(tmp_path: Path) -> None:
     said = "${xacro.warning('low')}<link name='a'><visual/></link>"
     _, told = read(tmp_path, f"<robot {XMLNS}><xacro:if value='0'/>{said}</robot>")
