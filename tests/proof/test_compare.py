@@ -65,6 +65,32 @@ def setting(name: str, **values: Any) -> Callable[[Mbs], None]:
     return plant
 
 
+def of_body(name: str, **values: Any) -> Callable[[Mbs], None]:
+    """Give a body other values."""
+
+    def plant(mbs: Mbs) -> None:
+        for key, value in values.items():
+            setattr(body(mbs, name), key, value)
+
+    return plant
+
+
+def _number(model: str, joint: str, value: str) -> Callable[[Mbs], None]:
+    """Give a joint another number in a user model."""
+
+    def plant(mbs: Mbs) -> None:
+        (of,) = (one for one in mbs.user_models if one.name == model)
+        (own,) = (one for one in of.parameters if one.name == joint)
+        own.values = (value,)
+
+    return plant
+
+
+def _products(mbs: Mbs) -> None:
+    xx, xy, xz, yy, yz, zz = body(mbs, "arm").inertia
+    body(mbs, "arm").inertia = (xx, -xy, -xz, yy, -yz, zz)
+
+
 def _gravity(k: int, off: float) -> Callable[[Mbs], None]:
     def plant(mbs: Mbs) -> None:
         own = list(mbs.base.gravity)
@@ -99,6 +125,15 @@ PLANTED: dict[str, tuple[Callable[[Mbs], None], set[str]]] = {
     "held, and of another type": (setting("shoulder", nature="driven", type="T3"), {"nature"}),
     "starts elsewhere": (setting("shoulder", q=0.4), set()),
     "slides": (setting("shoulder", type="T3"), {"type"}),
+    "no mass": (of_body("hand", mass=None), {"mass", "inertia"}),
+    "a centre negated": (of_body("arm", com=(0.0, 0.0, -0.15)), {"centre"}),
+    "products of inertia negated": (_products, {"inertia"}),
+    "an anchor 1e-6 m off": (
+        lambda mbs: setattr(body(mbs, "body").points[0], "coordinates", (0.100001, 0.0, 0.15)),
+        {"frame"},
+    ),
+    "damping a hundredfold": (_number("damping", "shoulder", "10.0"), {"parameter"}),
+    "a limit moved": (_number("q_max", "shoulder", "1.5015"), {"parameter"}),
     "no symbols": (setting("shoulder", symbols=()), {"symbols"}),
     "q alone in the symbols": (setting("shoulder", symbols=("q",)), {"symbols"}),
     "no q in the symbols of a driven joint": (_turn(symbols=("qd",)), {"symbols"}),
@@ -158,16 +193,6 @@ def test_a_reason_of_ones_own_is_a_passes_business() -> None:
     assert found.but_for == {"joint 'wrist_roll'": "held at zero: locked on purpose"}
 
 
-def _own(**values: Any) -> Callable[[Mbs], None]:
-    """Give the one body other values."""
-
-    def plant(mbs: Mbs) -> None:
-        for key, value in values.items():
-            setattr(mbs.bodies[0], key, value)
-
-    return plant
-
-
 def _tensor(k: int) -> Callable[[Mbs], None]:
     def plant(mbs: Mbs) -> None:
         tensor = list(mbs.bodies[0].inertia or ())
@@ -182,11 +207,11 @@ POINT = '<inertial><mass value="2"/></inertial>'
 #: Of a robot with one joint: its inertia, what is planted, and the kinds of what is found.
 ALONE: dict[str, tuple[str, Callable[[Mbs], None], set[str]]] = {
     **{f"moment {k}": (SOLID, _tensor(k), {"inertia"}) for k in range(6)},
-    "a rotor": (ROTOR, _own(), set()),
+    "a rotor": (ROTOR, lambda mbs: None, set()),
     "a moment of a rotor": (ROTOR, _tensor(5), {"inertia"}),
-    "a rotor without inertia": (ROTOR, _own(inertia=None), {"inertia"}),
-    "a rotor has no centre": (ROTOR, _own(com=(1.0, 2.0, 3.0)), set()),
-    "a point mass without inertia": (POINT, _own(inertia=None), set()),
+    "a rotor without inertia": (ROTOR, of_body("a", inertia=None), {"inertia"}),
+    "a rotor has no centre": (ROTOR, of_body("a", com=(1.0, 2.0, 3.0)), set()),
+    "a point mass without inertia": (POINT, of_body("a", inertia=None), set()),
     "an axis that is right at zero only": (SOLID, setting("world_to_a", type="R2"), {"axis"}),
 }  # fmt: skip
 
