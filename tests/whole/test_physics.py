@@ -41,8 +41,7 @@ def has_bodies(robot: RealRobot, base: str, keep: bool) -> bool:
     return not all(urdf.massless(link) for link in urdf.inertias)
 
 
-@pytest.mark.parametrize("base", ["fixed", "floating"])
-@pytest.mark.parametrize("keep", [False, True])
+@pytest.mark.parametrize(("base", "keep"), [("fixed", False), ("floating", True)])
 @pytest.mark.parametrize("robot", CONVERTIBLE)
 def test_is_the_same_robot(
     robot: RealRobot, base: str, keep: bool, shared: Path, record_property: Callable[..., None]

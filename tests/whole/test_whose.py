@@ -22,6 +22,7 @@ def here(here: Path) -> Path:
     return here
 
 
+ONE = ("--workers", "1")
 #: Commands, and the file of another that each would write.
 WRITE = [
     (["convert", "tiny.urdf", "-o", "other.urdf"], "other.urdf"),
@@ -30,8 +31,8 @@ WRITE = [
     (["convert", "tiny.urdf", "-o", "p/"], "p/dataR/p.mbs"),
     (["convert", "tiny.urdf", "--dump", "d", "-o", "a.mbs"], "d/01-expand.yaml"),
     (["run", "tiny.yaml"], "tiny.mbs"),
-    (["run", "tiny.yaml", "again.yaml", "--report", "thesis.json"], "thesis.json"),
-    (["run", "tiny.yaml", "again.yaml"], "tiny.mbs"),
+    (["run", "tiny.yaml", "again.yaml", *ONE, "--report", "thesis.json"], "thesis.json"),
+    (["run", "tiny.yaml", "again.yaml", *ONE], "tiny.mbs"),
     (["diagram", "m.mbs", "-o", "thesis.txt"], "thesis.txt"),
     (["report", "tiny.urdf", "-o", "thesis.html"], "thesis.html"),
     (["equations", "m.mbs"], "symbolicR/mbs_dirdyna_m.py"),
