@@ -5,8 +5,6 @@ files that are left where a command failed, a model that is not the robot, equat
 those of Newton and Euler, more than 20 seconds.
 """
 
-from __future__ import annotations
-
 import io
 import re
 import shutil

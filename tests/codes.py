@@ -1,7 +1,5 @@
 """The codes of all errors, warnings and notes, as the files ``codes.py`` list them."""
 
-from __future__ import annotations
-
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A stand-in for the cache of robot_descriptions: git checkouts where it looks for them."""
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 import sys

@@ -7,8 +7,6 @@
 input goes into tests/corpus/KIND once it is mended.  More than 3 GB, or 2 minutes, end the fuzzer.
 """
 
-from __future__ import annotations
-
 import argparse
 import os
 import random

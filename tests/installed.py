@@ -1,7 +1,5 @@
 """A plugin of strangers/ as pip would leave it when installed, without pip."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 PLUGIN = Path(__file__).resolve().parent / "strangers" / "samples" / "rename_links.py"

@@ -1,7 +1,5 @@
 """A pass made of a function, for the plugins that tests write as text; a robot of a file."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from textwrap import dedent, indent

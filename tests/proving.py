@@ -1,18 +1,14 @@
 """Short robots in URDF, and the proof that a conversion of one is the same robot."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from lxml import etree
 
 from oracle.compare import beside_its_urdf, lost_shapes, structure_faults
 from oracle.urdf import Urdf
+from urdf2mbs import Result
+from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.testing import convert_text
-
-if TYPE_CHECKING:
-    from urdf2mbs import Result
-    from urdf2mbs.mbs.model import Mbs
 
 SOLID = (
     '<inertial><origin xyz="0.1 -0.2 0.3" rpy="0.3 -0.2 0.1"/><mass value="2"/>'

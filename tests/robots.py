@@ -1,19 +1,14 @@
 """The real robots beside the checkout, as pytest parameters."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import pytest
 
 from conftest import SHARED
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from urdf2mbs import Result
+from urdf2mbs import Result
 
 FOLDER = SHARED / "robots"
 

@@ -3,23 +3,18 @@
 They are valid, and have at least one link with mass that the base carries.
 """
 
-from __future__ import annotations
-
+from collections.abc import Callable
 from math import pi
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from hypothesis import strategies as st
 from lxml import etree
 
-from oracle.multibody import rotation
+from oracle.multibody import Array, rotation
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
+Draw = Callable[[st.SearchStrategy[Any]], Any]
 
-    from oracle.multibody import Array
-
-    Draw = Callable[[st.SearchStrategy[Any]], Any]
 
 LINK_NAMES = (
     "base", "origin", "ground", "world", "hip", "hip_body", "left/foot", "left-foot",

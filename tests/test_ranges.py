@@ -1,7 +1,5 @@
 """Every number of every option has its range in its type."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from math import inf, nan
 from typing import Annotated, Any

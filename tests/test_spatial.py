@@ -1,7 +1,5 @@
 """The project's trigonometry against numpy and pinocchio."""
 
-from __future__ import annotations
-
 from math import pi
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Hides the plugins of ours that URDF2MBS_WITHOUT names, as if their folders were taken away."""
 
-from __future__ import annotations
-
 import os
 import sys
 from collections.abc import Sequence

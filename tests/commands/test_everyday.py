@@ -1,7 +1,5 @@
 """The command line day by day: flags, colours, streams, how a command ends."""
 
-from __future__ import annotations
-
 import io
 from errno import ENOSPC
 from pathlib import Path

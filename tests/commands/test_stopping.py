@@ -1,7 +1,5 @@
 """Ctrl-C and SIGTERM end a command at once: the exit code of the signal, one line, no half file."""
 
-from __future__ import annotations
-
 import signal
 import subprocess
 import sys

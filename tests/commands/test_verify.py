@@ -1,9 +1,8 @@
 """What the command `verify` prints of pairs that are and are not the same: words and JSON."""
 
-from __future__ import annotations
-
 import json
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -13,9 +12,6 @@ from urdf2mbs import convert, verify
 from urdf2mbs.cli import main
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY, convert_text
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 
 @pytest.fixture

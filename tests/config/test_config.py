@@ -1,7 +1,5 @@
 """The config: typed data, errors with file, line, key and the nearest known name; its schema."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,11 +1,10 @@
 """The diagram's styles: nothing overlaps, wires are short, and one sees the robot."""
 
-from __future__ import annotations
-
 import copy
 import sys
+from collections.abc import Callable
 from math import atan2
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
 from hypothesis import given, settings
@@ -15,11 +14,7 @@ from diagram.faults import boxes, dots, faults
 from diagram.trees import LENGTHS, trees
 from urdf2mbs.diagram import arrange
 from urdf2mbs.mbs.model import Body, Joint, Mbs, Point, Sensor
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from urdf2mbs.spatial import Vec
+from urdf2mbs.spatial import Vec
 
 reproducible = settings(max_examples=80, deadline=None, derandomize=True, database=None)
 

@@ -1,7 +1,5 @@
 """Random trees of bodies, for the tests of the diagram and of its pass."""
 
-from __future__ import annotations
-
 from hypothesis import strategies as st
 
 from urdf2mbs.mbs.model import Body, Joint, Mbs, Point

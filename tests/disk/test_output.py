@@ -1,7 +1,5 @@
 """Files are written whole, into what the user has put there, and never over somebody's work."""
 
-from __future__ import annotations
-
 import os
 import stat
 import subprocess

@@ -1,7 +1,5 @@
 """The one door for plugins, and what a config may do with passes: place, leave out, run twice."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from typing import Any

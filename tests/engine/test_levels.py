@@ -1,7 +1,5 @@
 """Levels: whose word counts, where, and that an error never leaves a file."""
 
-from __future__ import annotations
-
 import json
 import re
 import subprocess

@@ -1,7 +1,5 @@
 """Each order of the passes gives the same file, or is refused: what a pass changed is seen."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The pipeline: its order is checked, its passes run between hooks, nothing is half written."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """The core stands alone: its commands work, with the same bytes, where a plugin of ours is away."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

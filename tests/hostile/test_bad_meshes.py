@@ -1,7 +1,5 @@
 """Meshes that are cut off, empty, huge, or lie: a shape that can be drawn, or one clear warning."""
 
-from __future__ import annotations
-
 import base64
 import json
 import logging

@@ -1,7 +1,5 @@
 """Each bad URDF ends in the code that belongs to it, said with file and line; and all is told."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """Every command with every kind of bad file: a documented exit code, a code, no traceback."""
 
-from __future__ import annotations
-
 import io
 import os
 import re

@@ -5,8 +5,6 @@ The process ends, or a call of the system fails, at each step of writing in turn
 counted, so the same ones are met every time.
 """
 
-from __future__ import annotations
-
 import os
 import shutil
 import warnings

@@ -1,7 +1,5 @@
 """Names stay names in the .mbs, in generated code and in files."""
 
-from __future__ import annotations
-
 import ast
 import re
 import shutil

@@ -1,7 +1,5 @@
 """What is different on Windows and macOS, as far as it can be tried anywhere."""
 
-from __future__ import annotations
-
 import os
 from errno import EACCES
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What a name holds is shown as letters: no terminal acts on it, and JSON has it whole."""
 
-from __future__ import annotations
-
 import json
 import re
 from contextlib import suppress

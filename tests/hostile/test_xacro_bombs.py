@@ -1,7 +1,5 @@
 """xacro is data: whatever it does ends in a clear error, through every command that runs it."""
 
-from __future__ import annotations
-
 import io
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Models to write and to read: one that has everything, and random ones."""
 
-from __future__ import annotations
-
 from itertools import count
 from typing import Any
 

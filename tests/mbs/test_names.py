@@ -1,7 +1,5 @@
 """Names: identifiers that are unique in their name space, changed no more than needed."""
 
-from __future__ import annotations
-
 import re
 from copy import deepcopy
 

@@ -1,10 +1,8 @@
 """Reading: what is written comes back, the unknown is passed over, what is wrong is one error."""
 
-from __future__ import annotations
-
 import contextlib
 import re
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -25,9 +23,6 @@ from urdf2mbs.mbs.model import (
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.mbs.writer import write
 from urdf2mbs.messages.diagnostics import ConversionError
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 
 @pytest.fixture(params=["minimal.mbs", "walkman_robotran.mbs"])

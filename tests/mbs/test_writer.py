@@ -1,11 +1,10 @@
 """The written file: the elements, the order and the spelling of MBSysPad, and nothing else."""
 
-from __future__ import annotations
-
 import re
+from collections.abc import Callable
 from math import inf, nan
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
@@ -32,9 +31,6 @@ from urdf2mbs.mbs.model import (
 )
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.mbs.writer import write
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 WRITTEN = sorted(SHARED.glob("mbs-samples/saved/*.written.mbs"))
 

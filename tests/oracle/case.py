@@ -1,7 +1,5 @@
 """A project's code beside its robot: what the laws compare, and what they have found."""
 
-from __future__ import annotations
-
 import sys
 from functools import cached_property
 from typing import Any

@@ -3,8 +3,6 @@
 Python gives what the URDF says (the other files of this folder); C gives what Python gives.
 """
 
-from __future__ import annotations
-
 import ctypes
 import tempfile
 from collections.abc import Mapping

@@ -1,28 +1,18 @@
 """A conversion beside its URDF in Pinocchio: motion, matter, forces, shapes, names."""
 
-from __future__ import annotations
-
 import re
 import zlib
+from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from oracle.mbs import GROUND, Evaluator
-from oracle.multibody import State, lump, translation
+from oracle.mbs import GROUND, Evaluator, Shape
+from oracle.multibody import Array, State, lump, translation
 from oracle.pin import Pinocchio
-from oracle.urdf import FLOATING_BASE, GRAVITY, Reference
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from oracle.mbs import Shape
-    from oracle.multibody import Array
-    from oracle.urdf import Urdf, UrdfShape
-    from urdf2mbs import Result
-    from urdf2mbs.spatial import Pose
-
+from oracle.urdf import FLOATING_BASE, GRAVITY, Reference, Urdf, UrdfShape
+from urdf2mbs import Result
+from urdf2mbs.spatial import Pose
 
 #: Turns (R) and shifts (T) of the .mbs for each type of joint.
 KINDS = {

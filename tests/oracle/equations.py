@@ -1,7 +1,5 @@
 """Loops, and the project's own equations: M qdd + c = Qq + external + J' lambda."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

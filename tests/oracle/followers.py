@@ -1,7 +1,5 @@
 """Joints that follow others (``<mimic>``): the rules of the URDF, chain by chain."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

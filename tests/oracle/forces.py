@@ -1,7 +1,5 @@
 """Forces at points (wrenches), and springs between two points."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

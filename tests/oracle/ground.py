@@ -7,8 +7,6 @@ does.  Friction and height are those asked for; the other numbers, which urdf2mb
 of the .mbs.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from fnmatch import fnmatchcase
 from typing import Any, NamedTuple

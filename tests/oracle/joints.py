@@ -5,8 +5,6 @@ effort are the URDF's; the numbers that urdf2mbs chooses (stiffness of stops, ga
 the .mbs.
 """
 
-from __future__ import annotations
-
 from fnmatch import fnmatchcase
 from math import inf
 from typing import Any

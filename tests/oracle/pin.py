@@ -1,24 +1,16 @@
 """What Pinocchio says of a URDF, and of an .mbs."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import pytest
 from lxml import etree
 
-from oracle.generated import Sensor, error
-from oracle.multibody import Inertia, rotation, symmetric
-from oracle.urdf import FLOATING_BASE, GRAVITY, coordinate_names, motions_of
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from oracle.generated import Data, PythonEquations
-    from oracle.multibody import Array
-    from oracle.urdf import Urdf
-    from urdf2mbs.mbs.model import Mbs
+from oracle.generated import Data, PythonEquations, Sensor, error
+from oracle.multibody import Array, Inertia, rotation, symmetric
+from oracle.urdf import FLOATING_BASE, GRAVITY, Urdf, coordinate_names, motions_of
+from urdf2mbs.mbs.model import Mbs
 
 pin = pytest.importorskip("pinocchio", reason="Pinocchio is not installed")
 

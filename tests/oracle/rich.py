@@ -1,7 +1,5 @@
 """A robot that has all that a project's code does, and its project."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -4,8 +4,6 @@ At rest the specific force points up: it is the acceleration without gravity.  A
 sensor reads what the side of the base does to its link, at the link's origin and in its axes.
 """
 
-from __future__ import annotations
-
 import sys
 from fnmatch import fnmatchcase
 

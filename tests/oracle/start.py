@@ -1,7 +1,5 @@
 """The start: positions that were asked for, limits, rules of followers, and feet on the ground."""
 
-from __future__ import annotations
-
 from fnmatch import fnmatchcase
 from math import inf
 

@@ -1,7 +1,5 @@
 """The oracle can fail: it is held against Pinocchio, finite differences, and broken files."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

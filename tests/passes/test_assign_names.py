@@ -1,7 +1,5 @@
 """Assign names: identifiers, and where each link's frame is."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from proving import SOLID, joint, link, robot

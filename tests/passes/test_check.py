@@ -1,7 +1,5 @@
 """Check: a file that is another robot does not take the place of a good one."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any

@@ -1,7 +1,5 @@
 """Collect anchors: where bodies are attached, and where the frames of other links are."""
 
-from __future__ import annotations
-
 import pytest
 
 from presets import PRESETS

@@ -1,7 +1,5 @@
 """Colours and files of the visuals; test_random_robots.py proves their sizes and poses."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """Decompose joints: URDF joints as chains of .mbs joints, each by the method's rules."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from msgspec.structs import replace

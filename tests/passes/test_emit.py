@@ -1,7 +1,5 @@
 """Emit: the file itself: order, names, frames, view, and what .mbs has no place for."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

@@ -1,7 +1,5 @@
 """Expand: the robot as its file states it, xacro expanded, what was found told."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from proving import SOLID, joint, link, robot

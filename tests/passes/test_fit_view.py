@@ -1,7 +1,5 @@
 """Fit view: a camera that sees the whole robot."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

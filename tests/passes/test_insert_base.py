@@ -1,7 +1,5 @@
 """Insert base: a root without inertia, and the six degrees of freedom of a floating robot."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import pytest

@@ -1,7 +1,5 @@
 """Joint parameters: numbers of the URDF, and of soft stops; the oracle proves the laws."""
 
-from __future__ import annotations
-
 from proving import codes, models
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.testing import TINY, convert_text

@@ -1,7 +1,5 @@
 """Layout: the option `style`, and the style that the report names."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """What is left out is told as values, once for each cause, in plain words."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

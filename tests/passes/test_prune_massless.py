@@ -1,7 +1,5 @@
 """Prune massless: which links become bodies, and where the frames of the others go."""
 
-from __future__ import annotations
-
 import pytest
 
 from proving import BOX, SOLID, joint, link, prove, robot

@@ -1,7 +1,5 @@
 """Reframe inertia: mass, centre, and the inertia about it in body axes."""
 
-from __future__ import annotations
-
 import pytest
 
 from presets import PRESETS

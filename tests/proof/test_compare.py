@@ -1,7 +1,5 @@
 """What is compared, one rule at a time: a model is spoilt in one place, and is found out."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 from typing import Any

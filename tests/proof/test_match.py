@@ -1,7 +1,5 @@
 """Which .mbs joints and frames are a URDF's, by their names."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """The proof cannot be fooled: by what is no number, by a pass, by stale knowledge, by words."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from math import inf, nan

@@ -1,8 +1,6 @@
 """What `verify` says in words of an .mbs in which something was planted: the same; the same, but
 for; not compared; NOT the same."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from pathlib import Path

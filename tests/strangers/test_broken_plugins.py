@@ -1,8 +1,6 @@
 """Whatever is wrong with a plugin: one message that names it, exit code 2 (1 if it failed on a
 robot), no traceback."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from typing import Any

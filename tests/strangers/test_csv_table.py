@@ -1,7 +1,5 @@
 """samples/csv_table.py: another format is one small pass, and is checked as the .mbs is."""
 
-from __future__ import annotations
-
 import csv
 from pathlib import Path
 from typing import Any

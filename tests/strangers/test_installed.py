@@ -1,7 +1,5 @@
 """A plugin of an installed package: found, named, left out, and never in the way."""
 
-from __future__ import annotations
-
 import shutil
 import sys
 from importlib import metadata

@@ -1,7 +1,5 @@
 """samples/rename_links.py, used as a lab would: named by a config, from outside the package."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

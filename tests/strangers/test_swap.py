@@ -1,8 +1,6 @@
 """Every built-in pass but check can be replaced by a plugin that gives the same thing; only if
 asked to."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """What differs between two states of a robot: each value, by its kind and name."""
 
-from __future__ import annotations
-
 from copy import deepcopy
 from typing import Any
 

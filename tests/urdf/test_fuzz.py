@@ -1,7 +1,5 @@
 """Whatever is in the file: a robot or one error, never anything else."""
 
-from __future__ import annotations
-
 import random
 import re
 from pathlib import Path

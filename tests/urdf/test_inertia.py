@@ -1,7 +1,5 @@
 """Inertias that no body can have: found, and moved to the nearest that one can."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

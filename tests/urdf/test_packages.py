@@ -1,7 +1,5 @@
 """Where packages are looked for, in which order, and what is said when they are not there."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

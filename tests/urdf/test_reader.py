@@ -1,7 +1,5 @@
 """Plain URDF: what is refused and how it is said, what is permitted, what is kept."""
 
-from __future__ import annotations
-
 import re
 from itertools import pairwise
 from pathlib import Path

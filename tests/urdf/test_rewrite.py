@@ -1,7 +1,5 @@
 """Ball joints and joints of one name, in the words of URDF: every reader sees the same robot."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """docs/architecture.md and the READMEs of plugins name all that there is; nothing is long."""
 
-from __future__ import annotations
-
 import ast
 import re
 from importlib import import_module

@@ -1,7 +1,5 @@
 """Files that once broke a command, and the good ones that ``fuzz.py`` starts from."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

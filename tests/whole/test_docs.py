@@ -1,7 +1,5 @@
 """The documentation is true: its code runs, its tables are complete, nothing in it is stale."""
 
-from __future__ import annotations
-
 import ast
 import importlib.util
 import inspect

@@ -1,7 +1,5 @@
 """A draft of MBSysPad: an end of a cut is not placed yet.  What does not need it still works."""
 
-from __future__ import annotations
-
 import pytest
 
 from mbs.models import everything

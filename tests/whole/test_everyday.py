@@ -1,7 +1,5 @@
 """The command line day by day: help, flags, doctor, completion, streams, colours, next steps."""
 
-from __future__ import annotations
-
 import io
 import json
 import re

@@ -1,19 +1,15 @@
 """Robots with an oddity each: what converts, what is refused, and what is said of it."""
 
-from __future__ import annotations
-
+from collections.abc import Callable
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
 
 from conftest import SHARED
 from urdf2mbs.cli import main
 from urdf2mbs.mbs.reader import read
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 #: Exit code, code of the error or warning (None: no warning), and a word of its message; by the
 #: number of the file in ../shared/odd-robots.

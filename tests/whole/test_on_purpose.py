@@ -1,7 +1,5 @@
 """`verify` of what was changed on purpose, and of a model that people drew."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from typing import Any

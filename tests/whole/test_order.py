@@ -1,7 +1,5 @@
 """All passes of ours say what they change, and stand in one order."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -5,10 +5,9 @@ every link; mass, centre and inertia of every rigid group; total mass; mass matr
 inverse dynamics.
 """
 
-from __future__ import annotations
-
+from collections.abc import Callable
 from functools import cache
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import pytest
 
@@ -17,10 +16,6 @@ from oracle.mbs import Evaluator
 from oracle.urdf import Urdf
 from robots import BROKEN, CONVERTIBLE, RealRobot
 from urdf2mbs.messages.diagnostics import ConversionError
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
 
 #: 1e-10 is promised; what is found is 100 times less than this.
 TOLERANCE = 1e-12

@@ -1,8 +1,6 @@
 """Random robots stay the same robots: all joint types, any axis, any angle, any names."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -13,9 +11,6 @@ from oracle.urdf import Urdf
 from proving import SOLID, joint, link, robot
 from strategies import robots, snapped
 from urdf2mbs import convert
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 #: The same examples each time, so that what is red in one place is red everywhere.
 reproducible = settings(

@@ -1,17 +1,11 @@
 """The diagram of each real robot: nothing overlaps, wires are short."""
 
-from __future__ import annotations
-
 from statistics import median
-from typing import TYPE_CHECKING
 
 import pytest
 
 from diagram.faults import boxes, faults, wires
-from robots import CONVERTIBLE
-
-if TYPE_CHECKING:
-    from robots import RealRobot
+from robots import CONVERTIBLE, RealRobot
 
 
 @pytest.mark.parametrize("robot", CONVERTIBLE)

@@ -4,8 +4,6 @@ A change is on purpose, or it is a fault.  If it is on purpose, write the texts 
 difference:  python tests/whole/test_said.py
 """
 
-from __future__ import annotations
-
 import json
 import sys
 from collections.abc import Iterator

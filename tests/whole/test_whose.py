@@ -1,7 +1,5 @@
 """Every command replaces only what urdf2mbs has written, and nobody has changed since."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """Wrong command lines and configs: exit code, the code of the error, and nothing is written."""
 
-from __future__ import annotations
-
 import re
 import shlex
 from pathlib import Path

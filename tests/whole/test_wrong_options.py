@@ -1,7 +1,5 @@
 """A wrong option of a pass is an error with its code; test_ranges.py has the ranges of numbers."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

@@ -3,8 +3,6 @@
 None of them is "the same robot" without a word.
 """
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

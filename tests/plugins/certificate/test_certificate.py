@@ -1,7 +1,5 @@
 """The replay of certificates: it says "the same robot" of the same robot, and of no other."""
 
-from __future__ import annotations
-
 import ast
 import json
 import re

@@ -1,7 +1,5 @@
 """`lint`, and `verify --ci`: what a CI of somebody else reads, as lines, JSON and SARIF."""
 
-from __future__ import annotations
-
 import json
 import os
 import re

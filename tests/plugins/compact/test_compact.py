@@ -1,9 +1,7 @@
 """The preset ``compact``: the same robot, to rounding, with far fewer joints."""
 
-from __future__ import annotations
-
 import re
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, Phase, given, settings
@@ -14,9 +12,6 @@ from proving import SOLID, assert_same, driven, joint, link, prove, robot
 from robots import CONVERTIBLE, RealRobot
 from strategies import LINK_NAMES, robots, snapped
 from urdf2mbs.testing import convert_text
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 reproducible = settings(
     max_examples=120,

@@ -1,7 +1,5 @@
 """Random edits of an .mbs, as people make them in MBSysPad, and random changes of a URDF."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Iterable
 from copy import deepcopy

@@ -1,7 +1,5 @@
 """What differs between two models: each edit is found, under its name, and nothing else."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from copy import deepcopy
 from pathlib import Path

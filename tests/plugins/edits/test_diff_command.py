@@ -1,7 +1,5 @@
 """What the command `diff` prints, and its exit codes."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

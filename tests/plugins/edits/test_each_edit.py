@@ -1,7 +1,5 @@
 """The three-way merge, edit by edit: which values the file has then, and what is said."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

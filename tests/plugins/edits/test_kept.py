@@ -1,7 +1,5 @@
 """What the model does not know of a file is kept as it stands, and so is what was not changed."""
 
-from __future__ import annotations
-
 import pickle
 import re
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """The laws of the merge, on any models: one side alone wins, edits of both add up, none is lost."""
 
-from __future__ import annotations
-
 from random import Random
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The three-way merge: every edit is kept or named, and the plan is what happens."""
 
-from __future__ import annotations
-
 from functools import cache
 from pathlib import Path
 from random import Random

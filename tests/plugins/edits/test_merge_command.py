@@ -1,7 +1,5 @@
 """`merge`: three versions of a file become one, in the real histories and as git calls it."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from pathlib import Path

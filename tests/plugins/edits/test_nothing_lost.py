@@ -1,7 +1,5 @@
 """No edit is lost, and nothing is a conflict where only one side changed something."""
 
-from __future__ import annotations
-
 import re
 from itertools import combinations
 from pathlib import Path

@@ -1,11 +1,9 @@
 """``load_equations`` and derivatives beside pinocchio, in C and Python; other kinds of numbers."""
 
-from __future__ import annotations
-
 import cmath
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
@@ -18,11 +16,8 @@ from oracle.pin import Truth, pin
 from plugins.equations.test_loops import slow, trees, written
 from robots import CONVERTIBLE
 from urdf2mbs import Robot, load_equations
-from urdf2mbs.mbs.model import BASE
+from urdf2mbs.mbs.model import BASE, Mbs
 from urdf2mbs.mbs.reader import read
-
-if TYPE_CHECKING:
-    from urdf2mbs.mbs.model import Mbs
 
 CONFIGS = Path(__file__).resolve().parents[3] / "configs"
 TOLERANCE = 1e-10

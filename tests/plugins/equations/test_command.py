@@ -1,11 +1,10 @@
 """The command and the pass, as a user meets them."""
 
-from __future__ import annotations
-
 import json
 import shutil
 import subprocess
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -19,9 +18,6 @@ from urdf2mbs_equations.files import generate
 from urdf2mbs_equations.routine import Refused
 from urdf2mbs_equations.standalone import headers
 from urdf2mbs_simulate.data import MbsData
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 
 @pytest.fixture

@@ -1,10 +1,7 @@
 """The equations of motion against pinocchio, in Python and C, with and without constants."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -14,14 +11,11 @@ from oracle.generated import CEquations, PythonEquations, error, random_state
 from oracle.pin import TOLERANCE, Truth
 from robots import CONVERTIBLE, RealRobot
 from urdf2mbs import convert
-from urdf2mbs.mbs.model import Connection, Sensor
+from urdf2mbs.mbs.model import Connection, Mbs, Sensor
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.testing import TINY, convert_text
 from urdf2mbs_equations.files import generate
 from urdf2mbs_equations.python import PythonWriter
-
-if TYPE_CHECKING:
-    from urdf2mbs.mbs.model import Mbs
 
 CONFIGS = Path(__file__).resolve().parents[3] / "configs"
 WALKMAN = SHARED / "mbs-samples" / "walkman_robotran.mbs"

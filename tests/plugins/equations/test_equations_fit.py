@@ -1,7 +1,5 @@
 """The checksum of what equations rely on: it changes when they do, and not by an edit beside."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from typing import Any

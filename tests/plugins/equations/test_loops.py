@@ -1,7 +1,5 @@
 """Random trees with loops and forces: constraints, links and external forces, and energy."""
 
-from __future__ import annotations
-
 import tempfile
 from pathlib import Path
 from typing import Any

@@ -1,14 +1,13 @@
 """The equations in MATLAB, run by GNU Octave, beside those in Python."""
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from conftest import SHARED
 from oracle.generated import TABLES, Data, PythonEquations, error, random_state
@@ -17,9 +16,6 @@ from urdf2mbs.mbs.reader import read
 from urdf2mbs.testing import convert_text
 from urdf2mbs_equations.constraints import count_equations
 from urdf2mbs_equations.files import generate
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 CONFIGS = Path(__file__).resolve().parents[3] / "configs"
 needs_octave = pytest.mark.skipif(

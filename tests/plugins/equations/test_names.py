@@ -1,8 +1,6 @@
 """Names in models that were drawn by hand: whatever they are, the files are the same code."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,9 +10,6 @@ from urdf2mbs.cli import main
 from urdf2mbs.mbs.model import Body, Connection, Joint, Mbs, Point, Sensor
 from urdf2mbs.mbs.writer import write
 from urdf2mbs_equations.files import Equations, generate
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 HOSTILE = {
     "C keyword": ("double", "return", "int", "static"),

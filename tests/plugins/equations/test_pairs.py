@@ -1,7 +1,5 @@
 """Mirrored limbs, which C computes together."""
 
-from __future__ import annotations
-
 import tempfile
 from pathlib import Path
 

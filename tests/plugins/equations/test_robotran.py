@@ -1,7 +1,5 @@
 """Beside Robotran's own equations, and what follows from that: rows, signs, messages."""
 
-from __future__ import annotations
-
 import ctypes
 import importlib.util
 import json

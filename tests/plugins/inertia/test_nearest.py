@@ -1,7 +1,5 @@
 """An inertia that no body can have is moved to the nearest that one can."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

@@ -1,7 +1,5 @@
 """Many robots at once: the same bytes as one by one, none lost, none doubled."""
 
-from __future__ import annotations
-
 import json
 import re
 import shutil

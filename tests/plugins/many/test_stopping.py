@@ -1,7 +1,5 @@
 """A sweep that is stopped: robots that were done are whole, and no process stays."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import signal

@@ -1,7 +1,5 @@
 """The robots that a sweep stands for."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

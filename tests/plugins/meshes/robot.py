@@ -1,7 +1,5 @@
 """A conversion of a robot that is nothing but mesh visuals, up to and with convert-meshes."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from urdf2mbs.config.model import Config

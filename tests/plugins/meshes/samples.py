@@ -3,8 +3,6 @@
 After its unit, up axis and node transforms each is the box from LOW to HIGH, faces outward.
 """
 
-from __future__ import annotations
-
 import io
 import json
 import struct

@@ -1,7 +1,5 @@
 """Every format, read and written, gives the same box with the colours that the file states."""
 
-from __future__ import annotations
-
 import io
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Coordinates are as short as a float32 can be."""
 
-from __future__ import annotations
-
 import numpy as np
 from hypothesis import example, given
 from hypothesis import strategies as st

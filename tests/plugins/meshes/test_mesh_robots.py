@@ -3,8 +3,6 @@
 The source is read a second time by Assimp, so that neither trimesh nor pycollada is on both sides.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Binary STL: the bytes are read as they lie, in little memory, and without trimesh."""
 
-from __future__ import annotations
-
 import sys
 import tracemalloc
 from pathlib import Path

@@ -1,7 +1,5 @@
 """VRML97: what the reader makes of a file, of a broken one, and of one that we wrote."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,8 +1,6 @@
 """A reader of VRML97 that shares nothing with the writer: enough of the grammar (ISO/IEC
 14772-1, annex A) for nodes with fields, and IndexedFaceSets made into triangles."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass, field
 from typing import Any

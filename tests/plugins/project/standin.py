@@ -4,8 +4,6 @@ Arrays count from 1: index 0 raises.  The arrays that are memory of Robotran's C
 rebound.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path

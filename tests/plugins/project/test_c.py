@@ -1,7 +1,5 @@
 """The generated C: compiled with all warnings as errors, and the same as Python and the laws."""
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 from pathlib import Path

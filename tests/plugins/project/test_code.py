@@ -1,7 +1,5 @@
 """The code of a project does what the URDF and the options of the passes say."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """The Robotran project folder: what is written, and what is never touched."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

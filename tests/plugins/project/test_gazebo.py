@@ -1,7 +1,5 @@
 """Sensors and joints inside <gazebo> stand where SDF says, or are left out with their line."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """`init`: the config it writes for any robot says what was found, and runs as it is."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from typing import Any

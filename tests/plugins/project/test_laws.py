@@ -1,7 +1,5 @@
 """The force laws that plugins put into the code of a project."""
 
-from __future__ import annotations
-
 import runpy
 from pathlib import Path
 from types import SimpleNamespace

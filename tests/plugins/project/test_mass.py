@@ -1,7 +1,5 @@
 """The mass matrix and the velocities of an .mbs, against Pinocchio's."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

@@ -1,7 +1,5 @@
 """The memory of a model, in Python and C."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

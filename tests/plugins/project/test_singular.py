@@ -1,7 +1,5 @@
 """Singular mass matrices, against the rank of Pinocchio's."""
 
-from __future__ import annotations
-
 from math import pi
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Where a robot stands: what its feet are, and that bent knees bring the feet under the hips."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The tables of names and numbers in generated code, without a compiler."""
 
-from __future__ import annotations
-
 import re
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The robots whose reports are tested, and a robot whose names want to break out."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The SVG diagram: all that the file has is in it, where the file says."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The page of an .mbs alone: its own shapes, its own meshes, nothing of a URDF."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The report as a file: self-contained, honest, safe with any name, the same every time."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What the 3D view is given: .wrl files read back, meshes packed, both sides as they state it."""
 
-from __future__ import annotations
-
 import base64
 import gzip
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What is here, and completion of commands in a shell."""
 
-from __future__ import annotations
-
 import json
 import re
 import shlex

@@ -1,7 +1,5 @@
 """`--dump` tells what each pass did."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

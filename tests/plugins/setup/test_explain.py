@@ -1,7 +1,5 @@
 """`explain`: what a config means, and what passes there are."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

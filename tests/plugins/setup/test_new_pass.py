@@ -1,7 +1,5 @@
 """What `new-pass` writes is typed, and runs as it is."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from pathlib import Path

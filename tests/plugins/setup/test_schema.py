@@ -1,7 +1,5 @@
 """The schema of a config knows what the reader of a config knows."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

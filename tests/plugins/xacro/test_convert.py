@@ -1,7 +1,5 @@
 """xacro through the passes and commands: arguments, packages, levels, names of files."""
 
-from __future__ import annotations
-
 import os
 import random
 import re

@@ -1,7 +1,5 @@
 """Robots by name: found in the cache of robot_descriptions, and told plainly where they are not."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

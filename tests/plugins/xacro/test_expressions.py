@@ -1,7 +1,5 @@
 """Expressions of xacro are data: what robots use has its value, all else is an error at once."""
 
-from __future__ import annotations
-
 import os
 import sys
 import threading

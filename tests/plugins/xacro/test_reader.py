@@ -1,7 +1,5 @@
 """What the reader says of a robot that xacro has expanded."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """Every entry of the collection of real robots: read, and compared with xacro's own text."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """xacro without ROS: what it can do, how it fails, and that it leaves nothing behind."""
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """The certificate beside an .mbs: what stands in it, where there is one, and when it goes."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

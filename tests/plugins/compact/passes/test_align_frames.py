@@ -1,22 +1,16 @@
 """Align frames: the fewest joints for given directions, and the same robot."""
 
-from __future__ import annotations
-
 from itertools import pairwise, product
 from math import radians
 from random import Random
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 
-from oracle.multibody import rotation
+from oracle.multibody import Array, rotation
 from oracle.urdf import Urdf
 from proving import SOLID, chains, driven, joint, link, prove, robot
 from urdf2mbs.testing import convert_text
-
-if TYPE_CHECKING:
-    from oracle.multibody import Array
 
 
 def arm(*axes: str, rpy: str = "0 0 0") -> str:

@@ -1,17 +1,12 @@
 """Lump fixed: what moves as one is one body, and every frame stays known."""
 
-from __future__ import annotations
-
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import pytest
 
 from oracle.mbs import Evaluator
 from proving import BOX, SOLID, chains, joint, link, prove, robot
-
-if TYPE_CHECKING:
-    from urdf2mbs import Result
+from urdf2mbs import Result
 
 TURNED = {"xyz": "0.1 0.2 0.3", "rpy": "0.1 0.2 0.3"}
 

@@ -1,7 +1,5 @@
 """Merge massless: joint chains in one body, wherever what lies between can be moved away."""
 
-from __future__ import annotations
-
 import pytest
 
 from proving import BOX, SOLID, chains, joint, link, prove, robot

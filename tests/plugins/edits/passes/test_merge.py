@@ -1,7 +1,5 @@
 """Convert again, from the command line: what is written, kept, planned and refused."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from random import Random

@@ -1,16 +1,15 @@
 """Estimate inertia: closed forms, meshes, and nothing in silence."""
 
-from __future__ import annotations
-
 import struct
 from itertools import product
 from math import pi, sqrt
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
-from oracle.multibody import Inertia, lump, rotation, translation
+from oracle.multibody import Array, Inertia, lump, rotation, translation
 from proving import SOLID, joint, link, robot
 from urdf.test_inertia import robot as two_links
 from urdf2mbs import Result, convert
@@ -18,11 +17,6 @@ from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.spatial import Sym
 from urdf2mbs.states import Estimates
 from urdf2mbs.testing import assert_same_robot, convert_text
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from oracle.multibody import Array
 
 
 def shape(tag: str, geometry: str, origin: str = "") -> str:

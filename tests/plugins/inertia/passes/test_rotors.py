@@ -1,7 +1,5 @@
 """Rotors: the inertia that joints feel behind their gears is Pinocchio's armature."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Snap: what is nearly a multiple of 45 degrees is this multiple, and how far this moves tips."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

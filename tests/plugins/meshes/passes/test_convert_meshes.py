@@ -1,7 +1,5 @@
 """The pass: which files there are, what the shapes say, what is told, what is left alone."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Actuators: the joints that a motor moves."""
 
-from __future__ import annotations
-
 from urdf2mbs.testing import TINY, convert_text
 
 

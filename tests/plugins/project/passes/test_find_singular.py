@@ -1,18 +1,13 @@
 """What is said of models that cannot be solved, and which base ``auto`` takes."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
 
 from conftest import SHARED
 from proving import SOLID, joint, link, robot
-from urdf2mbs import convert
+from urdf2mbs import Result, convert
 from urdf2mbs.testing import convert_text
-
-if TYPE_CHECKING:
-    from urdf2mbs import Result
 
 ODD = SHARED / "odd-robots" / "17_massless_root_floats.urdf"
 POINT = '<inertial><origin xyz="0 0 0.2"/><mass value="2"/></inertial>'

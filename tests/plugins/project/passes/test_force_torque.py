@@ -1,7 +1,5 @@
 """Force-torque: sensors at fixed joints weigh what hangs on them."""
 
-from __future__ import annotations
-
 from proving import SOLID, joint, link, robot
 from urdf2mbs.testing import convert_text
 from urdf2mbs_project.simulation import Simulation

@@ -1,7 +1,5 @@
 """Forces: where external forces and springs are; the oracle proves what they do."""
 
-from __future__ import annotations
-
 import pytest
 
 from proving import models

@@ -1,7 +1,5 @@
 """Joint laws: what the user models of joints need besides the URDF's numbers."""
 
-from __future__ import annotations
-
 from math import pi, sqrt
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Loops: cuts, where they end, and which joints they make dependent."""
 
-from __future__ import annotations
-
 from math import dist, pi
 from pathlib import Path
 from typing import Any

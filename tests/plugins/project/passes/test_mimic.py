@@ -1,7 +1,5 @@
 """Joints that follow others: the generated constraints, on a stand-in for Robotran's data."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Posture: the position that a simulation starts from."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Who owns which file of a project, and the main script as a user would start it."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """Sensors: where they are, and how they are called; the oracle proves what they read."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """The time step, the gains of hold, and the start within limits."""
 
-from __future__ import annotations
-
 import shutil
 from math import pi, sqrt
 from pathlib import Path
