@@ -6,14 +6,22 @@ import signal
 from pathlib import Path
 
 import pytest
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
 
 import without  # noqa: F401  hides plugins
 from urdf2mbs.testing import TINY
 
 # How long an example takes depends on the machine, and on what else it does.
-settings.register_profile("no-deadline", deadline=None)
+settings.register_profile(
+    "no-deadline",
+    deadline=None,
+    suppress_health_check=[
+        HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.filter_too_much,
+    ],
+)  # fmt: skip
 settings.load_profile("no-deadline")
+#: The same examples each time, so that what is red in one place is red everywhere.
+reproducible = settings(derandomize=True, database=None)
 
 # Threads of BLAS wait for one another longer than they compute: matrices here are small.  It counts
 # for the processes that tests start, too, and before numpy is imported.

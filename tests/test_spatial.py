@@ -7,12 +7,13 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from conftest import reproducible
 from urdf2mbs import spatial
 from urdf2mbs.spatial import IDENTITY, ZERO, Pose, direction, lump, unit
 
 pin = pytest.importorskip("pinocchio", reason="Pinocchio is not installed")
 
-reproducible = settings(max_examples=200, derandomize=True, deadline=None, database=None)
+many = settings(reproducible, max_examples=200)
 
 #: What the exact result may be off by: a few roundings of numbers up to 1.
 EXACT = 1e-15
@@ -51,7 +52,7 @@ def near(a, b, tolerance):
     np.testing.assert_allclose(np.array(a, dtype=float), b, rtol=0, atol=tolerance)
 
 
-@reproducible
+@many
 @given(triples)
 @example(ZERO)
 def test_from_rpy_is_pinocchio_s(rpy):
@@ -65,14 +66,14 @@ def test_no_turn_is_exactly_the_identity():
     assert spatial.from_turns(()) == IDENTITY
 
 
-@reproducible
+@many
 @given(st.sampled_from((1, 2, 3)), angles)
 def test_from_turn_turns_about_its_axis(k, angle):
     wanted = pin.AngleAxis(angle, np.eye(3)[k - 1]).toRotationMatrix()
     near(square(spatial.from_turn((k, angle))), wanted, EXACT)
 
 
-@reproducible
+@many
 @given(triples)
 def test_turns_about_current_axes_are_the_rpy(rpy):
     turns = spatial.rpy_turns(rpy)
@@ -81,7 +82,7 @@ def test_turns_about_current_axes_are_the_rpy(rpy):
     near(spatial.from_turns(turns), spatial.from_rpy(rpy), EXACT)
 
 
-@reproducible
+@many
 @given(triples)
 @example((RIGHT, 0.0, 0.0))
 @example((0.0, RIGHT, 0.0))
@@ -104,7 +105,7 @@ def test_xyz_angles_give_the_same_rotation_everywhere(rpy):
     assert -RIGHT <= angles[1] <= RIGHT
 
 
-@reproducible
+@many
 @given(triples, triples)
 def test_products(a, b):
     a, b = spatial.from_rpy(a), spatial.from_rpy(b)
@@ -112,7 +113,7 @@ def test_products(a, b):
     assert (square(spatial.transpose(a)) == square(a).T).all()
 
 
-@reproducible
+@many
 @given(triples, vectors, vectors)
 def test_vectors(rpy, u, v):
     rot = spatial.from_rpy(rpy)
@@ -120,14 +121,14 @@ def test_vectors(rpy, u, v):
     assert spatial.add(u, v) == tuple(np.add(u, v))
 
 
-@reproducible
+@many
 @given(poses, poses)
 def test_poses(a, b):
     near(homogeneous(spatial.compose(a, b)), homogeneous(a) @ homogeneous(b), 1e-13)
     near(homogeneous(spatial.inverse(a)), np.linalg.inv(homogeneous(a)), 1e-13)
 
 
-@reproducible
+@many
 @given(triples, tensors)
 def test_rotate_inertia(rpy, tensor):
     rot = spatial.from_rpy(rpy)
@@ -147,7 +148,7 @@ def about_the_origin(mass, centre, tensor):
     return inertia
 
 
-@reproducible
+@many
 @given(st.lists(st.tuples(st.floats(0.01, 100), vectors, tensors), min_size=1, max_size=4))
 def test_lumped_parts_have_the_inertia_of_all(parts):
     wanted = sum(about_the_origin(*part) for part in parts)

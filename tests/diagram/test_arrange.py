@@ -10,13 +10,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from conftest import reproducible
 from diagram.faults import boxes, dots, faults
 from diagram.trees import LENGTHS, trees
 from urdf2mbs.diagram import arrange
 from urdf2mbs.mbs.model import Body, Joint, Mbs, Point, Sensor
 from urdf2mbs.spatial import Vec
 
-reproducible = settings(max_examples=80, deadline=None, derandomize=True, database=None)
+eighty = settings(reproducible, max_examples=80)
 
 
 def grow(
@@ -70,7 +71,7 @@ def robots(draw: st.DrawFn) -> Mbs:
     return mbs
 
 
-@reproducible
+@eighty
 @given(trees(), st.sampled_from(("robot", "tree")))
 def test_no_fault_in_random_trees(mbs: Mbs, style: str) -> None:
     arrange(mbs, style)
@@ -78,7 +79,7 @@ def test_no_fault_in_random_trees(mbs: Mbs, style: str) -> None:
 
 
 @pytest.mark.slow
-@reproducible
+@eighty
 @given(robots())
 def test_no_fault_in_random_robots(mbs: Mbs) -> None:
     arrange(mbs)

@@ -6,6 +6,7 @@ from typing import Any
 from hypothesis import settings
 from hypothesis import strategies as st
 
+from conftest import reproducible
 from urdf2mbs.mbs.model import (
     Base,
     Body,
@@ -112,7 +113,7 @@ def everything() -> Mbs:
 
 
 #: The same examples every time, however slow the machine.
-few = settings(max_examples=40, deadline=None, derandomize=True, database=None)
+few = settings(reproducible, max_examples=40)
 
 numbers = st.floats(allow_nan=False, allow_infinity=False).map(lambda value: value + 0.0)
 vectors = st.tuples(numbers, numbers, numbers)

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from conftest import reproducible
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.urdf.reader import parse
 
@@ -37,7 +38,7 @@ WORDS = [
     b"<!DOCTYPE robot [<!ENTITY a 'b'>]>",
 ]
 
-few = settings(max_examples=150, deadline=None, derandomize=True)
+few = settings(reproducible, max_examples=150)
 
 
 def check(data: bytes) -> None:

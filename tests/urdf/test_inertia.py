@@ -4,9 +4,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
+from conftest import reproducible
 from presets import PRESETS
 from urdf2mbs.spatial import Sym
 from urdf2mbs.testing import assert_same_robot, convert_text
@@ -26,7 +27,7 @@ def second_moment(tensor: Sym) -> Any:
     return np.eye(3) * np.trace(full) / 2 - full
 
 
-@settings(deadline=None, database=None, derandomize=True)
+@reproducible
 @given(tensors)
 def test_principal_moments(tensor: Sym) -> None:
     values, axes = principal(tensor)
@@ -37,7 +38,7 @@ def test_principal_moments(tensor: Sym) -> None:
     assert np.abs(np.linalg.eigvalsh(matrix(tensor)) - moments(tensor)).max() <= 1e-14 * size
 
 
-@settings(deadline=None, database=None, derandomize=True)
+@reproducible
 @given(tensors)
 def test_a_fault_is_a_negative_second_moment(tensor: Sym) -> None:
     least = np.linalg.eigvalsh(second_moment(tensor)).min()

@@ -3,23 +3,16 @@
 from pathlib import Path
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from conftest import reproducible
 from oracle.compare import beside_its_urdf, lost_shapes, structure_faults
 from oracle.urdf import Urdf
 from proving import SOLID, joint, link, robot
 from strategies import robots, snapped
 from urdf2mbs import convert
 
-#: The same examples each time, so that what is red in one place is red everywhere.
-reproducible = settings(
-    max_examples=250,
-    derandomize=True,
-    deadline=None,
-    database=None,
-    suppress_health_check=list(HealthCheck),
-)
 TOLERANCE = 1e-11
 KEEP_ALL = {"prune-massless": {"keep": ["*"]}}
 
@@ -46,7 +39,7 @@ def check(file: Path, text: str | bytes, base: str, keep: bool, snapped: float =
 
 
 @pytest.mark.slow
-@reproducible
+@settings(reproducible, max_examples=250)
 @given(robots(), st.sampled_from(("auto", "floating", "fixed")), st.booleans())
 def test_any_robot_is_the_same_robot(file: Path, text: bytes, base: str, keep: bool) -> None:
     """By the preset faithful; tests/passes/test_compact.py has the other."""

@@ -4,23 +4,16 @@ import re
 from pathlib import Path
 
 import pytest
-from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from conftest import reproducible
 from oracle.urdf import Urdf
 from proving import SOLID, assert_same, driven, joint, link, prove, robot
 from robots import CONVERTIBLE, RealRobot
 from strategies import LINK_NAMES, robots, snapped
 from urdf2mbs.testing import convert_text
 
-reproducible = settings(
-    max_examples=120,
-    derandomize=True,
-    deadline=None,
-    database=None,
-    phases=(Phase.explicit, Phase.generate),
-    suppress_health_check=list(HealthCheck),
-)
 KEEP_ALL = {"prune-massless": {"keep": ["*"]}}
 ROBOTS = {param.id: param.values[0] for param in CONVERTIBLE}
 
@@ -89,7 +82,7 @@ def test_a_tolerance_takes_more_for_aligned_and_says_so(
 
 
 @pytest.mark.slow
-@reproducible
+@settings(reproducible, max_examples=120)
 @given(
     robots(most=9),
     st.sampled_from(("auto", "floating", "fixed")),

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from conftest import SHARED
 from oracle.generated import Data, error, random_state
 from oracle.pin import Truth, pin
-from plugins.equations.test_loops import slow, trees, written
+from plugins.equations.test_loops import few, trees, written
 from robots import CONVERTIBLE
 from urdf2mbs import Robot, load_equations
 from urdf2mbs.mbs.model import BASE, Mbs
@@ -97,7 +97,7 @@ class Complex:
     sin, cos, sqrt = staticmethod(cmath.sin), staticmethod(cmath.cos), staticmethod(cmath.sqrt)
 
 
-@slow
+@few
 @given(trees(), st.booleans(), st.integers(0, 9))
 def test_random_trees(mbs: Mbs, fold: bool, seed: int) -> None:
     """All kinds of joints, driven ones too, with forces on the bodies."""

@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from conftest import reproducible
 from oracle.generated import CEquations, Data, PythonEquations, error, random_state
 from oracle.generated import Sensor as Measured
 from oracle.pin import TOLERANCE, Truth, pin
@@ -61,13 +62,7 @@ def written(mbs: Mbs, *, c: bool = False, **options: Any) -> PythonEquations:
         return (CEquations if c else PythonEquations)(made, mbs, Path(folder))
 
 
-slow = settings(
-    max_examples=10,
-    deadline=None,
-    suppress_health_check=[HealthCheck.too_slow],
-    derandomize=True,
-    phases=[Phase.generate],
-)
+few = settings(reproducible, max_examples=10)
 
 
 def filled(eq: PythonEquations, name: str, s: Data, *sizes: int) -> Array:
@@ -77,7 +72,7 @@ def filled(eq: PythonEquations, name: str, s: Data, *sizes: int) -> Array:
     return np.concatenate([array[1:] for array in arrays])
 
 
-@slow
+@few
 @given(trees(), st.booleans(), st.integers(0, 9))
 def test_random_trees(mbs: Mbs, fold: bool, seed: int) -> None:
     eq, truth = written(mbs, fold=fold, energy=True), Truth(mbs)
@@ -144,7 +139,7 @@ def rows(truth: Truth, s: Data) -> tuple[Array, Array]:
     return np.concatenate(values), np.concatenate(jacobians)
 
 
-@slow
+@few
 @given(trees(), st.data())
 def test_constraints(mbs: Mbs, data: st.DataObject) -> None:
     """Values and Jacobians from their meaning, ``jdqd`` by differentiation; rows are left out
@@ -257,7 +252,7 @@ def check_link_3d(eq: PythonEquations, truth: Truth, s: Data, told: Told) -> Non
     check_loads(s, wrenches, truth)
 
 
-@settings(slow, max_examples=6)
+@settings(reproducible, max_examples=6)
 @given(trees(3), st.data())
 def test_links_and_external_forces(mbs: Mbs, data: st.DataObject) -> None:
     """In Python, and the first time also in C."""

@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from conftest import reproducible
 from oracle.generated import CEquations, random_state
 from oracle.pin import Truth
 from plugins.equations.test_dynamics import real
-from plugins.equations.test_loops import slow
 from urdf2mbs.mbs.model import Base, Body, Joint, Mbs, Point
 from urdf2mbs_equations.files import generate
 from urdf2mbs_equations.graph import Expr, Graph, Op
@@ -60,7 +60,7 @@ def limbs(draw: st.DrawFn) -> Mbs:
     return mbs
 
 
-@settings(slow, max_examples=8)
+@settings(reproducible, max_examples=8)
 @given(limbs(), st.booleans(), st.integers(0, 9))
 def test_random_limbs(mbs: Mbs, fold: bool, seed: int) -> None:
     made = generate(mbs, b"<mbsDescR7/>", "limbs.mbs", language="c", fold=fold)

@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 
+from conftest import reproducible
 from urdf.test_inertia import matrix, second_moment, tensors
 from urdf2mbs.spatial import Sym
 from urdf2mbs.urdf.inertia import fault
@@ -11,7 +12,7 @@ from urdf2mbs.urdf.model import Inertial, Origin
 from urdf2mbs_inertia.nearest import nearest
 
 
-@settings(deadline=None, database=None, derandomize=True)
+@reproducible
 @given(tensors, tensors)
 def test_the_nearest_is_possible_and_none_is_nearer(tensor: Sym, other: Sym) -> None:
     old = Inertial(1.0, tensor, Origin((1.0, 2.0, 3.0)))

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from oracle.pin import to_pinocchio
@@ -89,7 +89,7 @@ def least(mbs: Mbs) -> tuple[float, float]:
 ZERO_BELOW, ABOVE = 1e-11, 1e-9
 
 
-@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=150)
 @given(trees())
 def test_singular_where_pinocchio_says_so(mbs: Mbs) -> None:
     found = find_singular(mbs)
@@ -136,7 +136,7 @@ def reduced(mbs: Mbs, rules: dict[str, Rule]) -> tuple[float, float]:
     return max(least[1:]), least[0]
 
 
-@settings(max_examples=80, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=80)
 @given(coupled())
 def test_couplings_leave_it_singular_where_pinocchio_says_so(
     case: tuple[Mbs, dict[str, Rule]],
@@ -151,7 +151,7 @@ def test_couplings_leave_it_singular_where_pinocchio_says_so(
         assert singular == (least < ZERO_BELOW), least
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=60)
 @given(coupled(), st.sampled_from((1e-9, 1e9)))
 def test_a_robot_of_any_size_has_the_same_singular_joints(
     case: tuple[Mbs, dict[str, Rule]], length: float
@@ -177,7 +177,7 @@ def scaled(numbers: Any, factor: float) -> Any:
     return tuple(number * factor for number in numbers)
 
 
-@settings(max_examples=80, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=80)
 @given(trees())
 def test_locking_the_joints_that_are_found_makes_it_regular(mbs: Mbs) -> None:
     found = find_singular(mbs)
