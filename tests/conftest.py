@@ -52,6 +52,12 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
+@pytest.fixture
+def tiny(here: Path) -> Path:
+    """The file of the tiny robot in the folder where we are."""
+    return here / "tiny.urdf"
+
+
 @pytest.fixture(scope="session")
 def shared() -> Path:
     """The folder of real robots and .mbs samples beside the checkout."""

@@ -15,12 +15,10 @@ from urdf2mbs.testing import TINY, convert_text
 
 
 @pytest.fixture
-def pair(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def pair(here: Path) -> Path:
     """The folder of tiny.urdf and of its .mbs."""
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "tiny.urdf").write_text(TINY)
-    (tmp_path / "tiny.mbs").write_bytes(convert("tiny.urdf").data)
-    return tmp_path
+    (here / "tiny.mbs").write_bytes(convert("tiny.urdf").data)
+    return here
 
 
 def test_a_keyword_that_no_config_has_is_refused(pair: Path) -> None:

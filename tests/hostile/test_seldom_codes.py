@@ -10,14 +10,7 @@ from typing import Any
 import pytest
 
 from urdf2mbs.config.model import Lines
-from urdf2mbs.testing import TINY
 from urdf2mbs_many.convert import jobs_of
-
-
-@pytest.fixture
-def tiny(tmp_path: Path) -> Path:
-    (tmp_path / "tiny.urdf").write_text(TINY)
-    return tmp_path / "tiny.urdf"
 
 
 def test_a_cluster_whose_workers_cannot_convert(

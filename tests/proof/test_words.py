@@ -8,10 +8,11 @@ from typing import Any
 
 import pytest
 
+from proof.test_compare import own_joint
 from urdf2mbs import convert
 from urdf2mbs.api import verify
 from urdf2mbs.cli import main
-from urdf2mbs.mbs.model import Connection, Joint, Mbs, UserConstraint, UserModel, UserVariable
+from urdf2mbs.mbs.model import Connection, Mbs, UserConstraint, UserModel, UserVariable
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.mbs.writer import write
 from urdf2mbs.messages.diagnostics import ConversionError
@@ -27,14 +28,10 @@ WORLD = TINY.replace(
 )
 
 
-def joint(mbs: Mbs, name: str) -> Joint:
-    return next(joint for body in mbs.bodies for joint in body.joints if joint.name == name)
-
-
 def _natures(nature: str, *names: str) -> Callable[[Mbs], None]:
     def plant(mbs: Mbs) -> None:
         for name in names:
-            joint(mbs, name).nature = nature
+            own_joint(mbs, name).nature = nature
 
     return plant
 
@@ -49,7 +46,7 @@ def _cut(kind: str, nature: str = "independent", *names: str) -> Callable[[Mbs],
 
 
 def _held(mbs: Mbs) -> None:
-    joint(mbs, "wrist_pitch").nature = "dependent"
+    own_joint(mbs, "wrist_pitch").nature = "dependent"
     mbs.user_constraints.append(UserConstraint("follows", ("wrist_pitch", "wrist_roll")))
 
 
@@ -99,7 +96,7 @@ SAID: dict[str, tuple[str, str, Callable[[Mbs], None], str]] = {
         TINY, "auto", lambda mbs: mbs.user_variables.append(UserVariable("v", "in", "1")),
         "user variable 'v'"),
     "a position at start": (
-        TINY, "auto", lambda mbs: setattr(joint(mbs, "shoulder"), "q", 0.3),
+        TINY, "auto", lambda mbs: setattr(own_joint(mbs, "shoulder"), "q", 0.3),
         "start of 1 joint (a URDF has none)"),
     "no damping": (TINY, "auto", lambda mbs: mbs.user_models.clear(),
                    "but for damping of 1 joint, "),

@@ -8,20 +8,17 @@ import pytest
 
 from urdf2mbs import convert
 from urdf2mbs.cli import main
-from urdf2mbs.testing import TINY
 
 
 @pytest.fixture
-def pair(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def pair(here: Path) -> Path:
     """The folder of a.mbs, and of b.mbs, which is heavier and drawn elsewhere."""
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "tiny.urdf").write_text(TINY)
     data = convert("tiny.urdf").data
-    (tmp_path / "a.mbs").write_bytes(data)
+    (here / "a.mbs").write_bytes(data)
     assert b"<mass>0.5</mass>" in data
-    (tmp_path / "b.mbs").write_bytes(data.replace(b"<mass>0.5</mass>", b"<mass>0.75</mass>"))
-    (tmp_path / "drawn.mbs").write_bytes(data.replace(b"transparency>0.0", b"transparency>0.5"))
-    return tmp_path
+    (here / "b.mbs").write_bytes(data.replace(b"<mass>0.5</mass>", b"<mass>0.75</mass>"))
+    (here / "drawn.mbs").write_bytes(data.replace(b"transparency>0.0", b"transparency>0.5"))
+    return here
 
 
 def test_exit_codes_are_those_of_diff(pair: Path, capsys: Any) -> None:

@@ -31,13 +31,6 @@ class Html:
         self.visible = " ".join(page.xpath("//text()[not(parent::script or parent::style)]"))
 
 
-@pytest.fixture
-def tiny(tmp_path: Path) -> Path:
-    source = tmp_path / "tiny.urdf"
-    source.write_text(TINY)
-    return source
-
-
 @pytest.mark.parametrize("name", SHOWN)
 def test_nothing_is_loaded_from_anywhere(shared: Path, tmp_path: Path, name: str) -> None:
     html = Html(make(shown(name, tmp_path)).data)

@@ -14,13 +14,6 @@ from urdf2mbs.testing import TINY
 ALWAYS = {"certificate": {"write": "always"}}
 
 
-@pytest.fixture
-def tiny(tmp_path: Path) -> Path:
-    source = tmp_path / "tiny.urdf"
-    source.write_text(TINY)
-    return source
-
-
 def certificate(result: Any) -> dict[str, Any]:
     path = result.conversion.settings.output.with_suffix(".proof.json")
     data: dict[str, Any] = json.loads(result.conversion.files[path])
