@@ -48,6 +48,9 @@ _REPLACED = (
     "parse_macro_arg",
 )  # fmt: skip
 
+#: The most lists of a YAML file in one another: PyYAML's C code calls itself for each.
+DEEPEST = 100
+
 #: ``$(find NAME)`` gives this and the name if the package was not found.
 _NOWHERE = "package://"
 
@@ -279,7 +282,7 @@ class Run:
     def load_yaml(self, name: str) -> Any:
         import yaml
 
-        class Loader(yaml.SafeLoader):
+        class Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[misc]
             """A loader of this run's own: xacro adds its tags to the loader of the process."""
 
         xacro = self.xacro
@@ -288,9 +291,16 @@ class Run:
         file = xacro.abs_filename_spec(name)
         data = self.open(file).getvalue()
         self.spend(10 * len(data))
-        loader = Loader(data)
         xacro.filestack.append(file)
         try:
+            depth = 0
+            for event in yaml.parse(data, Loader):
+                depth += isinstance(event, yaml.CollectionStartEvent)
+                depth -= isinstance(event, yaml.CollectionEndEvent)
+                if depth > DEEPEST:
+                    text = f"'{Path(name).name}' has more than {DEEPEST} lists in one another"
+                    raise ConversionError("xacro-too-large", text)
+            loader = Loader(data)
             node = loader.get_single_node()
             if not self.trust and node is not None and _count_nodes(node, {}) > MOST:
                 raise too_large(f"a YAML file of over {MOST:,} items")

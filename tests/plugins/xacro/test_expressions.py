@@ -311,6 +311,11 @@ BAD_YAML = {
     + "".join(f"a{i + 1}: &a{i + 1} {{<<: [{','.join([f'*a{i}'] * 9)}]}}\n" for i in range(30)),
     "object": "!!python/object/apply:os.system ['exit 1']",
     "merge of itself": "a: &a {<<: *a}",
+    "deeper than libyaml goes": "[" * 90_000 + "]" * 90_000,
+    "lists in lists": "[" * 900 + "]" * 900,
+    "keys in keys": "? [ " * 30_000,
+    "items in items": "- " * 90_000 + "1",
+    "lines in lines": "".join(" " * i + "a:\n" for i in range(400)),
 }
 
 
@@ -318,7 +323,8 @@ BAD_YAML = {
 def test_yaml_is_data(tmp_path: Path, name: str) -> None:
     (tmp_path / "bad.yaml").write_text(BAD_YAML[name])
     error = failure(tmp_path, link("xacro.load_yaml('bad.yaml')"))
-    assert error.code == ("xacro" if name == "object" else "xacro-too-large")
+    no_yaml = name in ("object", "deeper than libyaml goes")
+    assert error.code == ("xacro" if no_yaml else "xacro-too-large")
     assert error.line == 7
 
 
