@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Generator, Iterable, Iterator, Mapping
+from contextlib import suppress
+from pathlib import Path
 from typing import Any
 
 from urdf2mbs.config.model import Config, Lines, config_of
+from urdf2mbs.disk.record import RECORD
 from urdf2mbs_many.folder import one_name
 from urdf2mbs_many.job import Job, Outcome, convert_one
 from urdf2mbs_many.sweep import members
@@ -63,16 +66,36 @@ def run(
     jobs: list[Job], *, workers: int | None = None, cluster: str | None = None
 ) -> Generator[Outcome]:
     """Carry jobs out, here or elsewhere; gives each outcome as it comes."""
+    folders = set()
+    for outcome in _start(jobs, workers, cluster):
+        if outcome.output is not None:
+            folders.add(Path(os.path.realpath(outcome.output)).parent)
+        yield outcome
+    for folder in folders:
+        _sort_record(folder / RECORD)
+
+
+def _start(jobs: list[Job], workers: int | None, cluster: str | None) -> Iterable[Outcome]:
     if cluster is not None:
         from urdf2mbs_many.cluster import on_cluster
 
         return on_cluster(jobs, cluster)
     count = min(len(jobs), _cores() if workers is None else workers)
     if count <= 1:
-        return (convert_one(job) for job in jobs)
+        return map(convert_one, jobs)
     from urdf2mbs_many.processes import in_processes
 
     return in_processes(jobs, count)
+
+
+def _sort_record(record: Path) -> None:
+    """Sort the lines by file: the jobs added theirs in the order in which they were done."""
+    with suppress(OSError):  # an unsorted record is as true
+        lines = [line.split(b"  ", 1) for line in record.read_bytes().splitlines(keepends=True)]
+        part = record.with_name(f"{record.name}.{os.getpid()}.part")
+        lines.sort(key=lambda line: line[::-1])
+        part.write_bytes(b"".join(b"  ".join(line) for line in lines))
+        part.replace(record)
 
 
 def _cores() -> int:
