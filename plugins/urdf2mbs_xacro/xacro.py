@@ -25,7 +25,13 @@ from urdf2mbs.urdf import xml
 from urdf2mbs.urdf.packages import absolute, workspace
 from urdf2mbs.urdf.reader import Expansion
 from urdf2mbs_xacro.expressions import MOST, TRUST, Guard, tokenize, too_large
-from urdf2mbs_xacro.xacro_errors import EVALUATING, arguments, explain, locate, missing_package
+from urdf2mbs_xacro.xacro_errors import (
+    EVALUATING,
+    explain,
+    locate,
+    missing_package,
+    undefined_argument,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -169,13 +175,7 @@ class Run:
         try:
             return self.args[name]
         except KeyError:
-            declared = arguments(self.files())
-            close = nearest(name, declared)
-            raise ConversionError(
-                "xacro-arg", f"the argument '{name}' is not defined",
-                hint=f"give it a value: `xacro_args: {{{name}: VALUE}}` or `--arg {name}:=VALUE`; "
-                f"{close + ' ' if close else ''}{_declares(declared)}",
-            ) from None  # fmt: skip
+            raise undefined_argument(name, [*self.args], self.files()) from None
 
     def find(self, package: str) -> str:
         try:

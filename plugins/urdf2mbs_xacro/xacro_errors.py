@@ -10,7 +10,7 @@ from xml.parsers.expat import ExpatError
 
 from urdf2mbs.disk import files
 from urdf2mbs.disk.xml import safe_parser
-from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
+from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, nearest
 from urdf2mbs.urdf import written, xml
 from urdf2mbs.urdf.elements import LEGACY, LEGACY_HINT
 from urdf2mbs.urdf.packages import absolute
@@ -25,6 +25,8 @@ EVALUATING = "when evaluating expression '"
 _STACK_ENDS = 4
 _NOWHERE_IN = re.compile(r"package:/+([^/\s'\"*]+)")
 _DECLARED = re.compile(r"""<xacro:arg\s([^<>]*)""")
+_USED = re.compile(r"\$\(arg\s+([^\s()]+)\s*\)")
+_COMMENT = re.compile("<!--.*?-->", re.DOTALL)
 
 
 def locate(texts: Iterable[str], names: Sequence[str]) -> tuple[str, int] | None:
@@ -41,11 +43,26 @@ def locate(texts: Iterable[str], names: Sequence[str]) -> tuple[str, int] | None
     return None
 
 
-def arguments(names: Iterable[str]) -> list[str]:
-    """The arguments that files declare."""
-    tags = (tag for file in names for tag in _DECLARED.findall(written.text(file)))
-    declared = map(written.NAME.search, tags)
-    return list(dict.fromkeys(name[1] for name in declared if name))
+def undefined_argument(name: str, known: Sequence[str], files: Sequence[str]) -> ConversionError:
+    """The error for ``$(arg NAME)`` without a value; its hint has all such arguments of the files.
+
+    What a file declares by ``<xacro:arg>`` has a default, but only from there on.
+    """
+    texts = [_COMMENT.sub("", written.text(file)) for file in files]
+    tags = [tag for text in texts for tag in _DECLARED.findall(text)]
+    declared = [found[1] for found in map(written.NAME.search, tags) if found]
+    used = [used for text in texts for used in _USED.findall(text)]
+    lacking = dict.fromkeys([name, *(n for n in used if n not in (*known, *declared))])
+    options = " ".join(f"--arg {n}:=VALUE" for n in lacking)
+    close = nearest(name, [n for n in declared if n != name])
+    return ConversionError(
+        "xacro-arg",
+        f"the argument '{name}' is used before its <xacro:arg> gives it a value"
+        if name in declared
+        else f"the argument '{name}' is not defined",
+        hint=f"say `{options}`, or `xacro_args: {{{name}: VALUE}}` in a config"
+        + (f"; {close}" if close else ""),
+    )
 
 
 def _fault(

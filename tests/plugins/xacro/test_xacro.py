@@ -266,6 +266,10 @@ BAD: dict[str, tuple[str, str, str, int | None, tuple[str, ...]]] = {
         '<material name="side"/>\n<link name="$(arg side)"/>',
         "xacro-arg", "main.urdf", 3, ("'side'",),
     ),
+    "argument too early": (
+        '<link name="$(arg side)"/><xacro:arg name="side" default="1"/>',
+        "xacro-arg", "main.urdf", 2, ("'side' is used before its <xacro:arg>",),
+    ),
     "argument asked": (
         "\n<link name=\"${xacro.arg('side')}\"/>", "xacro-arg", "main.urdf", 3, ("'side'",),
     ),
@@ -338,8 +342,17 @@ def test_an_undefined_argument_says_how_to_give_it(tmp_path: Path) -> None:
             sub="<xacro:arg default='2' name='size'/>",
         )
     )
-    for advice in ("xacro_args: {sid: VALUE}", "--arg sid:=VALUE", "did you mean 'side'?", "size"):
-        assert advice in (error.hint or "")
+    assert error.hint == (
+        "say `--arg sid:=VALUE`, or `xacro_args: {sid: VALUE}` in a config; did you mean 'side'?"
+    )
+
+
+def test_the_error_of_an_argument_names_all_that_lack_a_value(tmp_path: Path) -> None:
+    declared = '<xacro:arg name="size" default="1"/>'
+    used = '<link name="$(arg b)$(arg size)"/><link name="$(arg leg)$(arg b)$(arg given)"/>'
+    source = write(tmp_path, f"<!-- $(arg old) -->{declared}{used}")
+    error = failure(source, {}, given="1")
+    assert "`--arg b:=VALUE --arg leg:=VALUE`" in (error.hint or "")
 
 
 def test_a_prefix_that_is_not_declared(tmp_path: Path) -> None:
