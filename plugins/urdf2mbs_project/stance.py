@@ -1,9 +1,10 @@
 """Stance: the links that are a robot's feet, and a start position with the feet under it.
 
 A foot is what is called so at the end of a limb.  Where nothing is, feet are the ends of the limbs
-that reach the ground.  A knee that cannot be straight starts in the middle of its limits.  Then the
-hip bends, too, until the foot is under it, and the ankle, until the sole is as level as with all
-joints at zero.
+that reach the ground.  Wheels and a trunk are no feet: such a robot rests on the ground.
+
+A knee that cannot be straight starts in the middle of its limits.  Then the hip bends, too, until
+the foot is under it, and the ankle, until the sole is as level as with all joints at zero.
 """
 
 from __future__ import annotations
@@ -41,6 +42,8 @@ class Stance(NamedTuple):
     """Where joints start that do not start at zero, by the names of the URDF (rad or m)."""
     why_not: str = ""
     """Why what floats has no feet."""
+    rests: bool = False
+    """True if something else reaches the ground: a wheel, or the trunk."""
     points: Mapping[str, list[Vec]] = {}
     """Of feet whose shape was not found: the corners of a box that has their inertia, in the
     link's frame (m)."""
@@ -57,9 +60,10 @@ def find_stance(conversion: Conversion, middle: Mapping[str, float]) -> Stance:
         name: middle[step.joint.name] for name, step in steps.items() if step.joint.name in middle
     }
     ends = _ends(conversion)
-    why_not, chosen = "", [body for body, links in ends.items() if any(map(_is_foot, links))]
+    why_not, rests = "", False
+    chosen = [body for body, links in ends.items() if any(map(_is_foot, links))]
     if not chosen:
-        why_not, chosen = _touching(conversion, ends, values)
+        why_not, rests, chosen = _touching(conversion, ends, values)
     for body in chosen:
         for name, q in _bend(conversion, body, ends[body], steps, values, middle).items():
             values[name] = joints[steps[name].joint.name] = float(f"{q:.3g}")
@@ -74,7 +78,7 @@ def find_stance(conversion: Conversion, middle: Mapping[str, float]) -> Stance:
             up = rotate(transpose(at.rot), conversion.state(Simulation).up)
             soles, points[foot.name] = [foot.name], _lowest_face(foot, up)
         feet += soles
-    return Stance(feet, joints, why_not, points)
+    return Stance(feet, joints, why_not, rests, points)
 
 
 # --- feet ---
@@ -127,10 +131,10 @@ def _lowest_face(foot: Link, up: Vec) -> list[Vec]:
 
 def _touching(
     conversion: Conversion, ends: dict[str, list[str]], values: dict[str, float]
-) -> tuple[str, list[str]]:
-    """The ends of limbs that reach the ground; or why nobody knows if they are feet."""
+) -> tuple[str, bool, list[str]]:
+    """The ends of limbs that reach the ground; or why they are no feet, and if the robot rests."""
     if any(said.code == "base-guessed" for said in conversion.diagnostics):
-        return "nobody knows if its base floats", []
+        return "nobody knows if its base floats", False, []
     placement, parts = place(conversion.mbs, values), conversion.parts()
     heights, up = _lowest(conversion, placement), conversion.state(Simulation).up
     frames = {body: dot(up, pose.xyz) for body, pose in placement.bodies.items() if body}
@@ -138,16 +142,16 @@ def _touching(
     level = ground + LEVEL * (max(frames.values(), default=0.0) - ground)
     for body, links in ends.items():
         if frames[body] <= level and not heights.keys() & set(links):
-            return f"no shape was found of {some(map(repr, links), 3)}", []
+            return f"no shape was found of {some(map(repr, links), 3)}", False, []
     chosen: dict[str, None] = {}
     for link in (link for link, height in heights.items() if height <= level):
         segment = parts[link][0]
         if segment.body.name not in ends:
-            return f"'{link}' reaches the ground, and is not the end of a limb", []
+            return f"'{link}' reaches the ground, and is not the end of a limb", True, []
         if [step.joint.type for step in segment.steps if step.joint.moves][-1:] == ["continuous"]:
-            return f"'{link}' is a wheel", []
+            return f"'{link}' is a wheel", True, []
         chosen[segment.body.name] = None
-    return "", list(chosen)
+    return "", False, list(chosen)
 
 
 def shapes(link: Link) -> list[Geometry]:

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from urdf2mbs.messages.diagnostics import some
 from urdf2mbs_equations.constraints import constant_gaps, constraints
 from urdf2mbs_equations.tree import Tree, is_fixed
 from urdf2mbs_project.singular import GOLDEN, find_singular, singular_at, size_of
@@ -324,7 +325,7 @@ def tell_stops(data: MbsData) -> None:
         < AT_STOP
     ]
     elsewhere = "'passes: {posture: {joints: {NAME: VALUE}}}' starts elsewhere"
-    said = f"at a stop, or beyond: {', '.join(at)}; {elsewhere}"
+    said = f"at a stop, or beyond: {some(at)}; {elsewhere}"
     data.said += [said] * (bool(at) and said not in data.said)
 
 

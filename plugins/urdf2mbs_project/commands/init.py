@@ -127,7 +127,7 @@ def find(conversion: Conversion) -> RobotFacts:
     }
     stance = find_stance(conversion, conversion.report.get("posture-limit", {}).get("middle", {}))
     passes: dict[str, Any] = {"posture": {"joints": stance.joints}} if stance.joints else {}
-    if stance.feet and any(body.mass for body in conversion.mbs.bodies):
+    if (stance.feet or stance.rests) and any(body.mass for body in conversion.mbs.bodies):
         passes["posture"] = {**passes.get("posture", {}), "hold": HOLD}
         passes["contacts"] = {"links": ["*"]}
         if stance.points:
@@ -292,6 +292,12 @@ def in_words(config: Path, found: RobotFacts) -> str:
     if bare := found.passes.get("contacts", {}).get("points"):
         text += f"\n  no shape was found of {some(bare, 3)}: a box of its inertia stands in"
     text += f"\n  no feet: {found.why_no_feet}" * bool(found.why_no_feet)
+    if found.why_no_feet and "contacts" in found.passes:
+        text += "; all that is solid touches the ground"
     if found.meshes_missing:
         text += f"\n  not found: {some(found.meshes_missing, 3)}"
-    return f"{text}\n\nNext: urdf2mbs run {config}; then: urdf2mbs simulate {config} -o moves.html"
+    text += f"\n\nNext: urdf2mbs run {config}; "
+    links = found.robot.links.values()
+    if not any(link.inertial and link.inertial.mass for link in links):
+        return text + f"no link has a mass, and nothing moves: see the end of {config}"
+    return text + f"then: urdf2mbs simulate {config} -o moves.html"

@@ -95,10 +95,12 @@ def carry_out(arguments: argparse.Namespace) -> int:
         model = make_project(arguments)
     elif arguments.output is not None and not is_page(arguments.output):
         model = _copied(model, arguments)
-    begin = perf_counter()
+    begin, moves = perf_counter(), list[float]()
     with Progress(arguments) as progress:
 
         def watch(time: float) -> None:
+            if not moves:  # all is compiled
+                moves.append(perf_counter())
             progress.at = f"{time:.3g} of {arguments.time:g} s"
 
         progress.at = "compiling"
@@ -107,7 +109,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
             language=arguments.language, rate=arguments.rate, rtol=arguments.tolerance,
             equilibrium=arguments.equilibrium,
         )  # fmt: skip
-    seconds = perf_counter() - begin
+    end = perf_counter()
     files = results.write()
     if results.equilibrium is not None:
         results.data.said += results.equilibrium.lines()
@@ -118,9 +120,10 @@ def carry_out(arguments: argparse.Namespace) -> int:
             progress.at = "compiling the robot of the page"
             files.insert(0, _write_page(model, results, arguments))
     if arguments.json:
-        print_json(_described(results, files, seconds))
+        print_json(_described(results, files, end - begin))
     else:
-        _tell(results, files, seconds)
+        start = moves[0] if moves else begin
+        _tell(results, files, start - begin, end - start)
     return 1 if results.stopped else 0
 
 
@@ -193,6 +196,8 @@ def make_project(arguments: argparse.Namespace) -> Path:
             config = msgspec.structs.replace(config, passes=found.passes)
             if found.feet and not arguments.json:
                 print(f"it stands on {', '.join(found.feet)}, as init proposes")
+            elif "contacts" in found.passes and not arguments.json:
+                print(f"all that is solid touches the ground: {found.why_no_feet}")
             elif found.why_no_feet and not arguments.json:
                 print(f"it has no ground, and drops: {found.why_no_feet}")
         conversion = run(with_project(config, folder), before)
@@ -212,12 +217,13 @@ def _described(results: Results, files: list[Path], seconds: float) -> dict[str,
     }  # fmt: skip
 
 
-def _tell(results: Results, files: list[Path], seconds: float) -> None:
-    """What moved, how fast it was computed, and where the motion is."""
+def _tell(results: Results, files: list[Path], preparing: float, moving: float) -> None:
+    """What moved, how fast it was computed (s), and where the motion is."""
     data, time = results.data, float(results.time[-1])
     joints = counted(data.nqu, "independent joint")
-    print(f"{data.mbs_name}: {time:g} s of {joints} simulated in {seconds:.2f} s")
-    print(f"  computed in {results.language}")
+    print(f"{data.mbs_name}: {time:g} s of {joints} simulated in {moving:.2f} s")
+    compiled = f", after {preparing:.0f} s of loading and compiling" if preparing > 1.0 else ""
+    print(f"  computed in {results.language}{compiled}")
     if not data.user_path.is_dir():
         print("  no user functions: gravity alone moves it")
     for said in data.said:

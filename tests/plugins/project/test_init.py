@@ -78,7 +78,7 @@ def test_feet_of_real_robots(end: str, feet: list[str], tmp_path: Path) -> None:
         pytest.skip("the real robots are not beside the checkout")
     said, config = started(robot, tmp_path)
     contacts = yaml.safe_load(config.read_text()).get("passes", {}).get("contacts", {})
-    assert contacts.get("links", []) == ["*"] * bool(feet)
+    assert contacts.get("links", []) == ["*"] * (not end.startswith("fr3"))
     told = [line[8:].split(", ") for line in said.splitlines() if line.startswith("  feet: ")]
     assert sorted(told[0] if told else []) == feet
 
@@ -152,13 +152,8 @@ GONE = '<mesh filename="gone.stl"/>'
 def test_feet_touch_the_ground_in_the_start_pose(parts: str, feet: list[str], here: Path) -> None:
     (here / "r.urdf").write_text(robot(TRUNK, parts))
     assert sorted(init("r.urdf", base="floating")[1].feet) == feet
-    text = (here / "r.yaml").read_text()
-    assert ("contacts:" in text) == bool(feet)
-    # what is offered, runs
-    for key in ("passes:", "  contacts:"):
-        text = text.replace(f"# {key}", key)
-    (here / "r.yaml").write_text(text)
-    assert ("contacts" in Pipeline(*load(here / "r.yaml")).run().report) == bool(feet)
+    lost = "claw" in parts  # what reaches the ground is not known
+    assert ("contacts" in Pipeline(*load(here / "r.yaml")).run().report) != lost
 
 
 def test_the_start_position_is_within_the_limits(here: Path) -> None:
@@ -185,7 +180,7 @@ def test_the_inertia_of_motors_is_offered(here: Path) -> None:
     assert conversion.report["rotors"] == {"shoulder": 0.25}
 
 
-def test_a_robot_without_mass_is_offered_an_estimate(here: Path) -> None:
+def test_a_robot_without_mass_is_offered_an_estimate(here: Path, capsys: Any) -> None:
     text = LIMITED.replace("MASS", "").replace('lower="0.5"', 'lower="-0.5"')
     (here / "arm.urdf").write_text(text)
     assert main(["init", "arm.urdf"]) == 0
@@ -200,6 +195,7 @@ def test_a_robot_without_mass_is_offered_an_estimate(here: Path) -> None:
     (here / "bare.urdf").write_text(re.sub("<visual>.*</visual>", "", text, flags=re.S))
     assert main(["init", "bare.urdf"]) == 0
     assert "no link has a mass, nor a shape" in (here / "bare.yaml").read_text()
+    assert "no link has a mass, and nothing moves: see the end of bare" in capsys.readouterr().out
     bare = convert(here / "bare.urdf", passes={"estimate-inertia": {"total_mass": 1.0}})
     assert "nothing-estimated" in [said.code for said in bare.diagnostics]
 

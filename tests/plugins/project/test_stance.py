@@ -131,9 +131,10 @@ def test_a_box_of_its_inertia_stands_in_for_a_foot_whose_mesh_is_lost(here: Path
          "no shape was found of 'l'"),
         (DOG.replace("_foot", "_end").replace(' name="HL_calf_joint" type="revolute"',
                                               ' name="HL_calf_joint" type="continuous"'),
-         "'HL_end' is a wheel"),
+         "'HL_end' is a wheel; all that is solid touches the ground"),
         (robot(TRUNK, part("l", "trunk", "0 1 1", BALL), part("r", "trunk", "0 -1 1", BALL)),
-         "'trunk' reaches the ground, and is not the end of a limb"),
+         "'trunk' reaches the ground, and is not the end of a limb; all that is solid touches "
+         "the ground"),
     ],
 )  # fmt: skip
 def test_it_says_why_there_are_no_feet(
@@ -142,6 +143,8 @@ def test_it_says_why_there_are_no_feet(
     (here / "r.urdf").write_text(text)
     assert main(["init", "r.urdf", "--base", "floating"]) == 0
     assert f"\n  no feet: {why}\n" in capsys.readouterr().out
+    passes = yaml.safe_load((here / "r.yaml").read_text()).get("passes", {})
+    assert passes.get("contacts") == ({"links": ["*"]} if "solid" in why else None)
 
 
 def test_simulate_starts_as_init_proposes(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
