@@ -128,7 +128,8 @@ def find(conversion: Conversion) -> RobotFacts:
     stance = find_stance(conversion, conversion.report.get("posture-limit", {}).get("middle", {}))
     passes: dict[str, Any] = {"posture": {"joints": stance.joints}} if stance.joints else {}
     if (stance.feet or stance.rests) and any(body.mass for body in conversion.mbs.bodies):
-        passes["posture"] = {**passes.get("posture", {}), "hold": HOLD}
+        if any(joint.nature == "independent" for _, joint in conversion.single_coordinates()):
+            passes["posture"] = {**passes.get("posture", {}), "hold": HOLD}
         passes["contacts"] = {"links": ["*"]}
         if stance.points:
             points = {link: [[*at] for at in places] for link, places in stance.points.items()}
@@ -257,12 +258,13 @@ def _passes(found: RobotFacts, conversion: Conversion) -> list[str]:
         "hold": "Hz; a controller holds the start position",
     }
     posture = found.passes.get("posture", {})
-    lines = [f"    {key}: {_flow(value)}   # {about[key]}" for key, value in posture.items()]
+    lines = ["  posture:"] * bool(posture)
+    lines += [f"    {key}: {_flow(value)}   # {about[key]}" for key, value in posture.items()]
     if "contacts" in found.passes:
         ground = _flow(found.passes["contacts"])
         lines.append(f"  contacts: {ground}   # the ground; all that is solid touches")
     if lines:
-        lines = ["", "passes:", "  posture:", *lines]
+        lines = ["", "passes:", *lines]
     offered: list[str] = []
     if "no-mass" in codes and any(shapes(link) for link in found.robot.links.values()):
         offered += [

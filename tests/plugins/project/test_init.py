@@ -141,6 +141,7 @@ GONE = '<mesh filename="gone.stl"/>'
         (LEGS + part("mast", "trunk", "0 0 -1", "fixed"), []),  # the root stands, too
         (part("l", "trunk", "0 1 -1", "continuous") + part("r", "trunk", "0 -1 -1"), []),  # a wheel
         (part("l", "trunk", "0 1 1") + part("r", "trunk", "0 -1 1"), []),  # fingers of a palm
+        ("", []),  # no joint to hold
         (LEGS + part("claw", "l", "0 0 -1", shape=GONE), []),  # the lowest shape is not there
         # only looks touch the ground; a box stands in for the shape that is not there
         (LEGS.replace("collision", "visual") + part("sole", "l", "0 0 1", "fixed", GONE), ["sole"]),
