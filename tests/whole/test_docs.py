@@ -24,6 +24,7 @@ from lxml import etree
 from codes import CATALOGUE, TABLES
 from installed import PLUGIN, install
 from making import passes_of
+from robots import FOLDER
 from urdf2mbs import hookspecs
 from urdf2mbs.cli import main
 from urdf2mbs.commands import commands_of
@@ -194,6 +195,28 @@ def test_the_code_runs(
             followed.follow(block)
         except BaseException as error:
             raise AssertionError(f"{page}:{block.line}: {error}") from error
+
+
+@pytest.mark.slow  # it compiles
+def test_the_dog_of_the_tutorial_jumps_and_lands(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any
+) -> None:
+    dog = FOLDER / "solo12" / "expanded" / "solo12.urdf"
+    if not dog.is_file():
+        pytest.skip("the real robots are not beside the checkout")
+    monkeypatch.chdir(tmp_path)
+    lines = re.findall("^    (urdf2mbs .*)$", (DOCS / "tutorial.md").read_text(), re.M)
+    made, simulated = map(shlex.split, lines)
+    Path(made[2]).parent.mkdir(parents=True)
+    shutil.copy(dog, made[2])
+    assert main(made[1:]) == 0
+    assert "feet: FL_FOOT, FR_FOOT, HL_FOOT, HR_FOOT" in capsys.readouterr().out
+    assert main(simulated[1:]) == 0
+    assert "solo12 stands: " in capsys.readouterr().out
+    assert (tmp_path / "solo12.html").is_file()
+    longer = [word.replace("..0.6", "..0.7") for word in simulated[1:]]
+    assert main(longer) == 0
+    assert re.search("solo12 fell: .* hit the ground", capsys.readouterr().out)
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
