@@ -173,9 +173,12 @@ class _Motion:
             if away @ fallen < BESIDE * height:
                 break
             left = left if np.isnan(away).any() else k
-        time, far = float(self.results.time[left]), float(self.beside(left)[0] @ fallen)
+        away, height = self.beside(left)
+        time, far = float(self.results.time[left]), float(away @ fallen)
         if np.isnan(far):
             return Event(time, "left-feet", "its feet left the ground")
+        if far < BESIDE * height:
+            return Event(time, "left-feet", "it tipped over")
         ahead = self.bodies(left)[trunk][1][:, 0]
         way = WAYS[round(atan2(self.up @ np.cross(ahead, fallen), ahead @ fallen) * 2 / pi) % 4]
         said = f"the centre of mass left the feet, {far * 1e3:.0f} mm {way}"

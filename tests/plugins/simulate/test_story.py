@@ -11,6 +11,7 @@ import pytest
 from plugins.project.standin import make
 from urdf2mbs.cli import main
 from urdf2mbs_simulate.project import simulate
+from urdf2mbs_simulate.story import _Motion
 
 EDGE, HIGH = 0.1, 0.5
 
@@ -99,6 +100,11 @@ def test_what_cannot_touch_goes_under_the_ground_and_is_named(tmp_path: Path) ->
     assert under.what == "under-ground"
     assert under.words == "'tail' went under the ground, since 'contacts' leaves it out"
     assert story.words.endswith(f"at {under.time:.2g} s {under.words}")
+
+
+def test_what_tips_with_its_mass_over_its_feet_has_not_left_them(post: Path) -> None:
+    results = simulate(post, time=0.1, language="python")
+    assert _Motion(results).leaves("post", 5).words == "it tipped over"
 
 
 def test_what_is_bolted_down_has_no_story(tmp_path: Path) -> None:
