@@ -15,6 +15,7 @@ from urdf2mbs.mbs import model
 from urdf2mbs.messages.diagnostics import ConfigError, Diagnostic, nearest
 from urdf2mbs.proof.verdict import Proof
 from urdf2mbs.spatial import IDENTITY, Pose, Rot, Turn, Vec, compose, rpy_turns
+from urdf2mbs.urdf import written
 from urdf2mbs.urdf.changes import RobotChange
 from urdf2mbs.urdf.model import Joint, Robot
 from urdf2mbs.urdf.packages import Packages
@@ -351,13 +352,13 @@ class Conversion(msgspec.Struct, eq=False, dict=True):  # plugins keep attribute
 
         ``line``: in the URDF; none: that of the link or joint.
         """
-        robot = self.robot
+        robot, expansion = self.robot, self.input.expansion
+        kind, name = ("joint", joint) if joint else ("link", link)
         element = robot.joints.get(joint or "") or robot.links.get(link or "")
-        if element is not None:
-            line = element.line
-        self.diagnostics.append(
-            Diagnostic(level, code, message, link, joint, self.robot.file, line, hint)
-        )
+        line = line if element is None else element.line
+        names = [] if expansion is None else expansion.files
+        file, line = written.locate(kind, name or "", names, robot.file or "", line)
+        self.diagnostics.append(Diagnostic(level, code, message, link, joint, file, line, hint))
 
     def note(
         self, code: str, message: str, *, link: str | None = None, joint: str | None = None

@@ -14,7 +14,7 @@ from typing import Any
 
 import msgspec
 
-from urdf2mbs.commands.printing import EXPANDED, near
+from urdf2mbs.commands.printing import near
 from urdf2mbs.commands.settings import path
 from urdf2mbs.disk.files import noting
 from urdf2mbs.engine.output import write_files
@@ -55,7 +55,7 @@ class Findings:
         return [self._place(found) for found in self.said]
 
     def _place(self, found: Diagnostic) -> Diagnostic:
-        file = (found.file or self.source).removesuffix(EXPANDED)
+        file = (found.file or self.source).removesuffix(written.EXPANDED)
         line = found.line if found.file == file else None
         file = near(Path(file))
         for kind, name in (("joint", found.joint), ("link", found.link)):

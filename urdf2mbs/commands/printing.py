@@ -12,7 +12,7 @@ from typing import Any
 import msgspec
 
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.messages.diagnostics import Diagnostic, counted, render
+from urdf2mbs.messages.diagnostics import Diagnostic, counted
 from urdf2mbs.summary import Report, of_plugins
 
 
@@ -34,36 +34,33 @@ def tell(conversion: Conversion, found: Report, done: str, verbose: bool, shown:
     print("".join(f"  {line}\n" for line in lines), end="")
 
 
-#: What the reader adds to the name of a file that xacro has expanded.
-EXPANDED = " (expanded)"
-
-
 def tell_diagnostics(
     diagnostics: Sequence[Diagnostic], verbose: bool, verdict: str = "", shown: str = ""
 ) -> None:
-    """Count warnings and notes, and print them on stderr: the notes only if ``verbose``, and no
-    lines of a text that is in no file."""
+    """Count warnings and notes, and print them on stderr: the notes only if ``verbose``."""
     warnings, notes = ([d for d in diagnostics if d.level == one] for one in ("warning", "note"))
     more = "" if verbose or not notes else "-v shows the notes"
-    counts = f"{counted(len(warnings), 'warning')}, {counted(len(notes), 'note')}"
+    folded = warnings if verbose else _fold(warnings)
+    kinds = f" of {counted(len(folded), 'kind')}" if len(folded) < len(warnings) else ""
+    counts = f"{counted(len(warnings), 'warning')}{kinds}, {counted(len(notes), 'note')}"
     counts += f" ({shown or more})" if shown or more else ""
     print(f"  {verdict}; {counts}" if verdict else f"  {counts}")
-    for said in warnings + notes if verbose else _fold([] if shown else warnings):
-        path = (said.file or "").removesuffix(EXPANDED)
-        line = said.line if said.file == path else None
-        text = render(said.level, said.code, said.message, path or None, line, said.hint)
-        print(with_near_paths(text), file=sys.stderr)
+    for said in warnings + notes if verbose else [] if shown else folded:
+        print(with_near_paths(str(said)), file=sys.stderr)
 
 
 def _fold(warnings: Sequence[Diagnostic]) -> list[Diagnostic]:
-    """The same warnings, those of one code as one."""
+    """The same warnings, those of one code as one, at the place of the first."""
     by_code: dict[str, list[Diagnostic]] = {}
     for said in warnings:
         by_code.setdefault(said.code, []).append(said)
     folded = []
     for first, *others in by_code.values():
         shown = [first, *others[:4]]
-        message = "; ".join(said.message for said in shown)
+        message = first.message
+        for said in others[:4]:
+            at = f"line {said.line}: " if said.line and said.file == first.file else ""
+            message += f"; {at}{said.message}"
         if len(others) > 4:
             message += f"; and {len(others) - 4} more (-v shows them)"
         hint = "; ".join(dict.fromkeys(said.hint for said in shown if said.hint)) or None

@@ -5,8 +5,8 @@ property": a root link with inertia gets a parent link without inertia.  "The hu
 models are based on a floating base representation [...] a 6-DOF joint": T1 T2 T3 R1 R2 R3.
 
 A URDF does not say if the base floats, so ``auto`` guesses; ``docs/passes/insert-base.md`` has the
-rules.  A guess is a warning if it may well be wrong: the root has mass and carries an arm or two,
-or the robot has no wheels and stands on its root.
+rules.  A guess is a warning if it may well be wrong: the root has mass and carries two arms or one
+leg, or the robot has no wheels and stands on its root.  One arm is bolted down: a note.
 """
 
 from __future__ import annotations
@@ -115,9 +115,10 @@ def _guess(robot: Robot, welded: set[str]) -> tuple[str, bool]:
         return "free root", False
     one = len(first) == 1 and first[0].type != "planar"
     driven = any(DRIVES.search(name) for name in (robot.name, *welded))
+    legs = any(LEGS.search(link) for link in robot.links)
     arm = len(moving) >= (MOVING if row.get(robot.root(), 0) >= LINKS else LIMB)
     if one and arm and not driven:
-        return "one limb", True
+        return "one limb", legs
     heights = {link: pose.xyz[2] for link, pose in robot.poses().items()}
     foot = min(heights[link] for link in welded)
     rise = sum(height - foot for link, height in heights.items() if link not in welded)
@@ -125,8 +126,8 @@ def _guess(robot: Robot, welded: set[str]) -> tuple[str, bool]:
     two = len(limbs) > 1 and limbs[1] >= LIMB and sum(limbs[2:]) <= HEAD
     if two and rise > LEVEL:
         return "two arms", True
-    arms = two and not any(LEGS.search(link) for link in robot.links)
-    return "free root", not driven and (one or arms or foot <= min(heights.values()))
+    arms = one or (two and not legs)
+    return "free root", not driven and (arms or foot <= min(heights.values()))
 
 
 def _find_welded(robot: Robot, root: str) -> tuple[set[str], str | None]:

@@ -104,10 +104,7 @@ class Messages:
             names = some(elements, _NAMES_SHOWN)
             text = f"{message}: {names}" if names else message
             only = {kind: name} if len(owners) == 1 else {}
-            said.append(
-                Diagnostic(
-                    group.level, code, text, only.get("link"), only.get("joint"),
-                    self.file, group.line, group.hint,
-                )
-            )  # fmt: skip
+            place = written.locate(kind, name, self.expanded, self.file, group.line)
+            link, joint = only.get("link"), only.get("joint")
+            said.append(Diagnostic(group.level, code, text, link, joint, *place, group.hint))
         return said

@@ -16,7 +16,7 @@ from lxml import etree
 
 from urdf2mbs.disk import files
 from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic, nearest, some
-from urdf2mbs.urdf import xml
+from urdf2mbs.urdf import written, xml
 from urdf2mbs.urdf.elements import FOREIGN, plain
 from urdf2mbs.urdf.joints import check_mimics, read_joint
 from urdf2mbs.urdf.links import read_link
@@ -118,7 +118,7 @@ def parse(
 
     :raises ConversionError: the last of the errors, with the others in its ``said``
     """
-    name = f"{file} (expanded)" if expanded else file
+    name = file + written.EXPANDED if expanded else file
     reading = Reading(name, expanded)
     try:
         root = reading.xml(data)

@@ -11,6 +11,10 @@ from urdf2mbs.disk import files
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+#: What the reader adds to the name of a file that xacro has expanded.
+EXPANDED = " (expanded)"
+#: What xacro computes in a name.
+_EXPRESSION = re.compile(r"\$\{[^}]*\}|\$\([^)]*\)")
 NAME = re.compile(r"""(?<!\S)name\s*=\s*["']([^"']+)["']""")
 
 
@@ -23,15 +27,33 @@ def text(file: str) -> str:
 
 
 def place(kind: str, name: str, names: Iterable[str]) -> tuple[str, int] | None:
-    """The file and line of a link, say, where only one place has it."""
-    begin = re.compile(rf"""<{kind}\s[^<>]*""")
-    places = [
-        (file, found.count("\n", 0, tag.start()) + 1)
-        for file, found in ((file, text(file)) for file in names if name)
-        for tag in begin.finditer(found)
-        if name in NAME.findall(tag[0])
-    ]
+    """The file and line of a link, say, where only one place has it.
+
+    A name with an expression, as ``${side}_knee``, is the name if no other place has the name.
+    """
+    exact, written = [], []
+    for file in names if name else ():
+        found = text(file)
+        for tag in re.finditer(rf"<{kind}\s[^<>]*", found):
+            own = NAME.search(tag[0])
+            if own is None or (kind == "joint" and "type" not in tag[0]):
+                continue  # a joint of a <transmission> has no type
+            at = file, found.count("\n", 0, tag.start()) + 1
+            if own[1] == name:
+                exact.append(at)
+            elif re.fullmatch(".*".join(map(re.escape, _EXPRESSION.split(own[1]))), name):
+                written.append(at)
+    places = exact or written
     return places[0] if len(places) == 1 else None
+
+
+def locate(
+    kind: str, name: str, names: Iterable[str], file: str, line: int | None
+) -> tuple[str, int | None]:
+    """The file and line of a link, say; no line of a text that is in no file."""
+    if not file.endswith(EXPANDED):
+        return file, line
+    return place(kind, name, names) or (file.removesuffix(EXPANDED), None)
 
 
 def element(kind: str, name: str, names: Iterable[str]) -> str | None:

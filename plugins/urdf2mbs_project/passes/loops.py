@@ -80,7 +80,7 @@ class Loops(Pass):
         for why, (first, *others) in left_out.items():
             joints = some((f"joint '{joint.name}'" for joint in (first, *others)), 4)
             text = f"a joint in <gazebo> is left out: {why}: {joints}"
-            conversion.warn("loop-left-out", text, line=first.line)
+            conversion.warn("loop-left-out", text, joint=first.name, line=first.line)
         if not cuts:
             return
         from urdf2mbs_project.mass import Mass

@@ -68,7 +68,8 @@ def test_a_path_is_printed_as_the_user_would_type_it(here: Path, capsys: Any) ->
     (here / "below" / "x.xacro").write_text(TINY.replace("<dynamics", "<dynamic"))
     assert main(["convert", "below/x.xacro", "-o", "b.mbs"]) == 0
     err = capsys.readouterr().err
-    assert err.count(f"below{os.sep}x.xacro: warning[") == err.count("x.xacro") == 2
+    places = re.findall(rf"below{re.escape(os.sep)}x.xacro:(\d+): warning", err)
+    assert places == ["13", "3"] and err.count("x.xacro") == 2
     assert "(expanded)" not in err
 
 
