@@ -174,7 +174,8 @@ def urdf2mbs_codes() -> dict[str, str] | list[str]:
     """The codes of this plugin's messages, and what each means: ``{"links-dropped": "warning: links
     are left out"}``.  A config may set the level of each, unless the text begins with ``error:``.
 
-    A list names the codes alone.  The hook is called when a config sets levels.
+    A list names the codes alone.  The hook is called when a config sets levels, or a warning has no
+    hint: the second sentence of the text is the hint then.
     """
     raise NotImplementedError
 

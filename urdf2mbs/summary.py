@@ -15,14 +15,6 @@ from urdf2mbs.spatial import Vec
 from urdf2mbs.states import Placed
 from urdf2mbs.urdf.changes import RobotChange, describe
 
-#: The reasons of ``base: auto`` that may be wrong.
-GUESSES = {
-    "massless root": "the root has no mass",
-    "one limb": "the root carries one limb, as an arm does",
-    "two arms": "the root carries two limbs that rise above it",
-    "free root": "nothing ties the root to the world",
-}
-
 
 class Joints(msgspec.Struct):
     """How many joints there are; all but the first count those of the finished .mbs."""
@@ -88,13 +80,9 @@ class Report(msgspec.Struct):
 
     @property
     def base_in_words(self) -> str:
-        """Whether the base floats, and by whose joint."""
-        own = ", ".join(f"'{name}'" for name in self.floating_joints)
-        why = f"free by the URDF's own joint {own}" if own else self.base_reason
-        if why in GUESSES:
-            other = "fixed" if self.base == "floating" else "floating"
-            return f"{self.base} base, a guess, as {GUESSES[why]}; 'base: {other}' if it is wrong"
-        return f"{self.base} base" + (f" ({why})" if why else "")
+        """Whether the base floats, and why."""
+        told = [said.message for said in self.diagnostics if said.code in ("base", "base-guessed")]
+        return told[0] if told else f"{self.base} base"
 
 
 def verdict(conversion: Conversion) -> str:

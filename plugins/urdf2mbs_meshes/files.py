@@ -101,21 +101,23 @@ class MeshFiles:
                 self._robots.update((folder, *folder.parents))
         return found
 
-    def places_of(self, filename: str) -> list[str]:
-        """The folders where ``resolve`` looks for a file, for a message."""
+    def remedy(self, filename: str) -> str:
+        """What to do about a file that ``resolve`` does not find, for a message."""
         scheme, name, _ = _split(filename)
         several = self.moved.get(filename, [])
-        if len(several) > 1:
-            return [f"several files of the workspace, which all fit: {some(map(str, several), 3)}"]
+        fit = f"several files fit: {some(map(str, several), 3)}; " if len(several) > 1 else ""
         try:
             path = self._path(filename)
         except ConfigError as error:
-            return [error.message]
+            return error.message
         except ConversionError:
-            return [
-                f"package '{name}', which was not found: 'packages: {{{name}: DIR}}' says where"
-            ]
-        return [str(path.parent)] if path else [f"'{scheme}://' names are not known"]
+            return (
+                f"{fit}'packages: {{{name}: DIR}}' or '--package {name}=DIR' says where the "
+                f"package '{name}' is"
+            )
+        if path is None:
+            return f"give a file or a package: '{scheme}://' names are not known"
+        return f"{fit}put the {'right one' if fit else 'file'} into {path.parent}"
 
     def _path(self, filename: str) -> Path | None:
         scheme, name, rest = _split(filename)

@@ -87,7 +87,6 @@ def test_a_plugin_says_what_its_codes_mean(folder: Path) -> None:
 
 def test_a_plugin_that_cannot_say_its_codes_is_named(folder: Path) -> None:
     (folder / "lab.py").write_text(PLUGIN.replace('return ["bearing-hot"]', "return 1 / 0"))
-    assert levels(plugins=["lab.py"])["bearing-hot"] == "warning"
     with pytest.raises(ConfigError, match="plugin 'lab': urdf2mbs_codes failed: ZeroDivision"):
         levels(plugins=["lab.py"], diagnostics={"bearing-hot": "note"})
 

@@ -9,6 +9,7 @@ import pytest
 
 from urdf2mbs.config.model import Config
 from urdf2mbs.engine.levels import judge, weigh
+from urdf2mbs.engine.plugins import Plugins
 from urdf2mbs.messages.diagnostics import (
     ConfigError,
     ConversionError,
@@ -60,11 +61,19 @@ def test_a_hint_does_not_recommend_the_level_that_is_set() -> None:
         Diagnostic("warning", code, "m", hint=hint)
         for code, hint in (("a", "--level a=error"), ("b", "mend it"), ("c", "--level"), ("d", "x"))
     ]
+    plugins = Plugins(installed=False)
     config = Config(source="r", diagnostics={"a": "error", "b": "note", "d": "ignore"})
-    found = [(one.level, one.code, one.hint) for one in weigh(said, config)]
+    found = [(one.level, one.code, one.hint) for one in weigh(said, config, plugins)]
     assert found == [("error", "a", None), ("note", "b", "mend it"), ("warning", "c", "--level")]
     strict = Config(source="r", strict=True, diagnostics={"b": "warning"})
-    assert [one.level for one in weigh(said, strict)] == ["error", "warning", "error", "error"]
+    levels = [one.level for one in weigh(said, strict, plugins)]
+    assert levels == ["error", "warning", "error", "error"]
+
+
+def test_a_warning_without_a_hint_says_what_its_code_says_to_do() -> None:
+    said = [Diagnostic("warning", "massless-leaf", "m"), Diagnostic("note", "base", "m")]
+    hints = [one.hint for one in weigh(said, Config(source="r"), Plugins(installed=False))]
+    assert hints == ["give the links mass, or list them in 'keep'", None]
 
 
 @pytest.mark.parametrize(

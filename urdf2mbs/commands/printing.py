@@ -30,7 +30,7 @@ def tell(conversion: Conversion, found: Report, done: str, verbose: bool, shown:
     if verbose:
         links, own = counted(found.links, "link"), counted(joints.urdf, "URDF joint")
         compared = [] if found.proof is None else [found.proof.compared]
-        lines += [f"{links} -> {bodies}, {own} -> {joints}", *compared, found.base_in_words]
+        lines += [f"{links} -> {bodies}, {own} -> {joints}", *compared]
     print("".join(f"  {line}\n" for line in lines), end="")
 
 

@@ -6,31 +6,35 @@ is not said at all.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 
 from urdf2mbs.config.model import Config
 from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic
 
+if TYPE_CHECKING:
+    from urdf2mbs.engine.plugins import Plugins
 
-def weigh(diagnostics: list[Diagnostic], config: Config) -> list[Diagnostic]:
+
+def weigh(diagnostics: list[Diagnostic], config: Config, plugins: Plugins) -> list[Diagnostic]:
     """The same diagnostics at the user's levels, without those that are ignored.
 
-    Strict makes warnings errors, except those whose level is set.
+    Strict makes warnings errors, except those whose level is set.  A warning without a hint gets
+    what the meaning of its code says to do.
     """
     weighed = []
-    for diagnostic in diagnostics:
-        strict = config.strict and diagnostic.level == "warning"
-        level: Any = config.diagnostics.get(
-            diagnostic.code, "error" if strict else diagnostic.level
-        )
-        if level == diagnostic.level:
-            weighed.append(diagnostic)
-        elif level != "ignore":
-            # a hint never recommends what is already set
-            hint = None if "--level" in (diagnostic.hint or "") else diagnostic.hint
-            weighed.append(msgspec.structs.replace(diagnostic, level=level, hint=hint))
+    for said in diagnostics:
+        strict = config.strict and said.level == "warning"
+        level: Any = config.diagnostics.get(said.code, "error" if strict else said.level)
+        hint = said.hint
+        if said.level == "warning" and hint is None:
+            _, _, does = plugins.codes.get(said.code, "").partition(". ")
+            hint = (does[:1].lower() + does[1:].rstrip(".")).replace("`", "'") or None
+        if level != said.level and "--level" in (hint or ""):
+            hint = None  # a hint never recommends what is already set
+        if level != "ignore":
+            weighed.append(msgspec.structs.replace(said, level=level, hint=hint))
     return weighed
 
 

@@ -132,7 +132,8 @@ class Pipeline:
                 self._call("urdf2mbs_before_run", conversion, settings=settings)
                 self._run(conversion, stop_after)
         except ConversionError as error:
-            error.said = weigh([*conversion.diagnostics, *error.said], settings.config)
+            found = [*conversion.diagnostics, *error.said]
+            error.said = weigh(found, settings.config, self.plugins)
             raise
         judge(conversion.diagnostics)
         output = settings.output
@@ -150,6 +151,7 @@ class Pipeline:
 
     def _run(self, conversion: Conversion, stop_after: str | None) -> None:
         ran: list[Registered] = []
+        config = self.settings.config
         for configured in self.passes:
             if self._has_work(configured, conversion, ran):
                 pass_ = configured.pass_
@@ -158,7 +160,7 @@ class Pipeline:
                 self._run_pass(configured, conversion, ran)
                 seconds = perf_counter() - start
                 ran.append(configured.registered)
-                conversion.diagnostics = weigh(conversion.diagnostics, self.settings.config)
+                conversion.diagnostics = weigh(conversion.diagnostics, config, self.plugins)
                 self._call("urdf2mbs_after_pass", conversion, pass_=pass_, seconds=seconds)
             if configured.name == stop_after:
                 break
@@ -209,12 +211,8 @@ class Pipeline:
         """Note each code that neither urdf2mbs nor a plugin has, or whose level is fixed."""
         if not config.diagnostics:
             return
-        from urdf2mbs.engine import codes as of_engine
-        from urdf2mbs.passes import codes as of_passes
-        from urdf2mbs.urdf import codes as of_urdf
-
-        codes = of_engine.CODES | of_passes.CODES | of_urdf.CODES | self.plugins.codes
-        known = {code for code, meaning in codes.items() if not meaning.startswith("error:")}
+        codes = self.plugins.codes.items()
+        known = {code for code, meaning in codes if not meaning.startswith("error:")}
         for code in [code for code in config.diagnostics if code not in known]:
             lines.faults.append(lines.error(
                 "unknown-code",

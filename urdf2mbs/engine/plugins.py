@@ -104,8 +104,12 @@ class Plugins:
 
     @cached_property
     def codes(self) -> dict[str, str]:
-        """The codes of messages that the plugins bring, and what each means."""
-        codes: dict[str, str] = {}
+        """The codes of messages, those of plugins too, and what each means."""
+        from urdf2mbs.engine import codes as of_engine
+        from urdf2mbs.passes import codes as of_passes
+        from urdf2mbs.urdf import codes as of_urdf
+
+        codes = of_engine.CODES | of_passes.CODES | of_urdf.CODES
         for name in self._files:
             codes |= self._brought(name, "urdf2mbs_codes", _with_meaning, _CODES)
         return codes

@@ -17,7 +17,7 @@ from urdf2mbs.disk.files import is_portable
 from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.model import GREY, Shape
 from urdf2mbs.mbs.names import free_name
-from urdf2mbs.messages.diagnostics import counted, some
+from urdf2mbs.messages.diagnostics import some
 from urdf2mbs.spatial import IDENTITY, ZERO, compose, from_turn, multiply, to_xyz_angles
 from urdf2mbs.urdf.model import Box, Cylinder, Geometry, Material, Sphere
 
@@ -95,15 +95,9 @@ def _warn_of_left_out(conversion: Conversion) -> None:
         if any(known.get(material.name, material).texture for material in used):
             textured.append(link.name)
     if textured:
-        conversion.warn(
-            "texture", f"an .mbs shape has a colour but no texture; left out on {_some(textured)}"
-        )
+        what = f"textures are left out, as an .mbs shape has a colour only: {some(textured)}"
+        conversion.warn("texture", what, link=textured[0])
     collisions = [link.name for link in links if link.collisions]
     if collisions:
-        conversion.note(
-            "collision", f".mbs has no collision shapes; left out on {_some(collisions)}"
-        )
-
-
-def _some(links: list[str]) -> str:
-    return f"{counted(len(links), 'link')}: {some(links)}"
+        what = f"collision shapes are left out, as an .mbs has none: {some(collisions)}"
+        conversion.note("collision", what)

@@ -55,7 +55,7 @@ class InsertBase(Pass):
 
         floats = guessed = False
         if floating is not None:
-            reason, why = "own joint", f"joint '{floating}' lets it float, so none is added"
+            reason, why = "own joint", f"joint '{floating}' lets it float"
         elif asked != "auto":
             floats, reason, why = asked == "floating", "as asked", "as asked for"
         elif "world" in welded:
@@ -70,7 +70,7 @@ class InsertBase(Pass):
             floats, why = reason == "free root", WHY[reason].format(f"root link '{root}'")
         conversion.base.floating, conversion.base.reason = floats, reason
         kind = "floating" if floats else "fixed"
-        text = why if floating else f"{kind} base: {why}"
+        text = f"{'floating' if floating else kind} base: {why}"
         if guessed:
             other = "fixed" if floats else "floating"
             hint = f"if the guess is wrong, 'base: {other}'; 'base: {kind}' ends this warning"

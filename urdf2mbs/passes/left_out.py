@@ -10,7 +10,7 @@ from collections import Counter
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.hookspecs import Pass
-from urdf2mbs.messages.diagnostics import counted, some
+from urdf2mbs.messages.diagnostics import some
 from urdf2mbs.states import Placed
 
 #: Most accounts of Robotran's generator of equations allow so many.
@@ -33,24 +33,22 @@ class LeftOut(Pass):
             if (of := joint.dynamics) and (of.damping or of.friction or of.spring_stiffness)
         ]
         for code, what, found in (
-            ("joint-dynamics", "damping, friction or spring", lossy),
+            ("joint-dynamics", "damping, friction and springs", lossy),
             ("limit", "limits", [j for j in joints if j.limit]),
             ("safety-controller", "safety controllers", [j for j in joints if j.safety_controller]),
-            ("calibration", "calibration", [j for j in joints if j.calibration]),
+            ("calibration", "calibrations", [j for j in joints if j.calibration]),
         ):
             names = [joint.name for joint in found if joint.name not in kept.get(code, ())]
-            listed = f"{counted(len(names), 'joint')}: {some(names)}"
-            message = f".mbs has no joint {what}; left out on {listed}"
+            message = f"{what} are left out, as an .mbs joint has none: {some(names)}"
             if names and found is lossy:
-                hint = "add them in user_JointForces"
-                conversion.warn("joint-dynamics-lost", message, hint=hint)
+                conversion.warn("joint-dynamics-lost", message)
             elif names:
                 conversion.note(code, message)
         used = set(map(id, conversion.state(Placed).elements))
         left = [one.tag for one in conversion.robot.extensions if id(one) not in used]
         if tags := Counter(left):
             listed = ", ".join(f"{count} <{tag}>" for tag, count in tags.items())
-            conversion.note("extension", f".mbs has no place for {listed}; left out")
+            conversion.note("extension", f"elements of other programs are left out: {listed}")
 
 
 def _note_size(conversion: Conversion) -> None:

@@ -53,8 +53,7 @@ def read_inertial(reading: Reading, element: Any) -> Inertial | None:
     line = element.sourceline
     if mass_element is None:
         what = "<inertial> without <mass> is not used, as in ROS: no mass, no inertia"
-        hint = "give <mass value=.../>, or take <inertial> away"
-        reading.warn("inertial-incomplete", what, line, hint=hint)
+        reading.warn("inertial-incomplete", what, line)
         return None
     mass: float = reading.values(mass_element)["value"]
     if mass < 0.0:
@@ -64,8 +63,7 @@ def read_inertial(reading: Reading, element: Any) -> Inertial | None:
         )  # fmt: skip
     if inertia_element is None or not inertia_element.attrib:
         what = "<inertial> without <inertia>: mass, but no inertia, as in ROS"
-        hint = "give <inertia ixx=... ixy=... ixz=... iyy=... iyz=... izz=.../>"
-        reading.warn("inertial-incomplete", what, line, hint=hint)
+        reading.warn("inertial-incomplete", what, line)
         return Inertial(mass, NO_INERTIA, origin)
     tensor = read_inertia(reading, inertia_element)
     if tensor != NO_INERTIA:

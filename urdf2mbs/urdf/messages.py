@@ -56,9 +56,9 @@ class Messages:
                 "the line is one of the text that xacro made: 'urdf2mbs convert --dump DIR' "
                 "writes it, as DIR/expanded.urdf"
             )
-            hint = "; ".join(
-                filter(None, [hint, written.element(*self.owner, self.expanded), made])
-            )
+            place = written.place(*self.owner, self.expanded)
+            at = f"{self.where} is in {place[0]}:{place[1]}" if place else None
+            hint = "; ".join(filter(None, [hint, at, made]))
         raise ConversionError(code, message, file=self.file, line=line, hint=hint)
 
     def keep(self, error: ConversionError) -> None:

@@ -89,7 +89,7 @@ def read_geometry(reading: Reading, owner: Any, element: Any) -> Geometry | None
         if name != "filename"
     )
     if min(sizes, default=1.0) <= 0.0:  # a scale below zero is a mirror
-        what = f"the <{shape.tag}> of a <{owner.tag}> has a size that is zero or negative"
+        what = f"the <{shape.tag}> of a <{owner.tag}> has a size of zero or less, and is kept"
         reading.warn("geometry-size", what, shape.sourceline)
     return kind(**values)
 

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 EXPANDED = " (expanded)"
 #: What xacro computes in a name.
 _EXPRESSION = re.compile(r"\$\{[^}]*\}|\$\([^)]*\)")
+#: Longer names, and names of more parts, take too long to be compared.
+_LONGEST, _MOST = 200, 4
 NAME = re.compile(r"""(?<!\S)name\s*=\s*["']([^"']+)["']""")
 
 
@@ -32,16 +34,17 @@ def place(kind: str, name: str, names: Iterable[str]) -> tuple[str, int] | None:
     A name with an expression, as ``${side}_knee``, is the name if no other place has the name.
     """
     exact, written = [], []
-    for file in names if name else ():
+    for file in names if 0 < len(name) <= _LONGEST else ():
         found = text(file)
         for tag in re.finditer(rf"<{kind}\s[^<>]*", found):
             own = NAME.search(tag[0])
-            if own is None or (kind == "joint" and "type" not in tag[0]):
+            if own is None or (kind == "joint" and not re.search(r"\stype\s*=", tag[0])):
                 continue  # a joint of a <transmission> has no type
             at = file, found.count("\n", 0, tag.start()) + 1
+            parts = [re.escape(part) for part in _EXPRESSION.split(own[1])]
             if own[1] == name:
                 exact.append(at)
-            elif re.fullmatch(".*".join(map(re.escape, _EXPRESSION.split(own[1]))), name):
+            elif len(parts) <= _MOST and re.fullmatch(".*".join(parts), name):
                 written.append(at)
     places = exact or written
     return places[0] if len(places) == 1 else None
@@ -54,9 +57,3 @@ def locate(
     if not file.endswith(EXPANDED):
         return file, line
     return place(kind, name, names) or (file.removesuffix(EXPANDED), None)
-
-
-def element(kind: str, name: str, names: Iterable[str]) -> str | None:
-    """A hint that names the file and line of a link, say, where only one place has it."""
-    found = place(kind, name, names)
-    return f"{kind} '{name}' is in {found[0]}:{found[1]}" if found else None

@@ -188,7 +188,7 @@ def _find_meshes(conversion: Conversion, folder: Path) -> list[ShownMesh]:
         path = files.resolve(filename)
         mesh = ShownMesh(filename, path, links[filename], targets)
         if path is None:
-            mesh.lose("mesh-missing", *files.places_of(filename))
+            mesh.lose("mesh-missing", files.remedy(filename))
         meshes.append(mesh)
     return meshes
 
@@ -247,7 +247,7 @@ def _tell_moved(conversion: Conversion) -> None:
 
 #: What the warning says of a mesh that is not converted, and its hint, by its code.
 LOST = {
-    "mesh-missing": ("not found, and left out", "looked in: {why}"),
+    "mesh-missing": ("not found, and left out", "{why}"),
     "mesh-not-ours": (
         "not converted, as a file of the name is there that urdf2mbs did not write, or that was "
         "changed since",
@@ -258,7 +258,10 @@ LOST = {
         "'convert-meshes: {{at_most: {more}}}' under 'passes' reads more, and takes up to 20 times "
         "the largest file's size in memory",
     ),
-    "mesh-unreadable": ("left out, as the file cannot be used", "{why}"),
+    "mesh-unreadable": (
+        "left out, as the file cannot be used",
+        "save the mesh anew, as .stl or .obj: {why}",
+    ),
 }
 
 
@@ -302,8 +305,8 @@ def _warn_of_differences(conversion: Conversion, meshes: list[ShownMesh]) -> Non
         )
         conversion.warn(
             "mesh-file-missing",
-            f"{counted(len(lost), 'file')} that meshes name not found, relative to the mesh; "
-            f"shown without: {some(named, 3)}",
+            f"{counted(len(lost), 'file')} that meshes name not found, and the meshes are shown "
+            f"without: {some(named, 3)}",
         )
 
 

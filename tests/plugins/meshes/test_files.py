@@ -1,5 +1,6 @@
 """Where the files of meshes are looked for."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -42,7 +43,7 @@ def test_a_mesh_of_a_package_beside_the_workspace_is_data(tmp_path: Path) -> Non
 def test_a_folder_of_the_table_that_does_not_exist(tmp_path: Path) -> None:
     files = MeshFiles(Packages({"arm": tmp_path / "gone"}, source(tmp_path)))
     assert files.resolve("package://arm/m.stl") is None
-    assert "gone" in "".join(files.places_of("package://arm/m.stl"))
+    assert "gone" in files.remedy("package://arm/m.stl")
 
 
 def test_a_folder_above_without_a_package_xml_has_meshes(tmp_path: Path) -> None:
@@ -67,19 +68,19 @@ def test_files_of_meshes(tmp_path: Path) -> None:
         found = files.resolve(filename)
         assert found is not None, filename
         assert found.samefile(mesh)
-        assert files.places_of(filename) == [str(found.parent)]
+        assert files.remedy(filename) == f"put the file into {found.parent}"
     for drive in ("C:/a b.stl", "file:///C:/a b.stl", "file:///C:/a%20b.stl", "file:/c%3A/a.stl"):
-        (looked,) = files.places_of(drive)
-        assert not looked.startswith(("/C:", "/c:")), looked
+        looked = files.remedy(drive)
+        assert "into /C:" not in looked
         assert looked.endswith(":")
     for filename in (
         "package://arm/meshes", "package://arm/meshes/c.stl", "package://nobody_has_it/m.stl",
         "package://", "http://host/m.stl", "m.stl", "", "a\0b", "x" * 5000, "a/" * 99999 + "b.stl",
     ):  # fmt: skip
         assert files.resolve(filename) is None
-        assert files.places_of(filename)
-    assert any("nobody_has_it" in p for p in files.places_of("package://nobody_has_it/m.stl"))
-    assert files.places_of("package://arm/c.stl") == [str(arm)]
+        assert files.remedy(filename)
+    assert "--package nobody_has_it=DIR" in files.remedy("package://nobody_has_it/m.stl")
+    assert files.remedy("package://arm/c.stl") == f"put the file into {arm}"
 
 
 @pytest.mark.parametrize(
@@ -105,8 +106,9 @@ def test_a_mesh_elsewhere_in_the_workspace_is_found(filename: str, tmp_path: Pat
     other.write_text("another")
     files = MeshFiles(Packages({}, robot))
     assert files.resolve(filename) is None
-    (said,) = files.places_of(filename)
-    assert {str(mesh), str(other)} <= set(said.replace(",", "").split())
+    said = files.remedy(filename)
+    assert said.startswith("several files fit: ")
+    assert {str(mesh), str(other)} <= set(re.split("[,; ]+", said))
     mesh.unlink()
     other.rename(tmp_path / "other" / "arm.stl")
     assert MeshFiles(Packages({}, robot)).resolve(filename) is None

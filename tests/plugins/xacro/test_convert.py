@@ -15,6 +15,7 @@ from urdf2mbs.cli import main
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.testing import TINY
 from urdf2mbs.urdf.packages import Packages
+from urdf2mbs.urdf.written import place
 
 
 def test_the_error_that_ends_a_run_comes_after_what_was_found_before(here: Path) -> None:
@@ -69,7 +70,8 @@ def test_a_path_is_printed_as_the_user_would_type_it(here: Path, capsys: Any) ->
     assert main(["convert", "below/x.xacro", "-o", "b.mbs"]) == 0
     err = capsys.readouterr().err
     places = re.findall(rf"below{re.escape(os.sep)}x.xacro:(\d+): warning", err)
-    assert places == ["13", "3"] and err.count("x.xacro") == 2
+    assert places == ["13", "3"]
+    assert err.count("x.xacro") == 2
     assert "(expanded)" not in err
 
 
@@ -93,3 +95,23 @@ def test_damaged_xacro(shared: Path, tmp_path: Path, seed: int) -> None:
         except ConversionError as error:
             file = error.file
             assert file
+
+
+@pytest.mark.parametrize(
+    ("written", "joint", "line"),
+    [
+        ('<joint name="a_knee" type="x"/>', "a_knee", 1),
+        # a transmission's joint is no place, nor is a template where the name stands
+        ('<joint name="knee"/>\n<joint name="${s}_knee" type="x"/>', "a_knee", 2),
+        ('<joint name="${s}_knee" type="x"/>\n<joint name="a_knee" type="x"/>', "a_knee", 2),
+        ('<joint name="${s}_knee" type="x"/>\n<joint name="$(arg n)" type="x"/>', "a_knee", None),
+        ('<joint name="${s}_hip" type="x"/>', "a_knee", None),
+    ],
+)
+def test_the_line_that_writes_a_name(
+    written: str, joint: str, line: int | None, tmp_path: Path
+) -> None:
+    file = tmp_path / "a.xacro"
+    file.write_text(written)
+    found = place("joint", joint, [str(file)])
+    assert found == (None if line is None else (str(file), line))

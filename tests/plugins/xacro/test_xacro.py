@@ -390,7 +390,7 @@ def test_faults_of_the_expanded_text_name_the_file_and_line_that_was_written(
     tmp_path: Path,
 ) -> None:
     sub = (
-        "<!-- <joint name='neck'> -->\n<link name='head'/>\n"
+        "<!-- <joint type='' name='neck'> -->\n<link name='head'/>\n"
         "<joint\n type='fix' name = 'neck'><parent link='a'/><child link='head'/></joint>"
     )
     source = write(tmp_path, '<link name="a"/>\n<xacro:include filename="sub.xacro"/>', sub=sub)
@@ -399,7 +399,7 @@ def test_faults_of_the_expanded_text_name_the_file_and_line_that_was_written(
     assert caught.value.code == "joint-type-unknown"
     assert "DIR/expanded.urdf" in (caught.value.hint or "")
     assert "sub.xacro:" not in (caught.value.hint or ""), "the comment has the name, too"
-    text = (tmp_path / "sub.xacro").read_text().replace("<!-- <joint name='neck'> -->", "")
+    text = (tmp_path / "sub.xacro").read_text().replace("<!-- <joint type='' name='neck'> -->", "")
     (tmp_path / "sub.xacro").write_text(text)
     with pytest.raises(ConversionError) as caught:
         read(source)
