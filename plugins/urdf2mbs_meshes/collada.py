@@ -147,7 +147,7 @@ def load(data: bytes) -> tuple[Collada, bool, list[str]]:
         document = _collada(root)
         problems = [str(error) for error in document.errors]
     except Exception as error:  # a broken file can make pycollada raise anything
-        problems = [f"{type(error).__name__}: {error}"]
+        problems = [str(error) or type(error).__name__]
     if problems:
         _remove(root, LOOKS)
         document = _collada(root)

@@ -25,7 +25,7 @@ CODES = {
     "sensor on a link that moves.",
     "sensor-renamed": "warning: a sensor has no name, or the name of another; it gets its own. "
     "Give the sensor a name of its own.",
-    "actuator-unknown": "warning: a transmission names a joint that does not exist. Correct the "
+    "actuator-unknown": "warning: a transmission drives a joint that does not exist. Correct the "
     "name.",
     "loop-open": "warning: a loop is open at the start position. Give a start position in which "
     "it is closed.",

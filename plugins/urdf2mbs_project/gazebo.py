@@ -88,7 +88,7 @@ class Extensions:
         for name in extension.motors:
             if name not in self.robot.joints:
                 self.reading.warn(
-                    "actuator-unknown", f"a <{extension.tag}> names a joint that does not exist",
+                    "actuator-unknown", f"a <{extension.tag}> drives a joint that does not exist",
                     extension.line, owner=("joint", name),
                     detail=nearest(name, self.robot.joints) or "",
                 )  # fmt: skip
@@ -256,7 +256,8 @@ class Extensions:
             reason = error.message.removeprefix(f"{where}: ")
             what = "a sensor" if kind == "sensor" else "a joint in <gazebo>"
             text = f"{what} is left out: {reason}"
-            reading.warn(f"{kind}-left-out", text, error.line, hint=error.hint)
+            hint = None if reading.expanded else error.hint
+            reading.warn(f"{kind}-left-out", text, error.line, hint=hint)
         finally:
             reading.owner = ("robot", "")
 

@@ -174,5 +174,5 @@ def _warn_of_held_joints(conversion: Conversion, held: list[Joint]) -> None:
         "massless-leaf",
         f"{listed} {moves} nothing that has mass: {does} where the joint is at zero",
         joint=first.name, link=first.child,
-        hint=f'keep {it} with prune-massless: {{keep: ["*"]}}',
+        hint=f"give the links mass; 'passes: {{prune-massless: {{keep: [\"*\"]}}}}' keeps {it}",
     )  # fmt: skip

@@ -52,7 +52,7 @@ CODES = {
     "world-implied": "warning: a joint's parent `world` is no link. Add `<link name='world'/>`.",
     "link-unattached": "warning: a link has no joint and no content. Remove it, or add its joint.",
     "joint-limit-missing": "warning: a joint has no `<limit>`. State it, or use `continuous`.",
-    "limit-order": "warning: the lower limit is above the upper limit. Exchange the two.",
+    "limit-order": "warning: a lower limit is above the upper limit. Exchange or remove the two.",
     "xml-namespace": "warning: a prefix is not declared; its elements are read. Declare it.",
     "xml-mended": "warning: a slip in `<?xml ...?>` or in a comment is mended. Correct the line.",
     "property-unused": "warning: nothing uses a `<property>`. Write `xacro:property` or remove it.",

@@ -146,7 +146,7 @@ class Elements(Messages):
         """True, with a message, if an element is xacro's, which should be gone by now."""
         tag, line = element.tag, element.sourceline
         if is_xacro(element):
-            what = f"<xacro:{plain(tag).rpartition(':')[2]}> was left by xacro: left out"
+            what = f"xacro has left <xacro:{plain(tag).rpartition(':')[2]}>, which is left out"
             self.warn("xacro-left", what, line)
         elif tag == "property":
             name = element.get("name") or ""

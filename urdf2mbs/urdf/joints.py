@@ -106,7 +106,7 @@ def read_limit(reading: Reading, joint: Joint, element: Any) -> Limit:
     ranged = joint.type in ("revolute", "prismatic") and None not in (lower, upper)
     if ranged and lower > upper:  # type: ignore[operator]
         reading.warn(
-            "limit-order", "the lower limit is above the upper one", element.sourceline,
+            "limit-order", "lower limit above upper limit; neither counts", element.sourceline,
             detail=f"{lower!r} and {upper!r}",
         )  # fmt: skip
     return limit

@@ -69,7 +69,7 @@ def read_inertial(reading: Reading, element: Any) -> Inertial | None:
     if tensor != NO_INERTIA:
         check_inertia(reading, tensor, mass, inertia_element)
         if mass == 0.0:
-            reading.warn("inertia-without-mass", "inertia, but no mass", line)
+            reading.warn("inertia-without-mass", "inertia, but no mass; it is kept", line)
     elif mass > 0.0:
         reading.warn("mass-without-inertia", "mass, but no inertia", line, level="note")
     return Inertial(mass, tensor, origin)

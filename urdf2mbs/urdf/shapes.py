@@ -60,13 +60,19 @@ def read_geometry(reading: Reading, owner: Any, element: Any) -> Geometry | None
     shapes = [] if element is None else [child for child in element if isinstance(child.tag, str)]
     if element is not None:
         reading.values(element)
-    for child in shapes[1:]:
-        reading.warn_of_double("geometry", child)
+    known = [child for child in shapes if child.tag in SHAPES]
+    for child in shapes:
+        if known and child is not known[0]:
+            if child.tag in SHAPES:
+                what = "more than one shape in <geometry>, the first one counts"
+                reading.warn("doubled-element", what, child.sourceline)
+            else:
+                reading.unknown_child("geometry", child, SHAPES)
     if not shapes:
         what = f"<{owner.tag}> without a geometry is left out"
         reading.warn("geometry-unknown", what, owner.sourceline)
         return None
-    shape = shapes[0]
+    shape = (known or shapes)[0]
     kind = SHAPES.get(shape.tag)
     if kind is None:
         reading.report_xacro(shape)
@@ -154,6 +160,6 @@ def check_materials(reading: Reading, robot: Robot) -> None:
     for name, link_name, line in used:
         if name not in robot.materials and name not in reading.colourless:
             reading.warn(
-                "material-undefined", f"the material '{name}' is not defined",
+                "material-undefined", f"the material '{name}' is not defined, and grey",
                 line, owner=("link", link_name), like=(name, robot.materials),
             )  # fmt: skip

@@ -89,7 +89,10 @@ def mend(data: bytes) -> tuple[bytes, list[Slip]]:
         elif version is None:
             slip("<?xml ...?> says no version", at)
         elif not version[1].startswith(b"1."):
-            slip(f"there is no XML version '{version[1].decode('ascii', 'replace')}'", at)
+            slip(
+                f"there is no XML version {version[1].decode('ascii', 'replace')!r}: 1.0 is read",
+                at,
+            )
         elif version[1] == b"1.0":
             return match[0]
         encoding = encoding or (named[1] if named else None)

@@ -287,7 +287,8 @@ def _warn_of_differences(conversion: Conversion, meshes: list[ShownMesh]) -> Non
     for problem in dict.fromkeys(problem for mesh in meshes for problem in mesh.problems):
         having = [mesh for mesh in meshes if problem in mesh.problems]
         names = some([mesh.filename for mesh in having])
-        conversion.warn("mesh-part", f"{problem}: mesh {names}", link=having[0].links[0])
+        what = f"a part of a mesh cannot be shown as it is: {names}: {problem}"
+        conversion.warn("mesh-part", what, link=having[0].links[0])
     turned_up = [mesh for mesh in meshes if mesh.turned_up]
     if turned_up:
         conversion.warn(

@@ -38,8 +38,10 @@ class FindSingular(Pass):
         ]
         if not any(body.mass or body.inertia for body in conversion.mbs.bodies):
             return  # a robot without any mass has another warning
+        known = {one.joint for one in singular if one.always}
         for code, always in (("singular", True), ("singular-at-start", False)):
-            listed = [_in_urdf(one, owner) for one in singular if one.always == always]
+            found = (one for one in singular if one.always == always)
+            listed = [_in_urdf(one, owner) for one in found if always or one.joint not in known]
             if listed:
                 causes = "; ".join(_causes(listed, conversion.robot))
                 floats = conversion.base.inserted in [one.joint for one in listed]

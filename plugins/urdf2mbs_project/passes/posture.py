@@ -216,13 +216,12 @@ def _keep_limits(conversion: Conversion, given: dict[str, float], *, move: bool)
     for name, q in beyond.items():
         step, (low, high) = steps[name], limits[name]
         unit = "m" if step.joint.type == "prismatic" else "rad"
-        text = f"{step.joint.name} at {q + 0.0:g} of [{low:g}, {high:g}] {unit}"
         start = joints[name].q or 0.0
-        if start != q:
-            text += f" starts at {start + 0.0:g}"
+        moved = f"{q + 0.0:g} is " if start != q else ""
+        why = f"{moved}not in [{low:g}, {high:g}] {unit}"
         if step.joint.name in given and unit == "rad" and abs(q) > 2 * pi:
-            text += " (positions are in rad)"
-        texts.append(text)
+            why += "; positions are in rad"
+        texts.append(f"{step.joint.name} at {start + 0.0:g} ({why})")
     middle = {
         steps[name].joint.name: _middle(steps[name])
         for name in beyond
@@ -230,14 +229,18 @@ def _keep_limits(conversion: Conversion, given: dict[str, float], *, move: bool)
     }
     names = {name: msgspec.json.encode(name).decode() for name in middle}
     listed = ", ".join(f"{names[name]}: {q!r}" for name, q in middle.items())
-    hint = f"the middle of the limits: 'passes: {{posture: {{joints: {{{listed}}}}}}}'"
+    hint = f"'passes: {{posture: {{joints: {{{listed}}}}}}}' starts them in the middle"
     if not middle:
-        hint = "give a start position: 'passes: {posture: {joints: {NAME: VALUE}}}'"
+        hint = "'passes: {posture: {joints: {NAME: VALUE}}}' gives a start position"
     elif len(middle) > SHOWN:
         hint = "'urdf2mbs init' writes a config that starts them in the middle of their limits"
+    said = "joints start beyond their limits"
+    if move:
+        said = "joints would start beyond their limits, and start within"
     conversion.warn(
         "posture-limit",
-        f"joints {'would ' if move else ''}start beyond their limits: {some(texts)}",
+        f"{said}: {some(texts)}",
+        joint=steps[next(iter(beyond))].joint.name,
         hint=hint,
     )
     conversion.report["posture-limit"] = {"middle": middle}

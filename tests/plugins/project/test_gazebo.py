@@ -178,7 +178,7 @@ def test_links_that_are_not_there() -> None:
         "exist: joint 'pin' did you mean 'right'?",
         "loop-left-out: a joint in <gazebo> is left out: it is on a link inside <gazebo>; no such "
         "link is read, nor its mass: joint 'pin', joint 'bolt' ",
-        "actuator-unknown: a <transmission> names a joint that does not exist: joint 'sholder' "
+        "actuator-unknown: a <transmission> drives a joint that does not exist: joint 'sholder' "
         "(did you mean 'shoulder'?), joint 'xyz' ",
     ]
 

@@ -34,7 +34,7 @@ def test_a_group_state(tmp_path: Path) -> None:
     assert starts(result)["wrist_pitch"] == -1.5
     told = messages(result)
     assert "is not used for gone: " in told["posture-state"]
-    assert "wrist_pitch at -1.5 of [-1, 1] rad" in told["posture-limit"]
+    assert "wrist_pitch at -1.5 (not in [-1, 1] rad)" in told["posture-limit"]
     result = group_states(tmp_path, text, "odd")
     assert result.conversion.report["posture"] == {"wrist_roll": 0.5}
     assert "is not used for shoulder, wrist_pitch: " in messages(result)["posture-state"]
@@ -64,15 +64,15 @@ def test_a_joint_starts_within_its_limits_and_those_of_its_followers(tmp_path: P
     assert starts(result)["one"] == pytest.approx(1.0)
     assert starts(result)["two"] == pytest.approx(-1.8)
     told = messages(result)["posture-limit"]
-    assert "one at 0 of [0.5, 1.5] rad starts at 1" in told
-    assert "two at 0.2 of [-4, -1.8] rad starts at -1.8" in told
+    assert "one at 1 (0 is not in [0.5, 1.5] rad)" in told
+    assert "two at -1.8 (0.2 is not in [-4, -1.8] rad)" in told
     # asked for, or only a file: it stays, and is told
     result = convert_project(LIMITED, tmp_path, posture={"inside": False})
     assert starts(result)["one"] == 0.0
     assert "posture-limit" in messages(result)
     result = convert_text(LIMITED)
     assert starts(result)["one"] == 0.0
-    assert "one at 0 of [0.5, 1.5] rad" in messages(result)["posture-limit"]
+    assert "one at 0 (not in [0.5, 1.5] rad)" in messages(result)["posture-limit"]
 
 
 def test_the_hint_has_the_middle_ready_to_paste(tmp_path: Path) -> None:
@@ -179,9 +179,9 @@ def test_what_rounding_adds_is_not_beyond_a_limit(
 def test_a_start_in_degrees_is_told_to_be_in_rad(start: float, kind: str, told: bool) -> None:
     text = LIMITED.replace('name="one" type="revolute"', f'name="one" type="{kind}"')
     said = messages(convert_text(text, passes={"posture": {"joints": {"one": start}}}))
-    assert ("(positions are in rad)" in said["posture-limit"]) is told
+    assert ("; positions are in rad)" in said["posture-limit"]) is told
     unit = "m" if kind == "prismatic" else "rad"
-    assert f"one at {start} of [0.5, 1.5] {unit}" in said["posture-limit"]
+    assert f"one at {start} (not in [0.5, 1.5] {unit}" in said["posture-limit"]
 
 
 def test_a_follower_starts_by_its_rule_without_this_pass_too(tmp_path: Path) -> None:
