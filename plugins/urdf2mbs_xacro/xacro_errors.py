@@ -128,7 +128,12 @@ def explain(run: Run, error: Exception) -> ConversionError:
     unread = find(OSError)
     if unread is not None and unread.filename:
         text = f"cannot read {unread.filename}: {unread.strerror}"
-        return _fault(run, "xacro", text, [Path(unread.filename).name], None)
+        named = _NOWHERE_IN.search(unread.filename)
+        hint = "correct the name of the file, or put the file there"
+        if named:
+            rest = unread.filename[named.end() :]
+            hint = f"xacro reads no package://: write $(find {named[1]}){rest}"
+        return _fault(run, "xacro", text, [Path(unread.filename).name], hint)
     return _legacy(run.files()) or _fault(run, "xacro", text, signs or _find_words(text), None)
 
 

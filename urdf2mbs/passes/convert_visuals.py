@@ -99,5 +99,4 @@ def _warn_of_left_out(conversion: Conversion) -> None:
         conversion.warn("texture", what, link=textured[0])
     collisions = [link.name for link in links if link.collisions]
     if collisions:
-        what = f"collision shapes are left out, as an .mbs has none: {some(collisions)}"
-        conversion.note("collision", what)
+        conversion.note("collision", f"collision shapes are left out: {some(collisions)}")

@@ -60,19 +60,17 @@ def read_geometry(reading: Reading, owner: Any, element: Any) -> Geometry | None
     shapes = [] if element is None else [child for child in element if isinstance(child.tag, str)]
     if element is not None:
         reading.values(element)
-    known = [child for child in shapes if child.tag in SHAPES]
-    for child in shapes:
-        if known and child is not known[0]:
-            if child.tag in SHAPES:
-                what = "more than one shape in <geometry>, the first one counts"
-                reading.warn("doubled-element", what, child.sourceline)
-            else:
-                reading.unknown_child("geometry", child, SHAPES)
     if not shapes:
         what = f"<{owner.tag}> without a geometry is left out"
         reading.warn("geometry-unknown", what, owner.sourceline)
         return None
-    shape = (known or shapes)[0]
+    shape, *others = sorted(shapes, key=lambda child: child.tag not in SHAPES)
+    for child in others:
+        if child.tag in SHAPES:
+            what = "more than one shape in <geometry>, the first one counts"
+            reading.warn("doubled-element", what, child.sourceline)
+        else:
+            reading.unknown_child("geometry", child, SHAPES)
     kind = SHAPES.get(shape.tag)
     if kind is None:
         reading.report_xacro(shape)
