@@ -53,7 +53,7 @@ class Messages:
         line = element if element is None or isinstance(element, int) else element.sourceline
         if self.expanded:
             made = (
-                "the line is one of the text that xacro made: 'urdf2mbs convert --dump DIR' "
+                f"it is line {line} of the text that xacro made: 'urdf2mbs convert --dump DIR' "
                 "writes it, as DIR/expanded.urdf"
             )
             place = written.place(*self.owner, self.expanded)
