@@ -41,14 +41,14 @@ CODES = {
     "the names in the lines given.",
     "project-renamed": "warning: your user functions call the generated module by another name. "
     "Correct the import in the lines given.",
-    "project-obsolete": "warning: generated code of an earlier conversion is removed. Nothing: "
-    "keep a copy, if you want the old code.",
+    "project-obsolete": "warning: generated code of an earlier conversion is removed. Keep "
+    "a copy, if you want the old code.",
     "mimic-held": "note: a joint follows another with the multiplier 0; it is held at its offset",
     "posture-urdf": "note: joints start where `<ros2_control>` says; `from_urdf: false` ends this",
-    "stand": "note: how far the base was moved so that the robot stands on the ground",
-    "time-step": "note: the `TIME_STEP` of a project, and what makes it short (`time-step`)",
+    "stand": "note: the base was moved so that the robot stands on the ground",
+    "time-step": "note: something makes the `TIME_STEP` of a project short (`time-step`)",
     "force-torque": "note: force-torque sensors of the URDF are left out",
-    "loops": "note: how many cuts there are, and which joints they make dependent",
+    "loops": "note: cuts make joints dependent",
     "law-unknown": "note: a plugin adds a force law, which `TIME_STEP` does not know, and which "
     "nothing proves unless the plugin says what it should give",
     "contacts-most": "note: the URDF states more friction of contacts than is used",

@@ -73,7 +73,7 @@ def test_a_hint_does_not_recommend_the_level_that_is_set() -> None:
 def test_a_warning_without_a_hint_says_what_its_code_says_to_do() -> None:
     said = [Diagnostic("warning", "massless-leaf", "m"), Diagnostic("note", "base", "m")]
     hints = [one.hint for one in weigh(said, Config(source="r"), Plugins(installed=False))]
-    assert hints == ["give the links mass, or list them in 'keep'", None]
+    assert hints == ["give the links mass; 'keep' keeps the joints, but not to simulate", None]
 
 
 @pytest.mark.parametrize(

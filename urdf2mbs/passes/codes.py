@@ -2,18 +2,18 @@
 
 CODES = {
     "mbs-unwritable": "error: the model has an infinite number, or a word unknown to the format",
-    "base-guessed": "warning: a guess says if the base floats; `base: fixed` or `floating` "
-    "decides. Say `base: fixed` or `base: floating`.",
+    "base-guessed": "warning: a guess says if the base floats. Say `base: fixed` or "
+    "`base: floating`.",
     "no-mass": "warning: no link has mass or inertia; the model has no dynamics. Give masses, or "
     "use `estimate-inertia`.",
     "massless-leaf": "warning: joints move no mass; they are held (`prune-massless`). Give the "
-    "links mass, or list them in `keep`.",
+    "links mass; `keep` keeps the joints, but not to simulate.",
     "mimic": "warning: joints that follow others are independent; a project (`mimic`) couples "
     "them. Write a project.",
     "texture": "warning: textures of materials are left out. Give the material a colour.",
     "joint-dynamics-lost": "warning: damping and springs of joints of several axes are left out. "
     "Write them into user functions.",
-    "base": "note: whether the base floats, and why",
+    "base": "note: the base floats, or is fixed; the note says why",
     "mbs-name": "note: the name of the file is no identifier; the model has another name",
     "ground-mass": "note: mass that is fixed to the ground has no body",
     "axis-aligned": "note: an axis is within 1e-9 of a coordinate axis or plane, and is put there",

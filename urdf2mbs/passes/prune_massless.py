@@ -164,15 +164,14 @@ def _attach_frames(conversion: Conversion, order: list[Joint], needed: set[str])
 
 
 def _warn_of_held_joints(conversion: Conversion, held: list[Joint]) -> None:
-    first, moves, it = held[0], "move", "them"
+    first, moves = held[0], "move"
     does = f"{counted(len(held), 'joint')} are left out, and their links stay"
     if len(held) == 1:
-        moves, it = "moves", "it"
+        moves = "moves"
         does = f"its degree of freedom is left out, and link '{first.child}' stays"
     listed = some(f"joint '{joint.name}' ({joint.type})" for joint in held)
     conversion.warn(
         "massless-leaf",
         f"{listed} {moves} nothing that has mass: {does} where the joint is at zero",
         joint=first.name, link=first.child,
-        hint=f"give the links mass; 'passes: {{prune-massless: {{keep: [\"*\"]}}}}' keeps {it}",
     )  # fmt: skip

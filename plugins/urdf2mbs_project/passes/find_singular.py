@@ -38,10 +38,11 @@ class FindSingular(Pass):
         ]
         if not any(body.mass or body.inertia for body in conversion.mbs.bodies):
             return  # a robot without any mass has another warning
-        known = {one.joint for one in singular if one.always}
+        named = [_in_urdf(one, owner) for one in singular]
+        known = {one.joint for one in named if one.always}
         for code, always in (("singular", True), ("singular-at-start", False)):
-            found = (one for one in singular if one.always == always)
-            listed = [_in_urdf(one, owner) for one in found if always or one.joint not in known]
+            listed = [one for one in named if one.always == always]
+            listed = listed if always else [one for one in listed if one.joint not in known]
             if listed:
                 causes = "; ".join(_causes(listed, conversion.robot))
                 floats = conversion.base.inserted in [one.joint for one in listed]
@@ -51,9 +52,9 @@ class FindSingular(Pass):
                     f"the mass matrix is singular {where}, so Robotran cannot "
                     f"{'solve' if always else 'start'} this model: {causes}",
                     joint=None if floats else listed[0].joint,
-                    hint="if the robot stands on the ground: 'base: fixed'" if floats and always
-                    else "give what they move mass and inertia, or make them fixed joints" if always
-                    else "start from another position",
+                    hint="start from another position" if not always
+                    else "give what they move mass and inertia, or make them fixed joints"
+                    + ("; or 'base: fixed', if the robot stands on the ground" if floats else ""),
                 )  # fmt: skip
 
 
