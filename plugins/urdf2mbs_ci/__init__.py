@@ -5,7 +5,7 @@ from urdf2mbs.plugin import Command, hookimpl
 
 @hookimpl
 def urdf2mbs_commands() -> list[Command]:
-    does = "say what is wrong with a robot, without converting it"
+    does = "list the faults of a robot, without converting it"
     return [Command("lint", does, "urdf2mbs_ci.commands.lint")]
 
 

@@ -19,7 +19,7 @@ def urdf2mbs_passes() -> list[PassEntry]:
 def urdf2mbs_commands() -> list[Command]:
     package = "urdf2mbs_edits.commands"
     return [
-        Command("diff", "say what differs between two .mbs files", f"{package}.diff"),
+        Command("diff", "list the differences between two .mbs files", f"{package}.diff"),
         Command("merge", "merge three versions of an .mbs file, for git", f"{package}.merge"),
     ]
 

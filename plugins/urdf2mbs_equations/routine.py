@@ -89,7 +89,7 @@ class Refused:
     """A function that is not generated, and why."""
 
     why: str
-    message = "not generated, the head of its file says why"
+    message = "not generated; the head of its file says why"
 
 
 #: What may be written as one of Robotran's functions.

@@ -1,8 +1,8 @@
 """Meshes."""
 
 CODES = {
-    "mesh-missing": "warning: a mesh file was not found; its shape is left out. Put the file there, "
-    "or name its package with `--package`.",
+    "mesh-missing": "warning: a mesh file was not found; its shape is left out. Put the file "
+    "there, or name its package with `--package`.",
     "mesh-borrowed": "warning: a mesh was found in the folder of another robot only; it is "
     "taken. Name the right folder with `--package`.",
     "mesh-unreadable": "warning: a mesh file cannot be read; its shape is left out. Save the "

@@ -80,7 +80,7 @@ def _made(data: MbsData, name: str, language: str) -> Path:
         )
         if name in made.left_out:
             why = made.left_out[name]
-            hint = "give what it moves mass and inertia, or let the pass estimate-inertia do so"
+            hint = "give mass and inertia to the links that it moves, or let estimate-inertia do so"
             raise ConversionError(
                 "equations-not-generated", f"there is no {name}: {why}", file=str(data.mbs_file),
                 hint=hint if why.startswith("no matter") else None,

@@ -110,7 +110,7 @@ class Modes:
             where = names_of(self.data, self.stopped)
             said.append(f"friction or damping holds these where they are: {where}")
         if self.states:
-            said.append(f"user states that keep what they have: {', '.join(self.states)}")
+            said.append(f"user states that keep their values: {', '.join(self.states)}")
         growing = [
             n for n, mode in enumerate(self.modes, 1) if mode.value.real > 1e-9 * abs(mode.value)
         ]

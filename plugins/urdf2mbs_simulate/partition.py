@@ -307,7 +307,7 @@ def check_held(data: MbsData) -> None:
                 f"at {data.tsim:g} s a force of {-data.Qc[number]:.3g} N m or N acts along joint "
                 f"'{name}', which moves nothing that has mass",
                 file=str(data.mbs_file),
-                hint="give what it moves a mass and an inertia, or let the joint be driven",
+                hint="give mass and inertia to the links that it moves, or let the joint be driven",
             )
 
 

@@ -16,7 +16,7 @@ from urdf2mbs.mbs.reader import read
 SHARED_ROBOTS: dict[str, tuple[int, str | None, str]] = {
     "01": (0, None, ""),
     "02": (0, "inertia-indefinite", "-3.53486e-08, 3.50085e-08, 9.08701e-08"),
-    "03": (0, "mimic-left-out", "'elsewhere' is no joint, so what mimics it moves freely"),
+    "03": (0, "mimic-left-out", "'elsewhere' is no joint, so its followers move freely"),
     "04": (0, "mesh-scale", "taken for all directions: link 'base' (.00254)"),
     "05": (0, "xml-mended", "there are blanks before it"),
     "06": (0, "xml-mended", "no XML version '0.0'"),

@@ -42,7 +42,7 @@ def add_options(command: argparse.ArgumentParser) -> None:
         "(of a folder of robots: their .mbs files)",
     )  # fmt: skip
     command.add_argument(
-        "--language", choices=("python", "c", "both"), help="of a project's code; default: python"
+        "--language", choices=("python", "c", "both"), help="the code of a project; default: python"
     )
     add_fields(command, *ALONE)
 

@@ -215,9 +215,7 @@ def add_converting(command: argparse.ArgumentParser) -> None:
     """For ``run`` and ``convert``: where to stop, what to keep, many robots."""
     add_printing(command)
     either = command.add_mutually_exclusive_group()
-    either.add_argument(
-        "--plan", action="store_true", help="say what would be changed and kept; write nothing"
-    )
+    either.add_argument("--plan", action="store_true", help="list the changes, and write nothing")
     either.add_argument(
         "--fresh", action="store_true", help="start over: keep no change that you made in the .mbs"
     )
@@ -228,7 +226,9 @@ def add_converting(command: argparse.ArgumentParser) -> None:
     )
     many = command.add_argument_group("many robots")
     many.add_argument("--workers", type=int, metavar="N", help="processes (default: every core)")
-    many.add_argument("--cluster", metavar="ADDRESS", help="of a Dask scheduler to use instead")
+    many.add_argument(
+        "--cluster", metavar="ADDRESS", help="the address of a Dask scheduler to use instead"
+    )
     many.add_argument(
         "--report", type=path, metavar="FILE.json",
         help=f"default: {REPORT} in the folder of all outputs",

@@ -52,7 +52,7 @@ def add_options(command: argparse.ArgumentParser) -> None:
     add_fields(command, *READING, "packages", "xacro_args", "base")
     command.add_argument(
         "--gravity", type=float, nargs=3, default=(0.0, 0.0, -9.81), metavar=("X", "Y", "Z"),
-        help="what the .mbs should have, in m/s^2 (0 0 -9.81): a URDF has none",
+        help="the gravity that the .mbs should have, in m/s^2 (0 0 -9.81)",
     )  # fmt: skip
     command.add_argument(
         "--frames", action="store_true",

@@ -127,5 +127,5 @@ def check_entities(root: Any, file: str) -> None:
 
 def _refuse_entities(file: str, line: int | None) -> NoReturn:
     what = "the file declares XML entities, which are not read"
-    hint = "write out what the entities stand for, and take the DOCTYPE away"
+    hint = "write out the entities, and take the DOCTYPE away"
     raise ConversionError("xml-entity", what, file=file, line=line, hint=hint)

@@ -30,7 +30,7 @@ def pass_failed(
     strangers = [f"'{ran.name}' ({ran.plugin})" for ran in before if not ran.is_ours]
     hint = "this is a mistake in urdf2mbs: please report it with the robot; --debug shows more"
     if strangers:
-        hint = f"it may come of what a plugin's pass did before: {', '.join(strangers)}"
+        hint = f"a plugin's pass may have caused it before: {', '.join(strangers)}"
     return _failed("internal", who, found.file, conversion, error, hint)
 
 
@@ -57,7 +57,7 @@ def check_protected(conversion: Conversion, before: str, who: str, plugin: str, 
     if protected_state(conversion) != before:
         raise ConversionError(
             "plugin-verdict",
-            f"{who} changes what was asked for, or what 'check' has found", file=file,
+            f"{who} changes the settings, or the result of 'check'", file=file,
             hint="conversion.settings and conversion.checked are for reading",
         )  # fmt: skip
     found, written = conversion.checked, conversion.written
@@ -65,7 +65,7 @@ def check_protected(conversion: Conversion, before: str, who: str, plugin: str, 
         raise ConversionError(
             "plugin-output-broken",
             f"{who} changes the file: it is not the '{written.name}' that was checked", file=file,
-            hint="put the pass before 'check', so that what it does is checked, too",
+            hint="put the pass before 'check', which checks its result then",
         )  # fmt: skip
 
 

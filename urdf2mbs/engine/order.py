@@ -28,7 +28,7 @@ def check_order(
         if method.index(name) < method.index(last):
             raise lines.error(
                 "wrong-order",
-                f"pass '{name}' stands behind '{last}', which uses what '{name}' makes",
+                f"pass '{name}' stands behind '{last}', which uses the result of '{name}'",
                 at, f"put '{name}' before '{last}': built-in passes keep the order of the method",
             )  # fmt: skip
     known: set[str] = set()

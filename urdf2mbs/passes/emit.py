@@ -23,5 +23,5 @@ class Emit(Pass):
             raise ConversionError(
                 "mbs-unwritable", f"robot '{conversion.robot.name}': {error}",
                 file=conversion.robot.file,
-                hint="look for huge numbers in the URDF, and for what a plugin's pass has put in",
+                hint="look for huge numbers in the URDF, and in the passes of plugins",
             ) from None  # fmt: skip

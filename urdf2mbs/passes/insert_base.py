@@ -73,7 +73,7 @@ class InsertBase(Pass):
         text = f"{'floating' if floating else kind} base: {why}"
         if guessed:
             other = "fixed" if floats else "floating"
-            hint = f"if the guess is wrong, 'base: {other}'; 'base: {kind}' ends this warning"
+            hint = f"'base: {other}', if the guess is wrong; 'base: {kind}' ends this warning"
             conversion.warn("base-guessed", text, link=root, hint=hint)
         else:
             conversion.note("base", text, link=root)

@@ -124,7 +124,7 @@ def check_mimics(reading: Reading, robot: Robot) -> None:
             joint.mimic = None
             reading.warn(
                 "mimic-left-out",
-                f"'{leader}' is no joint, so what mimics it moves freely"
+                f"'{leader}' is no joint, so its followers move freely"
                 if leader
                 else "<mimic> names no joint, so its joint moves freely",
                 joint.line, owner=("joint", joint.name), like=(leader, joints),

@@ -241,7 +241,7 @@ def _tell_moved(conversion: Conversion) -> None:
             "mesh-borrowed",
             f"{counted(len(borrowed), 'mesh')} found in the folder of another robot only, and "
             f"taken from there: {some(borrowed, 3)}",
-            hint="if it is another mesh, 'packages: {NAME: DIR}' says where the right one is",
+            hint="'packages: {NAME: DIR}' says where the right mesh is, if this is another",
         )
 
 
@@ -249,8 +249,7 @@ def _tell_moved(conversion: Conversion) -> None:
 LOST = {
     "mesh-missing": ("not found, and left out", "{why}"),
     "mesh-not-ours": (
-        "not converted, as a file of the name is there that urdf2mbs did not write, or that was "
-        "changed since",
+        "not converted, as the .wrl was edited, or written by another program",
         "move away: {why}",
     ),
     "mesh-too-large": (
@@ -296,7 +295,7 @@ def _warn_of_differences(conversion: Conversion, meshes: list[ShownMesh]) -> Non
             f"{counted(len(turned_up), 'mesh')} turned so that z is up, as asked; "
             f"RViz and Gazebo draw them unturned: {some([mesh.filename for mesh in turned_up])}",
             link=turned_up[0].links[0],
-            hint="leave out 'up_axis: apply' to do as they do",
+            hint="leave out 'up_axis: apply' to draw them unturned, too",
         )
     lost = dict.fromkeys(name for mesh in meshes for name in mesh.without)
     if lost:

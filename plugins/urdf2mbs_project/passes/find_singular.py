@@ -53,7 +53,7 @@ class FindSingular(Pass):
                     f"{'solve' if always else 'start'} this model: {causes}",
                     joint=None if floats else listed[0].joint,
                     hint="start from another position" if not always
-                    else "give what they move mass and inertia, or make them fixed joints"
+                    else "give mass and inertia to the links that they move, or fix the joints"
                     + ("; or 'base: fixed', if the robot stands on the ground" if floats else ""),
                 )  # fmt: skip
 

@@ -60,13 +60,13 @@ class ForceTorque(Pass):
         if left:
             conversion.note(
                 "force-torque",
-                f"force-torque sensors at fixed joints that are left out: {', '.join(left)}; "
+                f"force-torque sensors at fixed joints are left out: {', '.join(left)}; "
                 "'passes: {force-torque: {joints: [NAME]}}' makes them, at six driven joints each",
             )
         moving = [name for name in named if joints[name].moves]
         if moving:
             conversion.note(
                 "force-torque",
-                f"force-torque sensors at joints that move are left out: {', '.join(moving)}; only "
-                "at fixed joints can they be made",
+                f"force-torque sensors at joints that move are left out: {', '.join(moving)}; "
+                "they need fixed joints",
             )

@@ -60,7 +60,7 @@ class Mimic(Pass):
                     f"joint '{name}' follows '{leader}', which does not move in the .mbs by one "
                     f"coordinate: '{name}' stays independent",
                     joint=name,
-                    hint=f"'passes: {{prune-massless: {{keep: [{link}]}}}}' keeps what it moves"
+                    hint=f"'passes: {{prune-massless: {{keep: [{link}]}}}}' keeps its link"
                     if leader in conversion.frozen
                     else None,
                 )

@@ -188,7 +188,7 @@ def _warn_of_lost_names(conversion: Conversion, folder: Path) -> None:
     if uses:
         conversion.warn(
             "project-names-lost",
-            f"your files name what the model has no more: {some(uses, 6)}",
+            f"your files use names that the model has no more: {some(uses, 6)}",
             hint="joints, forces, sensors and user models are found by their names: change these "
             "lines",
         )

@@ -271,7 +271,7 @@ def _warn(conversion: Conversion, changes: list[str]) -> None:
             "time-step-softened",
             f"the step would be shorter than {SHORTEST:g} s, so these numbers have given way: "
             + "; ".join(changes),
-            hint="state other numbers, or give what they move more inertia",
+            hint="state other numbers, or more inertia of the links that they move",
         )
     if conversion.state(Simulation).time_step < SHORTEST:
         conversion.warn(

@@ -24,7 +24,9 @@ EXAMPLES = (
 
 
 def add_options(command: argparse.ArgumentParser) -> None:
-    command.add_argument("name", metavar="NAME", help="of the pass: small letters, digits, hyphens")
+    command.add_argument(
+        "name", metavar="NAME", help="the name of the pass: small letters, digits, hyphens"
+    )
     command.add_argument(
         "-o", "--output", type=path, metavar="DIR", default=".", help="default: here"
     )

@@ -195,11 +195,11 @@ def make_project(arguments: argparse.Namespace) -> Path:
             found = find(before)
             config = msgspec.structs.replace(config, passes=found.passes)
             if found.feet and not arguments.json:
-                print(f"it stands on {', '.join(found.feet)}, as init proposes")
+                print(f"the robot stands on {', '.join(found.feet)}, as init proposes")
             elif "contacts" in found.passes and not arguments.json:
                 print(f"all that is solid touches the ground: {found.why_no_feet}")
             elif found.why_no_feet and not arguments.json:
-                print(f"it has no ground, and drops: {found.why_no_feet}")
+                print(f"the robot has no ground, and drops: {found.why_no_feet}")
         conversion = run(with_project(config, folder), before)
     if not arguments.json and (alone or arguments.verbose):  # of a config, 'run' tells them
         tell_diagnostics(conversion.diagnostics, arguments.verbose)

@@ -150,7 +150,7 @@ def test_it_says_why_there_are_no_feet(
 def test_simulate_starts_as_init_proposes(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
     conversion = started(DOG, here)
     assert main(["simulate", "r.urdf", "--time", "0.01", "--language", "python"]) == 0
-    assert "it stands on HR_foot, HL_foot, FR_foot, FL_foot" in capsys.readouterr().out
+    assert "the robot stands on HR_foot, HL_foot, FR_foot, FL_foot" in capsys.readouterr().out
     data = MbsData(model_of(Path("r_robotran")) or "")
     for joint in conversion.mbs.joints().values():
         assert data.q0[data.joint_id[joint.name]] == pytest.approx(joint.q or 0.0, abs=1e-12)

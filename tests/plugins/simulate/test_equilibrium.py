@@ -257,7 +257,7 @@ def test_zero_modes_are_named_apart(tmp_path: Path) -> None:
     *_, drifts, stops, states, stable = modes_of(MbsData(file)).lines()
     assert drifts == "nothing pulls these back: bob_0"
     assert stops == "friction or damping holds these where they are: bob_1"
-    assert (states, stable) == ("user states that keep what they have: memory.at", "stable")
+    assert (states, stable) == ("user states that keep their values: memory.at", "stable")
 
 
 MAIN = """

@@ -236,7 +236,7 @@ def test_a_robot_without_a_config_stands(tmp_path: Path, capsys: Any) -> None:
     folder = tmp_path / "stands"
     source = str(ROOT / "configs/biped.urdf.xacro")
     assert main(["simulate", source, "-o", str(folder), "--time", "0.3"]) == 0
-    assert "it stands on left_foot, right_foot" in capsys.readouterr().out
+    assert "the robot stands on left_foot, right_foot" in capsys.readouterr().out
     q = np.loadtxt(folder / "resultsR" / "dirdyn_q.res")
     height = MbsData(folder / "dataR" / "stands.mbs").joint_id["floating_base_T3"]
     assert np.ptp(q[:, height]) < 0.005

@@ -27,4 +27,4 @@ def test_three_sensors_of_one_name_are_three() -> None:
         text.replace('"ft"', '"one"', 1), passes={"force-torque": {"joints": ["to_c"]}}
     )
     said, _ = [one.message for one in result.diagnostics if one.code == "force-torque"]
-    assert said.startswith("force-torque sensors at fixed joints that are left out: to_b, to_d; ")
+    assert said.startswith("force-torque sensors at fixed joints are left out: to_b, to_d; ")

@@ -298,10 +298,10 @@ def test_your_files_that_name_what_is_gone_are_told(tmp_path: Path) -> None:
         result = convert(tmp_path / "r.urdf", output={"project": project})
         said[new] = [d.message for d in result.diagnostics if d.code == "project-names-lost"]
     gone = "run.c:1 'hand_sensor', run.c:1 'body_contact_force', run.c:2 'bristle'"
-    assert said[TINY] == [f"your files name what the model has no more: {gone}"]
+    assert said[TINY] == [f"your files use names that the model has no more: {gone}"]
     assert said[text] == [
-        "your files name what the model has no more: mine.py:2 'shoulder', mine.py:4 'wrist_roll', "
-        + gone
+        "your files use names that the model has no more: mine.py:2 'shoulder', "
+        "mine.py:4 'wrist_roll', " + gone
     ]
 
 
