@@ -134,8 +134,8 @@ def explain(run: Run, error: Exception) -> ConversionError:
             rest = unread.filename[named.end() :]
             hint = f"xacro reads no package://: write $(find {named[1]}){rest}"
         return _fault(run, "xacro", text, [Path(unread.filename).name], hint)
-    hint = "give its value before, by <xacro:property> or --arg" if find(NameError) else None
-    return _legacy(run.files()) or _fault(run, "xacro", text, signs or _find_words(text), hint)
+    define = "give its value before, by <xacro:property> or --arg" if find(NameError) else None
+    return _legacy(run.files()) or _fault(run, "xacro", text, signs or _find_words(text), define)
 
 
 def _explain_syntax(run: Run, error: ExpatError) -> ConversionError:

@@ -101,7 +101,7 @@ def _check_size(log: list[Any], file: str, line: int | None) -> None:
         what = "one text, comment or value of an attribute has more than 10,000,000 letters"
     else:
         return
-    what = f"the file is more than can be read: {what}"
+    what = f"the file is too large to be read: {what}"
     hint = "no robot needs that: look at the program that has made the file"
     raise ConversionError("xml-too-large", what, file=file, line=line, hint=hint)
 

@@ -22,8 +22,8 @@ CODES = {
     "point-without-rotation": "note: frames became anchor points, which have no rotation",
     "collision": "note: collision shapes are left out",
     "joint-dynamics": "note: only a project applies damping, friction and springs of joints",
-    "limit": "note: limits of joints that are not one coordinate are left out",
-    "safety-controller": "note: safety controllers of such joints are left out",
-    "calibration": "note: the calibration of such joints is left out",
+    "limit": "note: limits of joints of several coordinates are left out",
+    "safety-controller": "note: safety controllers of joints of several coordinates are left out",
+    "calibration": "note: calibrations of joints of several coordinates are left out",
     "extension": "note: elements of other programs are left out",
 }

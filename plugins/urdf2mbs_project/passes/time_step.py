@@ -269,7 +269,7 @@ def _warn(conversion: Conversion, changes: list[str]) -> None:
     if changes:
         conversion.warn(
             "time-step-softened",
-            f"the step would be shorter than {SHORTEST:g} s, so these numbers have given way: "
+            f"these numbers are softened, as the step would be shorter than {SHORTEST:g} s: "
             + "; ".join(changes),
             hint="state other numbers, or more inertia of the links that they move",
         )
