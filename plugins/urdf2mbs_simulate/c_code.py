@@ -21,6 +21,7 @@ from typing import Any
 
 import numpy as np
 
+from urdf2mbs.mbs.model import BASE
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
 from urdf2mbs_equations.c import CWriter
 from urdf2mbs_equations.files import FUNCTIONS
@@ -29,7 +30,7 @@ from urdf2mbs_simulate.data import MbsData
 from urdf2mbs_simulate.equations import HEADERS, cache_folder, equations, keep
 from urdf2mbs_simulate.push import places
 from urdf2mbs_simulate.python_code import PythonCode, add_on, changes, default
-from urdf2mbs_simulate.turn import tell_of_turn
+from urdf2mbs_simulate.turn import TYPES, tell_of_turn
 
 HERE = Path(__file__).parent
 #: Equations of 2025 and later call ``user_call_X``: here ``user_X``, or ``run_X`` of ``turn.c``,
@@ -41,6 +42,7 @@ FLAGS = (
     *(f"-Duser_call_{name}=user_{name}" for name in ("cons_hJ", "cons_jdqd")),
 )  # fmt: skip
 LIBRARY = ("-shared", "-fPIC")
+SOURCES = ("runtime.c", "frame.c", "steps.c", "explicit.c", "turn.c", "hooks.c")
 
 _double, _int = ctypes.c_double, ctypes.c_int
 _row = ctypes.POINTER(_double)
@@ -351,6 +353,7 @@ def _sources(
     words = ", ".join(f"{name} = {int(value)}" for name, value in facts.items())
     defines = [f"-DRUN_JOINTS={data.njoint}", f"-DRUN_CUTS={rows[0]}", f"-DRUN_USER_ROWS={rows[1]}"]
     defines += [f"-DRUN_FORCES={data.Nxfrc}", f"-DRUN_STATES={data.Nux}", f"-DRUN_FACTS={words}"]
+    defines.append(f"-DRUN_TREE={_tree(data)}")
     defines += ["-DUSER_IN_C"] * bool(user)
     text = (HERE / "partition.c").read_text().replace(
         '#include "accelred.c"',
@@ -359,12 +362,24 @@ def _sources(
     partition = cache_folder() / "equations" / f"{sha256(text.encode()).hexdigest()[:32]}.c"
     if not partition.is_file():
         keep(partition, text.encode())
-    own = [HERE / name for name in ("runtime.c", "steps.c", "explicit.c", "turn.c", "hooks.c")]
+    own = [HERE / name for name in SOURCES]
     own += [partition, *user]
     texts = [file.read_text("utf-8", "replace") for file in own]
     called = re.findall(r"\bmbs_(\w+)\(", re.sub(r"(?s)/\*.*?\*/|//[^\n]*", "", "".join(texts)))
     files = equations(data, sorted({*called} & {*FUNCTIONS} - {"accelred"}), "c")
     return [*files.values(), *own], defines
+
+
+def _tree(data: MbsData) -> str:
+    """The rows of ``tree`` in ``frame.c``."""
+    rows: list[str] = []
+    for body in data.mbs.bodies:
+        before = 0 if body.parent is None else data.body_id[body.parent]
+        point = data.points_id[body.parent or BASE][body.point] if body.point else 0
+        for joint in body.joints:
+            rows.append(f"{{{TYPES.index(joint.type)}, {before}, {point}}}")
+            before, point = len(rows), 0
+    return ", ".join(rows)
 
 
 def compiled(data: MbsData, sources: list[Path], defines: Sequence[str] = ()) -> Any:

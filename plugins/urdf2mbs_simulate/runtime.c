@@ -6,28 +6,6 @@
 #include "runtime.h"
 
 Push *pushes;
-MbsSensor frame;
-double arm[4];
-
-double cross(const double *a, const double *b, int i)
-{
-    const int k = i % 3 + 1, l = k % 3 + 1;
-
-    return a[k] * b[l] - a[l] * b[k];
-}
-
-void find_frame(MbsData *s, int joint, const double at[4])
-{
-    static double jacobian[7][RUN_JOINTS + 1];
-
-    memset(jacobian, 0, sizeof jacobian);
-    for (int i = 0; i <= 6; i++)
-        frame.J[i] = jacobian[i];
-    mbs_gensensor(&frame, s, joint);
-    for (int i = 1; i <= 3; i++)
-        arm[i] = frame.R[1][i] * at[1] + frame.R[2][i] * at[2] + frame.R[3][i] * at[3];
-}
-
 /* Add what a push does in the joints. */
 static void add_push(MbsData *s, const Push *push)
 {

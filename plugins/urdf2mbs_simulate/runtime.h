@@ -13,10 +13,10 @@ typedef struct {
 } Push;
 extern Push *pushes;
 
-/* The motion behind a joint, with its Jacobian, and the way to a point of the body, as found last. */
+/* frame.c: the motion behind a joint, with its Jacobian, and the way to a point of the body, as found last. */
 extern MbsSensor frame;
 extern double arm[4];
-void find_frame(MbsData *s, int joint, const double at[4]);
+void find_frame(const MbsData *s, int joint, const double at[4]);
 double cross(const double *a, const double *b, int i);
 
 extern MbsDirdyn dirdyn;
@@ -50,5 +50,4 @@ double *run_ExtForces(double P[4], double R[4][4], double V[4], double OM[4], do
 
 /* the equations */
 void mbs_invdyna(double *phi, MbsData *s, double tsim);
-void mbs_gensensor(MbsSensor *sens, MbsData *s, int isens);
 #endif

@@ -14,8 +14,10 @@ damping_ratio)``, ``bristle = d``, ``bristle_time = 2 damping_ratio (d / g)^(1/2
 
 from __future__ import annotations
 
+from functools import lru_cache
 from itertools import product
 from math import dist, hypot, pi, sqrt
+from pathlib import Path
 from typing import Annotated, Any
 
 from msgspec import Meta
@@ -282,7 +284,7 @@ def _spots_of_shape(conversion: Conversion, shape: urdf.Geometry) -> list[Spot]:
         ends = ((0.0, 0.0, end * shape.length / 2) for end in (-1, 1))
         turns = [2 * pi * k / RIM for k in range(RIM)]
         return [Spot(end, shape.radius, (0.0, 0.0, 1.0), turn) for end in ends for turn in turns]
-    return [Spot(at) for at in _corners(_vertices(conversion, shape))]
+    return [Spot(at) for at in _corners_of(conversion, shape)]
 
 
 def thin(spots: list[Spot]) -> list[Spot]:
@@ -324,15 +326,22 @@ def _corners(points: Any) -> list[Vec]:
     return [tuple(map(float, at)) for at in corners]  # type: ignore[misc]
 
 
-def _vertices(conversion: Conversion, mesh: urdf.Mesh) -> Any:
-    """The vertices of a mesh file, scaled (m), as rows.  Raises MeshError."""
-    import numpy as np
-
+def _corners_of(conversion: Conversion, mesh: urdf.Mesh) -> tuple[Vec, ...]:
+    """The corners of a mesh file, scaled (m).  Raises MeshError."""
     from urdf2mbs_meshes.model import MeshError
-    from urdf2mbs_meshes.reader import read
 
     path = files_of(conversion).resolve(mesh.filename)
     if path is None:
         raise MeshError("it was not found")
+    return _corners_in(path, path.stat().st_mtime_ns, mesh.scale)
+
+
+@lru_cache(maxsize=256)
+def _corners_in(path: Path, changed: int, scale: Vec) -> tuple[Vec, ...]:
+    """Kept, as init and several passes ask for each mesh."""
+    import numpy as np
+
+    from urdf2mbs_meshes.reader import read
+
     rows = [part.points for part in read(path).parts]
-    return np.concatenate(rows).astype(float) * np.array(mesh.scale)
+    return tuple(_corners(np.concatenate(rows).astype(float) * np.array(scale)))

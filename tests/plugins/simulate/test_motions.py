@@ -23,7 +23,8 @@ from urdf2mbs.mbs.model import (
 )
 from urdf2mbs.mbs.writer import write as write_mbs
 from urdf2mbs_simulate import dirdyn as runs
-from urdf2mbs_simulate.c_code import CCode, compiler
+from urdf2mbs_simulate.c_code import CCode, SensorInC, compiler, vector
+from urdf2mbs_simulate.data import MbsSensor
 from urdf2mbs_simulate.dirdyn import METHODS, ROBOTRAN, choose_code, integrate
 from urdf2mbs_simulate.push import add_pushes
 from urdf2mbs_simulate.python_code import PythonCode, default, loaded
@@ -453,3 +454,25 @@ def test_a_force_in_python_knows_the_time(slider: Path, language: str, tmp_path:
     late = simulate(project, time=0.01, language=language).outputs["late"]
     assert len(set(late[:, 0])) > 3
     assert not late[:, 1].any()
+
+
+@pytest.mark.skipif(compiler() is None, reason="no C compiler")
+def test_the_motion_of_each_body_is_that_of_its_equations(rich: Path) -> None:
+    """``frame.c`` goes from joint to joint, the equations are written for each body."""
+    data, rng = MbsData(model(rich)), np.random.default_rng(5)
+    moves = np.flatnonzero([nature != "driven" for nature in data.natures]) + 1
+    for row in (data.q, data.qd, data.qdd):
+        row[moves] = rng.normal(size=len(moves))
+    with loaded(data):
+        code = CCode(data)
+        frame = SensorInC.in_dll(code.library, "frame")
+        for joint in data.body_id.values():
+            should = MbsSensor(data)
+            should.comp_gen_sensor(joint)
+            code.library.find_frame(code.at, joint, vector(np.zeros(4)))
+            for name in ("P", "V", "OM", "A", "OMP"):
+                found = np.array(getattr(frame, name))
+                assert np.allclose(found[1:], getattr(should, name)[1:], rtol=0, atol=1e-12)
+            assert np.allclose(np.array(frame.R).reshape(4, 4), should.R, rtol=0, atol=1e-12)
+            slopes = [[frame.J[i][j] for j in range(data.njoint + 1)] for i in range(1, 7)]
+            assert np.allclose(slopes, should.J[1:], rtol=0, atol=1e-12)
