@@ -197,7 +197,7 @@ def make_project(arguments: argparse.Namespace) -> Path:
             if found.feet and not arguments.json:
                 print(f"the robot stands on {', '.join(found.feet)}, as init proposes")
             elif "contacts" in found.passes and not arguments.json:
-                print(f"all that is solid touches the ground: {found.why_no_feet}")
+                print(f"no feet: {found.why_no_feet}; all that is solid touches the ground")
             elif found.why_no_feet and not arguments.json:
                 print(f"the robot has no ground, and drops: {found.why_no_feet}")
         conversion = run(with_project(config, folder), before)
