@@ -165,7 +165,7 @@ def test_a_report_recommends_no_run_that_has_been_done(here: Path, capsys: Any) 
     ("words", "said"),
     [
         (["convert", "tiny.urdf", "-o", "x.mbs"], "Next: open x.mbs in MBSysPad"),
-        (["convert", "tiny.urdf", "-o", "x/"], "Next: urdf2mbs simulate x; or open x/dataR/"),
+        (["convert", "tiny.urdf", "-o", "x/"], "simulate x -o moves.html; or open x/dataR/"),
         (
             ["simulate", "tiny.urdf", "-o", "s/", "--time", "0.02"],
             "Next: add '-o PAGE.html' to see it move; plot s/resultsR/dirdyn.csv",

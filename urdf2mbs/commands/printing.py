@@ -78,7 +78,8 @@ def next_steps(conversion: Conversion, found: Report) -> str:
         return f"Next: open {model} in MBSysPad, or draw it: urdf2mbs diagram {model}"
     if found.no_dynamics:
         return f"Next: give the links masses, without which nothing moves; open {model} in MBSysPad"
-    return f"Next: urdf2mbs simulate {near(settings.project)}; or open {model} in MBSysPad"
+    play = f"urdf2mbs simulate {near(settings.project)} -o moves.html"
+    return f"Next: {play}; or open {model} in MBSysPad"
 
 
 def near(path: Path) -> str:
