@@ -113,11 +113,10 @@ def warn_of_falling(conversion: Conversion, placement: Placement, places: list[V
     found, way = balance_at(conversion, placement, places)
     away, (x, y, z) = f"{abs(found.margin):.3g} m", (f"{round(part, 6) + 0.0:.3g}" for part in way)
     if found.margin < -ROUNDING:
-        said = f"not over the contact points, but {away} beside them: the robot falls"
+        said = f"not over the contact points, but {away} beside them: the robot tips over"
         hint = "give a start position with its feet under it"
     elif found.share < ENOUGH:
-        said = f"only {away} from the edge of the contact points: the robot cannot stand without a "
-        said += "controller that steps"
+        said = f"only {away} from the edge of the contact points: a robot that sways tips over"
         hint = "give a start position with its feet further apart"
     else:
         return
@@ -165,6 +164,6 @@ def warn_of_weak_motors(
     if weak:
         conversion.warn(
             "contacts-balance",
-            f"motors are too weak for a robot that stands and sways, so it falls: {some(weak)}",
+            f"motors are too weak for a robot that stands and sways: {some(weak)}",
             hint="see if the limits 'effort' are those of the joints, not those before the gears",
         )
