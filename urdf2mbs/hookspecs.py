@@ -57,11 +57,12 @@ class Pass(msgspec.Struct, forbid_unknown_fields=True):
 
     @classmethod
     def summary(cls) -> str:
-        """The first sentence of the docstring of the class, else of its module."""
+        """The first sentence of the docstring of the class or its module, without the name."""
         module = sys.modules.get(cls.__module__)
         text = cls.__doc__ or (module.__doc__ if module else None) or ""
         paragraph = " ".join(text.strip().partition("\n\n")[0].split())
-        return re.split(r"(?<=\.) ", paragraph)[0]
+        named = rf"(?i)^{cls.name.replace('-', '[ -]')}: "
+        return re.sub(named, "", re.split(r"(?<=\.) ", paragraph)[0])
 
 
 def always(conversion: Conversion, given: bool) -> bool:

@@ -12,7 +12,7 @@ NEEDS = ("project", "equations", "report")
 @hookimpl
 def urdf2mbs_commands() -> list[Command]:
     does = "let a robot, a project or an .mbs move, and write Robotran's results"
-    swings = "how a robot swings about its equilibrium: frequencies, damping, a page"
+    swings = "compute the modes of a robot: frequencies, damping, a page"
     return [
         Command("simulate", does, "urdf2mbs_simulate.commands.simulate"),
         Command("modes", swings, "urdf2mbs_simulate.commands.modes"),

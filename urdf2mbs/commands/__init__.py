@@ -203,7 +203,7 @@ def _add_options(own: argparse.ArgumentParser, command: Command) -> None:
     own.add_argument("--debug", action="store_true", help="show the traceback of an error")
     own.add_argument(
         "--color", choices=("auto", "always", "never"), default="auto",
-        help="auto: on a terminal only",
+        help="colours; auto: on a terminal only",
     )  # fmt: skip
     module.add_options(own)
 

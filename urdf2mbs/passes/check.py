@@ -1,5 +1,5 @@
-"""Check: that the file just made is the same robot as the URDF (the method's A.3.2, where its
-authors looked at pictures).
+"""Check: compare the file just made with the URDF (the method's A.3.2, where its authors looked at
+pictures).
 
 It reads the file's bytes and compares them with the URDF by the second route of ``verify``:
 the pose of every link at several random positions, zero included, and mass, centre and inertia

@@ -1,4 +1,4 @@
-"""Prune massless links: the method's "Creation of the bodytree".
+"""Prune massless: the method's "Creation of the bodytree".
 
 "For each URDF link found (except the null mass links which are neglected), a MBS body is
 added in the bodytree".  Neglected are the links, never their frames nor their children;

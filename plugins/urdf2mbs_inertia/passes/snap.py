@@ -1,4 +1,4 @@
-"""Snap: an angle that is nearly a multiple of 45 degrees becomes this multiple, if told so.
+"""Snap: an angle that is nearly a multiple of 45 degrees becomes this multiple, if asked.
 
 Beyond the method, which uses the numbers as they are written.  The robot is another one then, and
 the verdict says so.  For each joint a note says how far this moves the tips behind the joint at

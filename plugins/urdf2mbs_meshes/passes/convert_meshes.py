@@ -1,4 +1,4 @@
-"""Convert meshes: the method's "simply needs to be converted (by the user)", done here.
+"""Convert meshes: make the .wrl files, which the method leaves to the user.
 
 Every mesh that a visual shows becomes a VRML97 file, in metres and z up.  A shape's ``scale`` stays
 in the .mbs as absolute values.  A mirrored mesh (negative scale) gets a file of its own with the

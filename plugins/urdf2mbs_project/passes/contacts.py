@@ -1,4 +1,4 @@
-"""Contacts: the ground, and what of a robot may touch it.
+"""Contacts: the ground, and the parts of a robot that may touch it.
 
 Beyond the method.  The ground is a plane across gravity.  A rigid body touches a plane by the
 corners of its convex hull, by its spheres, and by the rims of its cylinders: these are its spots.

@@ -1,4 +1,4 @@
-"""Time step: how long a step a Runge-Kutta integrator can take with this robot.
+"""Time step: the longest step that a Runge-Kutta integrator can take with this robot.
 
 Beyond the method.  The model is linearised at the start position, with all stops hit and all feet
 on the ground.  ``TIME_STEP`` is the part ``PART`` of the longest step with which all eigenvalues

@@ -29,13 +29,15 @@ def add_options(command: argparse.ArgumentParser) -> None:
         "on which a mode swings",
     )  # fmt: skip
     command.add_argument(
-        "--drawn", action="store_true", help="about the pose as it is drawn, not an equilibrium"
+        "--drawn", action="store_true", help="the modes about the drawn pose, not an equilibrium"
     )
     command.add_argument(
         "--mode", type=int, default=1, metavar="N", help="the mode on the page (default: 1)"
     )
     command.add_argument(
-        "--language", choices=("c", "python"), help="default: c, where there is a compiler"
+        "--language",
+        choices=("c", "python"),
+        help="the code (default: c, where there is a compiler)",
     )
     add_fields(command, *ALONE)
 

@@ -55,7 +55,9 @@ def add_options(command: argparse.ArgumentParser) -> None:
         ".mbs outside a project; or a page that plays the motion, where the robot lives with the "
         "extra 'live'",
     )  # fmt: skip
-    command.add_argument("--time", type=float, default=2.0, metavar="S", help="default: 2 s")
+    command.add_argument(
+        "--time", type=float, default=2.0, metavar="S", help="the time to simulate (2 s)"
+    )
     command.add_argument(
         "--push", action="append", default=[], metavar="LINK:FX,FY,FZ@T1..T2",
         help="a force (N) on a link, in the axes of the base, from T1 to T2 (s)",
@@ -79,7 +81,9 @@ def add_options(command: argparse.ArgumentParser) -> None:
         "--rate", type=float, default=100.0, metavar="N", help="frames a second (default: 100)"
     )
     command.add_argument(
-        "--language", choices=("c", "python"), help="default: c, where there is a compiler"
+        "--language",
+        choices=("c", "python"),
+        help="the code (default: c, where there is a compiler)",
     )
     add_fields(command, *ALONE)
 

@@ -16,7 +16,7 @@ def test_explain_runs_nothing(here: Path, capsys: Any) -> None:
     assert main(["explain", "tiny.yaml"]) == 0
     out = capsys.readouterr().out
     assert f"source  {here}/tiny.urdf" in out
-    assert "prune-massless: Prune massless links" in out
+    assert "prune-massless: the method's" in out
     assert "   reads    robot, base\n   writes   bodies\n   options  keep: []" in out
     assert main(["explain", "--json", "tiny.yaml"]) == 0
     told = json.loads(capsys.readouterr().out)
