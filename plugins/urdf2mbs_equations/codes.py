@@ -5,5 +5,6 @@ CODES = {
     "Name a language, or leave the pass out.",
     "equations-stale": "warning: equations in `symbolicR` are of another model; ours are "
     "removed. Make them again: `urdf2mbs equations`.",
-    "mbsname-no-identifier": "error: `<mbsname>` is no identifier, and the equations need one",
+    "mbsname-no-identifier": "error: `<mbsname>` is no identifier, and the equations need one. "
+    "Rename the model.",
 }

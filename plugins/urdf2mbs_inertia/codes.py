@@ -10,7 +10,10 @@ CODES = {
     "shape. State inertias in the URDF.",
     "rotors-left-out": "warning: `<transmission>` states the inertia of rotors, which nothing "
     "counts; `rotors` does. Set `from_urdf` of `rotors`.",
-    "rotors-joints": "error: `rotors` names no joint that moves by one coordinate",
-    "rotors-project": "error: `rotors` wants a project: nothing else holds a rotor to its joint",
-    "estimate-inertia": "error: the options contradict each other or the robot",
+    "rotors-joints": "error: `rotors` names no joint that moves by one coordinate. "
+    "Correct the name.",
+    "rotors-project": "error: `rotors` wants a project: nothing else holds a rotor to its joint. "
+    "Write a project.",
+    "estimate-inertia": "error: the options contradict each other or the robot. "
+    "Correct the option that is named.",
 }

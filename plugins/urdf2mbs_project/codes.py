@@ -52,26 +52,35 @@ CODES = {
     "law-unknown": "note: a plugin adds a force law, which `TIME_STEP` does not know, and which "
     "nothing proves unless the plugin says what it should give",
     "contacts-most": "note: the URDF states more friction of contacts than is used",
-    "config-name": "error: the name of the file that `init` writes does not end in `.yaml`",
-    "mimic-joints": "error: `mimic` names no joint that follows another",
-    "actuators-joints": "error: `actuators` names no joint that moves",
-    "posture-joint": "error: `posture` names no joint with a position of its own",
-    "posture-srdf": "error: the SRDF file cannot be read, or has no such group state",
-    "posture-hold": "error: no joint fits a pattern of `hold`",
-    "contacts-links": "error: `contacts` names no link",
-    "contacts-body": "error: no force can act on a link: it never moves, or has no body",
-    "contacts-shape": "error: a link has no shape that gives contact points",
-    "sensors-only": "error: `only` of `sensors` names no sensor of the URDF",
-    "sensors-links": "error: `sensors` names no link",
-    "force-torque-joint": "error: a joint cannot be a force-torque sensor",
-    "loops-link": "error: an end of a cut is not on a link with a body",
-    "loops-length": "error: a ball or a solid has a length; only a rod has one",
-    "loops-dependent": "error: the constraints cannot be solved for the joints in `dependent`",
-    "loops-name": "error: a cut has the name of a link",
-    "forces-link": "error: a force does not act on a link with a body that moves",
-    "forces-name": "error: the name of a wrench or spring is no identifier",
-    "forces-spring": "error: the ends of a spring are at one place",
-    "project-states": "error: a project whose links or joints rub has no pass `time-step`",
-    "law-missing": "error: a plugin's law has no function in a language of the project",
-    "law-doubled": "error: two laws of plugins have one name",
+    "config-name": "error: the name of the file that `init` writes does not end in `.yaml`. "
+    "Name it so.",
+    "mimic-joints": "error: `mimic` names no joint that follows another. Correct the name.",
+    "actuators-joints": "error: `actuators` names no joint that moves. Correct the name.",
+    "posture-joint": "error: `posture` names no joint with a position of its own. "
+    "Correct the name.",
+    "posture-srdf": "error: the SRDF file cannot be read, or has no such group state. "
+    "Correct the path or name.",
+    "posture-hold": "error: no joint fits a pattern of `hold`. Correct the pattern.",
+    "contacts-links": "error: `contacts` names no link. Correct the name.",
+    "contacts-body": "error: no force can act on a link: it never moves, or has no body. "
+    "Name a link that moves.",
+    "contacts-shape": "error: a link has no shape that gives contact points. Give `points`.",
+    "sensors-only": "error: `only` of `sensors` names no sensor of the URDF. Correct the name.",
+    "sensors-links": "error: `sensors` names no link. Correct the name.",
+    "force-torque-joint": "error: a joint cannot be a force-torque sensor. Name a fixed joint.",
+    "loops-link": "error: an end of a cut is not on a link with a body. Name a link with mass.",
+    "loops-length": "error: a ball or a solid has a length; only a rod has one. Remove the length.",
+    "loops-dependent": "error: the constraints cannot be solved for the joints in `dependent`. "
+    "Name more joints, or none.",
+    "loops-name": "error: a cut has the name of a link. Rename the cut.",
+    "forces-link": "error: a force does not act on a link with a body that moves. "
+    "Name a link with a body that moves.",
+    "forces-name": "error: the name of a wrench or spring is no identifier. "
+    "Write letters, digits and `_`.",
+    "forces-spring": "error: the ends of a spring are at one place. Move one end.",
+    "project-states": "error: a project whose links or joints rub has no pass `time-step`. "
+    "Add the pass.",
+    "law-missing": "error: a plugin's law has no function in a language of the project. "
+    "Write the function.",
+    "law-doubled": "error: two laws of plugins have one name. Rename one.",
 }

@@ -1,7 +1,8 @@
 """Report and diagram."""
 
 CODES = {
-    "no-mbs": "error: the pipeline makes no `.mbs` for the report",
-    "viewer-missing": "error: the installed three.js is another one",
-    "no-drawing": "error: the file has no 2D diagram",
+    "no-mbs": "error: the pipeline makes no `.mbs` for the report. Add the pass `emit`.",
+    "viewer-missing": "error: the installed three.js is another one. "
+    "Install the package that is named.",
+    "no-drawing": "error: the file has no 2D diagram. Convert the robot with `layout`.",
 }

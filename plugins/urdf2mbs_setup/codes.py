@@ -1,5 +1,5 @@
 """Setting up."""
 
 CODES = {
-    "pass-name": "error: `new-pass` cannot use the name",
+    "pass-name": "error: `new-pass` cannot use the name. Write small letters, digits and hyphens.",
 }

@@ -1,6 +1,6 @@
 """The command line, and the functions of Python."""
 
 CODES = {
-    "usage": "error: an argument of the command line is wrong",
-    "tolerance-invalid": "error: the tolerance of `verify` is outside of its range",
+    "usage": "error: an argument of the command line is wrong. See `--help`.",
+    "tolerance-invalid": "error: the tolerance of `verify` is outside of its range. Write another.",
 }

@@ -1,6 +1,6 @@
 """What can happen anywhere."""
 
 CODES = {
-    "memory-full": "error: there is not enough memory",
-    "extra-missing": "error: a package is not installed; the message says what to install",
+    "memory-full": "error: there is not enough memory. Give more, or simplify the robot.",
+    "extra-missing": "error: a package is not installed. Install it as the message says.",
 }

@@ -1,7 +1,7 @@
 """The conversion."""
 
 CODES = {
-    "mbs-unwritable": "error: the model has an infinite number, or a word unknown to the format",
+    "mbs-unwritable": "error: the model has an infinite number or unknown word. Look into plugins.",
     "base-guessed": "warning: a guess says if the base floats. Say `base: fixed` or "
     "`base: floating`.",
     "no-mass": "warning: no link has mass or inertia; the model has no dynamics. Give masses, or "
