@@ -12,7 +12,7 @@ CODES = {
     "mesh-part": "warning: a part of a mesh cannot be shown. Save the mesh anew, if the part "
     "matters.",
     "mesh-file-missing": "warning: a file that a mesh names, a texture for example, was not "
-    "found. Put the file beside the mesh.",
+    "found. Put the file where the mesh names it.",
     "mesh-not-ours": "warning: a `.wrl` was edited, or another program wrote it; it stays as it "
     "is. Remove the `.wrl` to have it made anew.",
     "mesh-up-axis": "warning: COLLADA meshes were turned so that z is up, as the config asks. "

@@ -24,7 +24,7 @@ CODES = {
     "xacro-unexpanded": "error: xacro left an expression in place of a number. Define its values.",
     "package-not-found": "error: an included file's package was not found. Give `--package`.",
     "misspelt": "warning: the name of an element or attribute is nearly one of URDF. Correct it.",
-    "mechanics-unread": "warning: URDF does not know mechanics there. State it in URDF's words.",
+    "mechanics-unread": "warning: URDF has no mechanics there. State it as URDF or a config can.",
     "doubled-element": "warning: an element is there twice; the first counts. Remove one.",
     "robot-unnamed": "warning: `<robot>` has no name, and gets that of its file. Name it.",
     "name-blank": "warning: a name begins or ends with a blank, which stays. Remove the blank.",

@@ -305,8 +305,7 @@ def _warn_of_differences(conversion: Conversion, meshes: list[ShownMesh]) -> Non
         )
         conversion.warn(
             "mesh-file-missing",
-            f"{counted(len(lost), 'file')} that meshes name not found, and the meshes are shown "
-            f"without: {some(named, 3)}",
+            f"meshes name files that were not found, and are shown without: {some(named, 3)}",
         )
 
 
