@@ -1,4 +1,4 @@
-"""`lint`: what is wrong with a robot, without converting it.
+"""`lint`: list the faults of a robot, without converting it.
 
 Reads the robot, and prints each error and warning with its file and line.
 Writes nothing but the file of --sarif.  Exit code 1: there is an error.

@@ -57,7 +57,7 @@ def carry_out_many(configs: Iterable[tuple[Config, Lines]], arguments: argparse.
         _print_table(outcomes)
         print(f"report: {near(report)}")
         print("Next: open a model in MBSysPad, or look at one: urdf2mbs diagram MODEL.mbs")
-        print("      what is wrong with a robot: run or convert it by itself, with -v")
+        print("      the faults of one robot: run or convert it by itself, with -v")
     return code
 
 

@@ -73,6 +73,8 @@ def carry_out(arguments: argparse.Namespace) -> int:
     print(f"{data.mbs_name}: {count} modes")
     for line in (*data.said, *found.lines(), *map(near, files)):
         print(f"  {line}")
-    see = f"open {near(files[0])}" if is_page(files[0]) else "add '-o PAGE.html' to see one swing"
+    see = (
+        f"open {near(files[0])}" if is_page(files[0]) else "add '-o PAGE.html' to see a mode swing"
+    )
     print(f"Next: {see}")
     return 0
