@@ -362,17 +362,17 @@ def test_the_diagram_stays_as_people_have_it() -> None:
 
     def drawn(mbs: Mbs, at: float) -> Mbs:
         for joint in mbs.joints().values():
-            joint.position = (at, at)
+            joint.position = (at, 2.0 * at)
         return mbs
 
     base, edited, new = drawn(everything(), 30.0), drawn(everything(), 30.0), everything()
-    edited.bodies[0].joints[3].position = (530.0, 30.0)
+    edited.bodies[0].joints[3].position = (530.0, 60.0)
     twist = Joint("twist", "R3")
     new.bodies.append(Body("foot", "leg", None, [twist], drawing=Drawing()))
     sides = [read(write(mbs), "m.mbs") for mbs in (base, edited)]
     drawn(new, 130.0)
-    twist.position = (190.0, 140.0)
+    twist.position = (190.0, 280.0)
     joints = read(merge(*sides, new).data, "m.mbs").joints()
-    assert joints["kick"].position == (30.0, 30.0)
-    assert joints["still"].position == (530.0, 30.0)
-    assert joints["twist"].position == (90.0, 40.0)
+    assert joints["kick"].position == (30.0, 60.0)
+    assert joints["still"].position == (530.0, 60.0)
+    assert joints["twist"].position == (90.0, 80.0)
