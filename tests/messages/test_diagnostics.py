@@ -1,7 +1,5 @@
 """Messages: one form for all, safe on a terminal, and short enough to read."""
 
-from __future__ import annotations
-
 import pickle
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Messages about one file are grouped."""
 
-from __future__ import annotations
-
 import pytest
 
 from urdf2mbs.commands.printing import tell_diagnostics

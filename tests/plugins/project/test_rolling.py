@@ -1,7 +1,5 @@
 """Wheels and balls roll: their lowest point touches, wherever they have turned."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """Friction with a state: it lets joints and feet rest, and is the URDF's in motion."""
 
-from __future__ import annotations
-
 import shutil
 from math import cos, radians, sin
 from pathlib import Path

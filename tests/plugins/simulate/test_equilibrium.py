@@ -1,8 +1,6 @@
 """Equilibria and modes are those of closed forms; a run that starts in one stays, and a small swing
 has the frequency and the damping of its mode."""
 
-from __future__ import annotations
-
 import json
 import math
 import re

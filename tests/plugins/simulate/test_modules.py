@@ -1,7 +1,5 @@
 """User functions of several projects in one process: each imports its own modules."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 from types import ModuleType, SimpleNamespace

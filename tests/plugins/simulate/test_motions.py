@@ -1,7 +1,5 @@
 """The runtime moves small robots as their closed forms say, and keeps all that it has computed."""
 
-from __future__ import annotations
-
 import math
 import shutil
 from pathlib import Path

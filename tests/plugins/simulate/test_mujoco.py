@@ -1,7 +1,5 @@
 """Simulations beside MuJoCo's, of the same URDF: no code is shared, not even the reader."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Simulations of generated projects: nothing runs but their equations and user functions."""
 
-from __future__ import annotations
-
 import shutil
 import sys
 from pathlib import Path

@@ -1,8 +1,6 @@
 """Loops of any kind are closed by a choice of joints and equations, and move as physics says; a
 joint without mass is held and named, or refused."""
 
-from __future__ import annotations
-
 import math
 import re
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Our steps in C: of order 5 or 3, and as exact as is asked for, beside scipy's."""
 
-from __future__ import annotations
-
 import shutil
 import sys
 from pathlib import Path

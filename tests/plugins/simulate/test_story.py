@@ -1,7 +1,5 @@
 """What a run tells of a robot on its feet: that it stands, or when and which way it fell."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

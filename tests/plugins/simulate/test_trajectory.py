@@ -1,7 +1,5 @@
 """The forces that made a motion are found again from the motion, with loops closed."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A base passes the angle at which its three angles have no solution, in Python and in C."""
 
-from __future__ import annotations
-
 import re
 import shutil
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Runs of projects that go wrong, and what user code may do."""
 
-from __future__ import annotations
-
 import re
 import shutil
 from pathlib import Path

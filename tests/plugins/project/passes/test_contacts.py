@@ -1,7 +1,5 @@
 """Contacts: where a robot touches the ground, and the law of the generated code."""
 
-from __future__ import annotations
-
 import re
 from math import cos, sin, sqrt
 from pathlib import Path
