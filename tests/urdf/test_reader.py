@@ -434,6 +434,7 @@ IN_LINK = [
     (inertial(inertia=moments()), "mass-without-inertia", ""),
     # what the .mbs does not need
     (shaped('<mesh filename="m" scale="1 1 x"/>'), "number-left-out", "a <visual>.*scale"),
+    (shaped('<mesh filename="m" scale="1,1,1"/>'), "number-left-out", "a <visual>"),
     (shaped('<mesh filename="m" scale="1 1 1 1"/>'), "number-left-out", "a <visual>.*4 given"),
     (shaped('<mesh filename="m" scale=".001"/>'), "mesh-scale", r"\.001"),
     (shaped(BOX, '<origin rpy="0 0 pi"/>'), "number-left-out", "rpy"),

@@ -274,6 +274,12 @@ def said(element: etree._Element) -> object:
     )  # fmt: skip
 
 
+def test_text_behind_what_goes_stays() -> None:
+    mbs = read(OWN.replace(b"</link>", b"</link>stray", 1), "m.mbs")
+    del mbs.links[0]
+    assert (etree.fromstring(write(mbs)).findtext("links") or "").strip() == "stray"
+
+
 # --- changes one by one ---
 
 
