@@ -1,11 +1,13 @@
 /* What Robotran's library is for a project in C: it calls equations and user functions.
 
-   Compiled with RUN_JOINTS, and with RUN_CUTS and RUN_USER_ROWS, the numbers of constraints. */
+   Compiled with RUN_JOINTS and RUN_FORCES: how many joints and external forces. */
 #include <string.h>
 
 #include "runtime.h"
 
 Push *pushes;
+int last_joint[RUN_FORCES + 1]; /* of the body of each external force; 0: of the base */
+
 /* Add what a push does in the joints. */
 static void add_push(MbsData *s, const Push *push)
 {
@@ -57,6 +59,39 @@ int accelerate(MbsData *s, double t, const double *y, double *f)
     return 0;
 }
 
+/* The force and torque at the anchor point of an external force, after a small motion of its body:
+   places and speeds of the point, and of the rotation. */
+void find_force(MbsData *s, int number, const double *motion, double *force)
+{
+    double P[4], R[4][4], V[4], OM[4], A[4], OMP[4], lever[4] = {0}, *w;
+
+    memcpy(A, frame.A, sizeof A);
+    memcpy(OMP, frame.OMP, sizeof OMP);
+    for (int i = 1; i <= 3; i++) {
+        P[i] = frame.P[i] + arm[i] + motion[i - 1];
+        V[i] = frame.V[i] + cross(frame.OM, arm, i) + motion[5 + i];
+        OM[i] = frame.OM[i] + motion[8 + i];
+        for (int k = 1; k <= 3; k++)
+            R[k][i] = frame.R[k][i] + cross(motion + 2, frame.R[k], i);
+    }
+    w = run_ExtForces(P, R, V, OM, A, OMP, s, s->tsim, number);
+    for (int i = 1; i <= 3; i++)
+        for (int k = 1; k <= 3; k++)
+            lever[i] += R[k][i] * (w[6 + k] - s->dpt[k][s->xfidpt[number]]);
+    for (int i = 1; i <= 3; i++) {
+        force[i - 1] = w[i];
+        force[2 + i] = w[3 + i] + cross(lever, w, i);
+    }
+}
+
+void find_body(MbsData *s, int number)
+{
+    const int point = s->xfidpt[number];
+    const double at[4] = {0.0, s->dpt[1][point], s->dpt[2][point], s->dpt[3][point]};
+
+    find_frame(s, last_joint[number], at);
+}
+
 /* What user_dirdyn_init, _loop and _finish are given. */
 #define ROW(i) zeros + (i) * (RUN_JOINTS + 1)
 static double zeros[7 * (RUN_JOINTS + 1)];
@@ -64,3 +99,18 @@ static MbsSensor sensor = {.J = {ROW(0), ROW(1), ROW(2), ROW(3), ROW(4), ROW(5),
 static MbsAux aux = {&sensor};
 static MbsDirdynOptions options;
 MbsDirdyn dirdyn = {&options, &aux};
+
+/* The user's loop after a step, with Qc of the driven joints. */
+void call_loop(MbsData *s)
+{
+    static double force[RUN_JOINTS + 1];
+
+    mbs_invdyna(force, s, s->tsim);
+    for (int j = 1; j <= RUN_JOINTS; j++)
+        s->Qc[j] = force[j] - s->Qq[j];
+    for (int i = 1; i <= s->nqu; i++)
+        s->Qc[s->qu[i]] = 0.0;
+    show_base(s);
+    user_dirdyn_loop(s, &dirdyn);
+    hide_base(s);
+}

@@ -21,9 +21,12 @@ double cross(const double *a, const double *b, int i);
 
 extern MbsDirdyn dirdyn;
 int accelerate(MbsData *s, double t, const double *y, double *f);
+extern int last_joint[];
+void find_body(MbsData *s, int number);
+void find_force(MbsData *s, int number, const double *motion, double *force);
+void call_loop(MbsData *s);
 
 /* steps.c, explicit.c */
-extern int last_joint[];
 int find_states(MbsData *s);
 int advance(MbsData *s, double *t, double end, double *h, double most, double *y, double rtol,
             double atol, int count, int loops);

@@ -38,8 +38,6 @@ static double A[MOST][MOST];
 static char filled[MOST][MOST];
 static int column[MOST][MOST], columns[MOST];
 
-int last_joint[FORCES + 1]; /* of the body of each external force; 0: of the base */
-
 /* --- slopes --- */
 
 /* Add what acts to D and K.  reach: how each of its ways moves with some of the unknowns, which are listed. */
@@ -134,39 +132,6 @@ static void add_joints(MbsData *s)
     }
 }
 
-/* The force and torque at the anchor point of an external force, after a small motion of its body:
-   places and speeds of the point, and of the rotation. */
-static void pull(MbsData *s, int number, const double *motion, double *force)
-{
-    double P[4], R[4][4], V[4], OM[4], A[4], OMP[4], lever[4] = {0}, *w;
-
-    memcpy(A, frame.A, sizeof A);
-    memcpy(OMP, frame.OMP, sizeof OMP);
-    for (int i = 1; i <= 3; i++) {
-        P[i] = frame.P[i] + arm[i] + motion[i - 1];
-        V[i] = frame.V[i] + cross(frame.OM, arm, i) + motion[5 + i];
-        OM[i] = frame.OM[i] + motion[8 + i];
-        for (int k = 1; k <= 3; k++)
-            R[k][i] = frame.R[k][i] + cross(motion + 2, frame.R[k], i);
-    }
-    w = run_ExtForces(P, R, V, OM, A, OMP, s, s->tsim, number);
-    for (int i = 1; i <= 3; i++)
-        for (int k = 1; k <= 3; k++)
-            lever[i] += R[k][i] * (w[6 + k] - s->dpt[k][s->xfidpt[number]]);
-    for (int i = 1; i <= 3; i++) {
-        force[i - 1] = w[i];
-        force[2 + i] = w[3 + i] + cross(lever, w, i);
-    }
-}
-
-static void find_body(MbsData *s, int number)
-{
-    const int point = s->xfidpt[number];
-    const double at[4] = {0.0, s->dpt[1][point], s->dpt[2][point], s->dpt[3][point]};
-
-    find_frame(s, last_joint[number], at);
-}
-
 static void add_body(MbsData *s, int number)
 {
     Act *a = &body[number];
@@ -199,14 +164,14 @@ static void add_body(MbsData *s, int number)
         if (moved > 0.0)
             list[count++] = u;
     }
-    pull(s, number, motion, force);
+    find_force(s, number, motion, force);
     keep(s, a, 6, -1, force);
     for (int change = 0; change < 12 + a->count; change++) {
         double *moved = change < 12 ? &motion[change] : &s->ux[a->state[change - 12]];
         const double before = *moved;
 
         *moved += NEAR;
-        pull(s, number, motion, force);
+        find_force(s, number, motion, force);
         *moved = before;
         keep(s, a, 6, change, force);
     }
@@ -347,7 +312,7 @@ int find_states(MbsData *s)
             s->uxd[k] = NAN;
         if (last_joint[f] > 0) {
             find_body(s, f);
-            pull(s, f, still, force);
+            find_force(s, f, still, force);
         }
         for (int k = 1; k <= STATES; k++)
             if (!isnan(s->uxd[k]) && a->count++ < OWN)
@@ -431,21 +396,6 @@ static double extrapolate(MbsData *s, double t, double h, double *y, double rtol
     return error;
 }
 
-/* The user's loop after a step, with Qc of the driven joints. */
-static void loop(MbsData *s)
-{
-    static double force[JOINTS + 1];
-
-    mbs_invdyna(force, s, s->tsim);
-    for (int j = 1; j <= JOINTS; j++)
-        s->Qc[j] = force[j] - s->Qq[j];
-    for (int i = 1; i <= s->nqu; i++)
-        s->Qc[s->qu[i]] = 0.0;
-    show_base(s);
-    user_dirdyn_loop(s, &dirdyn);
-    hide_base(s);
-}
-
 /* Step from *t to end, by at most so many steps; *h is the next one.  Gives how many it took, or -1 where
    none is short enough.  loops: the user's loop is called after each step. */
 int advance(MbsData *s, double *t, double end, double *h, double most, double *y, double rtol,
@@ -474,7 +424,7 @@ int advance(MbsData *s, double *t, double end, double *h, double most, double *y
         *t = now == left ? end : *t + now;
         taken++;
         if (loops)
-            loop(s);
+            call_loop(s);
         if (turn_if_near(s, y))
             known = 0;
     }
