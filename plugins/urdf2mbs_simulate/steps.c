@@ -23,7 +23,7 @@ typedef struct {
     double here[6 + OWN], by[12 + OWN][6 + OWN];
 } Act;
 
-static const double NEAR = 1e-7;
+static const double NEAR = 1e-7, REST = 1e-12; /* an explicit step of 0.1 s makes a state 1e4 times larger */
 static Act joint[JOINTS + 1], body[FORCES + 1];
 static int touches[FORCES + 1], stiff; /* explicit steps serve below MANY */
 
@@ -189,7 +189,7 @@ static int begins(const MbsData *s, int number)
     for (int k = 1; k <= 6; k++)
         acts |= s->SWr[number][k] != 0.0;
     for (int k = 0; k < body[number].count; k++)
-        acts |= fabs(s->ux[body[number].state[k]]) > NEAR;
+        acts |= fabs(s->ux[body[number].state[k]]) > REST;
     return acts && !touches[number] && last_joint[number] > 0;
 }
 
