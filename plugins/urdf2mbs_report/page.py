@@ -264,7 +264,7 @@ def _verdict_and_facts(conversion: Conversion) -> dict[str, str]:
         f"{counted(found.links, 'link')} → {counted(found.bodies, 'body')}",
         f"{counted(found.joints.urdf, 'URDF joint')} → {found.joints}",
         f"{found.mass:.6g} kg",
-        found.base_in_words,
+        escape(found.base_in_words),
         counted(warnings, "warning"),
     ]
     if found.no_dynamics:
