@@ -80,9 +80,14 @@ static inline void cross(const double *a, const double *b, double *c)
 /* How high a spot is above the body's origin (m), where upwards are the axes of the body. */
 static inline double height(const Spot *spot, const double *upwards)
 {
-    const double along = dot(spot->axis, upwards);
+    const double middle = dot(spot->at, upwards);
 
-    return dot(spot->at, upwards) - spot->rim[0] * sqrt(fmax(0.0, 1.0 - along * along));
+    if (spot->rim[0] != 0.0) {
+        const double along = dot(spot->axis, upwards);
+
+        return middle - spot->rim[0] * sqrt(fmax(0.0, 1.0 - along * along));
+    }
+    return middle;
 }
 
 /* From a body's origin to where a spot touches (m), in the axes of the base. */
