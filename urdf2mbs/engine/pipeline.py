@@ -150,8 +150,7 @@ class Pipeline:
             hooks.urdf2mbs_progress(text=text)
 
     def _run(self, conversion: Conversion, stop_after: str | None) -> None:
-        ran: list[Registered] = []
-        config = self.settings.config
+        ran, config = list[Registered](), self.settings.config
         for configured in self.passes:
             if self._has_work(configured, conversion, ran):
                 pass_ = configured.pass_
