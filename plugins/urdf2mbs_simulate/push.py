@@ -89,8 +89,9 @@ def columns_of_pushes(data: MbsData, time: Any) -> dict[str, Any]:
 def _place(data: MbsData, link: str) -> tuple[str, Vec]:
     """The body that a link is part of, and the point (m) in its frame that is pushed."""
     bodies = {body.name: body for body in data.mbs.bodies}
-    if link in bodies:
-        return link, bodies[link].com or ZERO
+    for name in (link, f"{link}_body"):  # a link called base, or as a joint, has got this name
+        if name in bodies:
+            return name, bodies[name].com or ZERO
     for body in data.mbs.bodies:
         for point in body.points:
             if point.name == link:

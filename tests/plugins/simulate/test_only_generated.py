@@ -303,6 +303,18 @@ def test_a_push_that_cannot_be_read_or_placed() -> None:
     assert caught.value.hint == "did you mean 'arm'?"
 
 
+def test_a_push_finds_a_link_whose_body_has_another_name(tmp_path: Path) -> None:
+    """The .mbs reserves ``base``."""
+    box = (
+        '<robot name="box"><link name="base"><inertial><mass value="2"/><inertia ixx="1" iyy="1" '
+        'izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>'
+    )
+    project = make(tmp_path, box, base="floating")
+    results = simulate(project, time=0.1, language="python", push=["base:4,0,0@0..1"])
+    assert results.columns()["push1.base_body.Fx"][0] == 4.0
+    assert results.joint("floating_base_T1")[-1] == pytest.approx(0.01, rel=1e-6)
+
+
 # --- results ---
 
 
