@@ -89,13 +89,17 @@ def _start(jobs: list[Job], workers: int | None, cluster: str | None) -> Iterabl
 
 
 def _sort_record(record: Path) -> None:
-    """Sort the lines by file: the jobs added theirs in the order in which they were done."""
+    """Sort the lines by file: the jobs added theirs in the order in which they were done.
+
+    A sorted record stays as it is, as another run may add a line at any time.
+    """
     with suppress(OSError):  # an unsorted record is as true
-        lines = [line.split(b"  ", 1) for line in record.read_bytes().splitlines(keepends=True)]
-        part = record.with_name(f"{record.name}.{os.getpid()}.part")
-        lines.sort(key=lambda line: line[::-1])
-        part.write_bytes(b"".join(b"  ".join(line) for line in lines))
-        part.replace(record)
+        lines = record.read_bytes().splitlines(keepends=True)
+        by_file = sorted(lines, key=lambda line: line.split(b"  ", 1)[::-1])
+        if by_file != lines:
+            part = record.with_name(f"{record.name}.{os.getpid()}.part")
+            part.write_bytes(b"".join(by_file))
+            part.replace(record)
 
 
 def _cores() -> int:

@@ -6,7 +6,7 @@ itself would not do: many kinds have none, and MBSysPad drops those of an .mbs.
 
 Lines are only added, before the files get their places.  So a run that is killed, and another run
 into the same folder, leave a record that is true.  Line ends do not count, because git may convert
-them.
+them.  A run of many robots sorts the lines at its end.
 """
 
 from __future__ import annotations
