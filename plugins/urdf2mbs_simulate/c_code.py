@@ -42,7 +42,7 @@ FLAGS = (
     *(f"-Duser_call_{name}=user_{name}" for name in ("cons_hJ", "cons_jdqd")),
 )  # fmt: skip
 LIBRARY = ("-shared", "-fPIC")
-SOURCES = ("runtime.c", "frame.c", "steps.c", "explicit.c", "turn.c", "hooks.c")
+SOURCES = ("runtime.c", "frame.c", "slopes.c", "steps.c", "turn.c", "hooks.c")
 
 _double, _int = ctypes.c_double, ctypes.c_int
 _row = ctypes.POINTER(_double)

@@ -62,7 +62,7 @@ int restart(void)
         data.guess[i] = data.q[qv[i + 1]];
     now = turned = data.flag_stop = 0;
     turn_if_near(&data, state);
-    if (accelerate(&data, now, state, rate) || find_states(&data))
+    if (accelerate(&data, now, state, rate) || begin_steps(&data))
         return -1;
     if (loops) {
         show_base(&data);

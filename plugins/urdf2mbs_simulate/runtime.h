@@ -26,14 +26,16 @@ void find_body(MbsData *s, int number);
 void find_force(MbsData *s, int number, const double *motion, double *force);
 void call_loop(MbsData *s);
 
-/* steps.c, explicit.c */
+/* slopes.c */
 int find_states(MbsData *s);
+int any_begins(const MbsData *s);
+void take_slopes(MbsData *s);
+void solve(const MbsData *s, double h, const double *g, double *u);
+
+/* steps.c */
+int begin_steps(MbsData *s);
 int advance(MbsData *s, double *t, double end, double *h, double most, double *y, double rtol,
             double atol, int count, int loops);
-double measure(const MbsData *s, double time, const double *y, const double *next, const double *off,
-               double rtol, double atol);
-double explicit_step(MbsData *s, double t, double h, double *y, double *slope, double rtol, double atol,
-                     int known, int *stiff);
 
 /* partition.c */
 void set_partition(MbsData *s, const int *rows);

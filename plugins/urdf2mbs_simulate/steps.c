@@ -1,10 +1,6 @@
-/* Steps in C: linearly implicit Euler steps, extrapolated to order 3, with an estimate of the error
-   (Deuflhard, SIAM Review 27, 1985; Hairer and Wanner, Solving Ordinary Differential Equations II, IV.9).
-   Steps are explicit while nothing is stiff (explicit.c).
-
-   Implicit are the forces: that of a joint by its position and speed, an external force by the motion of
-   its body, each with the user states that it sets.  Their slopes are differences of the user functions,
-   taken once for all the steps that are extrapolated.  All else is explicit.
+/* Steps in C: linearly implicit ones of order 3, whose slopes (slopes.c) may be old or rough: the method
+   ROS34PW2 of Rang and Angermann, BIT 45, 2005.  While nothing is stiff they are explicit, of order 5, by
+   Dormand and Prince (Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, II.5).
 
    Compiled with RUN_JOINTS, RUN_FORCES and RUN_STATES: how many joints, external forces and user states. */
 #include <math.h>
@@ -12,329 +8,98 @@
 
 #include "runtime.h"
 
-enum { JOINTS = RUN_JOINTS, FORCES = RUN_FORCES, STATES = RUN_STATES, OWN = 8, ORDER = 3, MANY = 15 };
-enum { ALL = 2 * JOINTS + STATES + 1, MOST = JOINTS + STATES + 1 };
+enum { JOINTS = RUN_JOINTS, FORCES = RUN_FORCES, STATES = RUN_STATES, ALL = 2 * JOINTS + STATES + 1 };
+enum { MANY = 15, SERVE = 4 };            /* stiff steps until they are implicit; steps that slopes serve for */
+enum { UNKNOWN = 0, KNOWN, REFUSED };     /* a state: its derivative is found, or a step from it was refused */
 
-/* What acts on a joint (it moves in 1 way) or on a body (6 ways: its anchor point, and its rotation).
-   It gives a force for each way, then the rate of each of its user states.  A row of by is what a small
-   place in a way changes of these, then a speed in a way, then a state. */
+/* A stage k is computed at t + at h, from the state plus by times the parts before.  Its part is h times its
+   derivative, to which an implicit method adds change / h times the parts before, and solves with h part.
+   The state after h is that of the last stage, plus the last part of an implicit method; off: the error. */
 typedef struct {
-    int count, state[OWN];
-    double here[6 + OWN], by[12 + OWN][6 + OWN];
-} Act;
+    int stages;
+    double order, part, at[7], by[7][6], change[7][6], off[7];
+} Method;
 
-static const double NEAR = 1e-7, REST = 1e-12; /* an explicit step of 0.1 s makes a state 1e4 times larger */
-static Act joint[JOINTS + 1], body[FORCES + 1];
-static int touches[FORCES + 1], stiff; /* explicit steps serve below MANY */
+static const Method IMPLICIT = {
+    .stages = 4, .order = 3.0, .part = 0.435866521508459,
+    .at = {0.0, 0.871733043016918, 0.731579957790206, 1.0},
+    .by = {
+        {0.0},
+        {2.0},
+        {1.4192173174619762, -0.2592322116698636},
+        {4.18476048231916, -0.2851920173554942, 2.294280360279042},
+    },
+    .change = {
+        {0.0},
+        {-4.588560720558083},
+        {-4.18476048231916, 0.2851920173554942},
+        {-6.368179200128357, -6.795620944466834, 2.8700986043310555},
+    },
+    .off = {0.27774994764796457, -1.403239895176002, 1.7726301276675522, 0.5},
+};
+static const Method EXPLICIT = {
+    .stages = 7, .order = 5.0, .at = {0.0, 1.0 / 5, 3.0 / 10, 4.0 / 5, 8.0 / 9, 1.0, 1.0},
+    .by = {
+        {0.0},
+        {1.0 / 5},
+        {3.0 / 40, 9.0 / 40},
+        {44.0 / 45, -56.0 / 15, 32.0 / 9},
+        {19372.0 / 6561, -25360.0 / 2187, 64448.0 / 6561, -212.0 / 729},
+        {9017.0 / 3168, -355.0 / 33, 46732.0 / 5247, 49.0 / 176, -5103.0 / 18656},
+        {35.0 / 384, 0.0, 500.0 / 1113, 125.0 / 192, -2187.0 / 6784, 11.0 / 84},
+    },
+    .off = {
+        71.0 / 57600, 0.0, -71.0 / 16695, 71.0 / 1920, -17253.0 / 339200, 22.0 / 525, -1.0 / 40,
+    },
+};
 
-/* The unknowns of a step: the changes of the speeds of the independent joints, and of the user states of
-   what acts.  Their forces and rates change by K h speed + D change, where K is found by places. */
-static int unknowns, state_at[MOST];
-static double M[MOST][MOST], D[MOST][MOST], K[MOST][MOST];
+static int stiff, served;                     /* steps */
 static double found[ALL], start[ALL]; /* the derivative of the state, last and at the start of a step */
-/* The matrix of a step, factored.  What is not zero is listed: before the diagonal, the columns of a row, or
-   the rows of a column. */
-static double A[MOST][MOST];
-static char filled[MOST][MOST];
-static int column[MOST][MOST], columns[MOST];
 
-/* --- slopes --- */
-
-/* Add what acts to D and K.  reach: how each of its ways moves with some of the unknowns, which are listed. */
-static void add(const Act *a, int ways, int count, int *list, double reach[6 + OWN][MOST])
+/* Call it once, in a state, before the first step.  0 if no force sets too many user states. */
+int begin_steps(MbsData *s)
 {
-    const int size = ways + a->count;
-    double d[MOST], k[MOST];
-
-    for (int x = 0; x < a->count; x++) {
-        const int state = unknowns++;
-
-        state_at[state] = a->state[x];
-        for (int i = 0; i <= state; i++) {
-            M[i][state] = M[state][i] = D[i][state] = D[state][i] = K[i][state] = K[state][i] = 0.0;
-            filled[state][i] = 0;
-        }
-        M[state][state] = 1.0;
-        for (int i = 0; i < size; i++)
-            reach[i][count] = i == ways + x;
-        for (int n = 0; n < count; n++)
-            reach[ways + x][n] = 0.0;
-        list[count++] = state;
-    }
-    for (int i = 0; i < size; i++) {
-        for (int n = 0; n < count; n++) {
-            d[n] = k[n] = 0.0;
-            for (int way = 0; way < size; way++) {
-                d[n] += a->by[ways + way][i] * reach[way][n];
-                k[n] += way < ways ? a->by[way][i] * reach[way][n] : 0.0;
-            }
-        }
-        for (int m = 0; m < count; m++)
-            for (int n = 0; n < count && reach[i][m] != 0.0; n++) {
-                D[list[m]][list[n]] += reach[i][m] * d[n];
-                K[list[m]][list[n]] += reach[i][m] * k[n];
-            }
-    }
-    for (int m = 0; m < count; m++)
-        for (int n = 0; n < count; n++)
-            filled[list[m]][list[n]] = 1;
-}
-
-/* Keep what an act gives, or, behind a small change, what the change has done. */
-static void keep(const MbsData *s, Act *a, int ways, int change, const double *force)
-{
-    for (int i = 0; i < ways + a->count; i++) {
-        const double now = i < ways ? force[i] : s->uxd[a->state[i - ways]];
-
-        if (change < 0)
-            a->here[i] = now;
-        else
-            a->by[change][i] = (now - a->here[i]) / NEAR;
-    }
-}
-
-static void move_joints(MbsData *s, int way, double by)
-{
-    for (int j = 1; j <= JOINTS; j++) {
-        s->q[j] += way == 0 ? by : 0.0;
-        s->qd[j] += way == 1 ? by : 0.0;
-        for (int x = 0; x < joint[j].count && way == 2; x++)
-            s->ux[joint[j].state[x]] += by;
-    }
-}
-
-/* The force of a joint depends on this joint alone, so all joints are moved at once. */
-static void add_joints(MbsData *s)
-{
-    double leads[MOST], reach[6 + OWN][MOST];
-    int list[MOST];
-
-    for (int way = -1; way < 3; way++) {
-        move_joints(s, way, NEAR);
-        run_JointForces(s, s->tsim);
-        move_joints(s, way, -NEAR);
-        for (int j = 1; j <= JOINTS; j++) {
-            keep(s, &joint[j], 1, way, &s->Qq[j]);
-            if (way == 0 || way == 1) /* a force that drives its joint away is left explicit */
-                joint[j].by[way][0] = fmin(joint[j].by[way][0], 0.0);
-        }
-    }
-    for (int j = 1; j <= JOINTS; j++) {
-        int count = 0;
-
-        find_leads(j, leads);
-        for (int u = 0; u < s->nqu; u++)
-            if (leads[u] != 0.0) {
-                list[count] = u;
-                reach[0][count++] = leads[u];
-            }
-        add(&joint[j], 1, count, list, reach);
-    }
-}
-
-static void add_body(MbsData *s, int number)
-{
-    Act *a = &body[number];
-    double lead[6][MOST] = {{0}}, reach[6 + OWN][MOST], leads[MOST], force[6], motion[12] = {0};
-    int list[MOST], count = 0;
-
-    find_body(s, number);
-    for (int j = 1; j <= JOINTS; j++) {
-        const double turn[4] = {0.0, frame.J[4][j], frame.J[5][j], frame.J[6][j]};
-        double moved = 0.0;
-
-        for (int i = 1; i <= 6; i++)
-            moved += fabs(frame.J[i][j]);
-        if (moved == 0.0)
-            continue;
-        find_leads(j, leads);
-        for (int u = 0; u < s->nqu; u++)
-            for (int i = 1; i <= 3 && leads[u] != 0.0; i++) {
-                lead[i - 1][u] += (frame.J[i][j] + cross(turn, arm, i)) * leads[u];
-                lead[2 + i][u] += turn[i] * leads[u];
-            }
-    }
-    for (int u = 0; u < s->nqu; u++) {
-        double moved = 0.0;
-
-        for (int i = 0; i < 6; i++) {
-            reach[i][count] = lead[i][u];
-            moved += fabs(lead[i][u]);
-        }
-        if (moved > 0.0)
-            list[count++] = u;
-    }
-    find_force(s, number, motion, force);
-    keep(s, a, 6, -1, force);
-    for (int change = 0; change < 12 + a->count; change++) {
-        double *moved = change < 12 ? &motion[change] : &s->ux[a->state[change - 12]];
-        const double before = *moved;
-
-        *moved += NEAR;
-        find_force(s, number, motion, force);
-        *moved = before;
-        keep(s, a, 6, change, force);
-    }
-    add(a, 6, count, list, reach);
-}
-
-/* --- one step --- */
-
-/* True if an external force has begun since the slopes were taken, or its states are not back at zero:
-   explicit steps would let them grow where they spring back within less than a step. */
-static int begins(const MbsData *s, int number)
-{
-    int acts = 0;
-
-    for (int k = 1; k <= 6; k++)
-        acts |= s->SWr[number][k] != 0.0;
-    for (int k = 0; k < body[number].count; k++)
-        acts |= fabs(s->ux[body[number].state[k]]) > REST;
-    return acts && !touches[number] && last_joint[number] > 0;
-}
-
-/* List what is not zero, and what becomes so when the matrix is factored from the last row on: of a tree,
-   nothing does. */
-static void list_columns(void)
-{
-    for (int k = unknowns - 1; k >= 0; k--) {
-        int *list = column[k];
-
-        columns[k] = 0;
-        for (int j = 0; j < k; j++)
-            if (filled[k][j])
-                list[columns[k]++] = j;
-        for (int m = 0; m < columns[k]; m++)
-            for (int n = 0; n < m; n++)
-                filled[list[m]][list[n]] = 1;
-    }
-}
-
-/* Take the slopes, and the mass matrix, in the state that was computed last. */
-static void take_slopes(MbsData *s)
-{
-    const int n = s->nqu;
-    double force;
-
-    unknowns = n;
-    memset(touches, 0, sizeof touches);
-    for (int i = 0; i < n; i++) {
-        const double *row = mass_row(s->qu[i + 1], &force);
-
-        for (int j = 0; j < n; j++) {
-            M[i][j] = row[s->qu[j + 1]];
-            D[i][j] = K[i][j] = 0.0;
-            filled[i][j] = M[i][j] != 0.0;
-        }
-    }
-    for (int b = 1; b <= FORCES; b++)
-        if (begins(s, b)) {
-            touches[b] = 1;
-            add_body(s, b);
-        }
-    add_joints(s);
-    list_columns();
-}
-
-/* Factor M - h D - h h K. */
-static void factor(double h)
-{
-    for (int i = 0; i < unknowns; i++) {
-        A[i][i] = M[i][i] - h * (D[i][i] + h * K[i][i]);
-        for (int m = 0; m < columns[i]; m++) {
-            const int j = column[i][m];
-
-            A[i][j] = M[i][j] - h * (D[i][j] + h * K[i][j]);
-            A[j][i] = M[j][i] - h * (D[j][i] + h * K[j][i]);
-        }
-    }
-    for (int k = unknowns - 1; k >= 0; k--)
-        for (int m = 0; m < columns[k]; m++) {
-            double *row = A[column[k][m]];
-
-            row[k] /= A[k][k];
-            for (int j = 0; j < columns[k] && row[k] != 0.0; j++)
-                row[column[k][j]] -= row[k] * A[k][column[k][j]];
-        }
-}
-
-/* A step h from a state y, with its derivative, added to y:
-   (M - h D - h h K) change = h (M rate + h K speed). */
-static void step(int n, double h, const double *derivative, double *y)
-{
-    const double *rate = derivative + 2 * n - 1;
-    double b[MOST], gain[MOST], way[MOST];
-
-    for (int i = 0; i < unknowns; i++) {
-        gain[i] = h * (i < n ? derivative[n + i] : rate[state_at[i]]);
-        way[i] = i < n ? h * h * y[n + i] : 0.0;
-        b[i] = M[i][i] * gain[i] + K[i][i] * way[i];
-        for (int m = 0; m < columns[i]; m++) {
-            const int j = column[i][m];
-
-            b[i] += M[i][j] * gain[j] + K[i][j] * way[j];
-            b[j] += M[j][i] * gain[i] + K[j][i] * way[i];
-        }
-    }
-    for (int k = unknowns - 1; k >= 0; k--)
-        for (int m = 0; m < columns[k]; m++)
-            b[column[k][m]] -= A[column[k][m]][k] * b[k];
-    for (int k = 0; k < unknowns; k++) {
-        for (int m = 0; m < columns[k]; m++)
-            b[k] -= A[k][column[k][m]] * b[column[k][m]];
-        b[k] /= A[k][k];
-    }
-    for (int i = 0; i < n; i++) {
-        y[n + i] += b[i];
-        y[i] += h * y[n + i];
-    }
-    for (int k = 1; k <= STATES; k++)
-        y[2 * n - 1 + k] += h * rate[k];
-    for (int i = n; i < unknowns; i++)
-        y[2 * n - 1 + state_at[i]] += b[i] - h * rate[state_at[i]];
-}
-
-/* --- from time to time --- */
-
-/* Find which states each force sets: call it once, in a state.  0 if there are not too many. */
-int find_states(MbsData *s)
-{
-    const double still[12] = {0};
-    double force[6], rate[STATES + 1], before[STATES + 1];
-
     stiff = 0;
-    memcpy(before, s->uxd, sizeof before);
-    for (int f = 1; f <= FORCES; f++) {
-        Act *a = &body[f];
+    served = SERVE;
+    return find_states(s);
+}
 
-        a->count = 0;
-        for (int k = 1; k <= STATES; k++)
-            s->uxd[k] = NAN;
-        if (last_joint[f] > 0) {
-            find_body(s, f);
-            find_force(s, f, still, force);
-        }
-        for (int k = 1; k <= STATES; k++)
-            if (!isnan(s->uxd[k]) && a->count++ < OWN)
-                a->state[a->count - 1] = k;
-        if (a->count > OWN)
+/* Get ready for a step from a state.  0 if the state has a derivative. */
+static int prepare(MbsData *s, double t, const double *y, int from, int implicit)
+{
+    if (from == UNKNOWN && accelerate(s, t, y, found))
+        return -1;
+    if (from != REFUSED) {
+        memcpy(start, found, sizeof start);
+        for (int k = 1; k <= s->nqv; k++)
+            s->guess[k - 1] = s->q[s->qv[k]];
+    }
+    if (implicit && (served >= SERVE || (from != REFUSED && any_begins(s)))) {
+        if (from == REFUSED && accelerate(s, t, y, found))
             return -1;
+        take_slopes(s);
+        served = 0;
     }
-    run_JointForces(s, s->tsim);
-    memcpy(rate, s->uxd, sizeof rate);
-    for (int j = 1; j <= JOINTS; j++) {
-        s->qd[j] += 1.0;
-        run_JointForces(s, s->tsim);
-        s->qd[j] -= 1.0;
-        joint[j].count = 0;
-        for (int k = 1; k <= STATES; k++)
-            if (s->uxd[k] != rate[k] && !isnan(s->uxd[k])) {
-                joint[j].state[0] = k;
-                joint[j].count = 1;
-            }
-    }
-    memcpy(s->uxd, before, sizeof before);
     return 0;
+}
+
+/* The error of a step from y to next, as a part of what is allowed, where off is what each part of the
+   state is off by.  What a speed is off by counts as the place that it leads to within a time. */
+static double measure(const MbsData *s, double time, const double *y, const double *next, const double *off,
+                      double rtol, double atol)
+{
+    const int n = s->nqu, size = 2 * n + STATES;
+    double error = 0.0;
+
+    for (int i = 0; i < size; i++) {
+        const double allowed = atol + rtol * fmax(fabs(y[i]), fabs(next[i]));
+
+        if (!isfinite(off[i]))
+            return INFINITY;
+        if (i < 2 * n)
+            error = fmax(error, fabs(off[i]) * (i < n ? 1.0 : time) / allowed);
+    }
+    return error;
 }
 
 /* Compute a state at the end of a step h.  Gives the error of a force that begins there, as a part of what
@@ -343,56 +108,74 @@ static double miss(MbsData *s, double t, double h, const double *y, double rtol,
 {
     const int n = s->nqu;
     double before[JOINTS + 1], error = 0.0;
-    int begun = 0;
 
     memcpy(before, found + n, n * sizeof *before);
     if (accelerate(s, t, y, found))
         return INFINITY;
-    for (int b = 1; b <= FORCES; b++)
-        begun |= begins(s, b);
-    for (int i = 0; i < n && begun; i++)
-        error = fmax(error, h * h * fabs(found[n + i] - before[i]) / (atol + rtol * fabs(y[i])));
+    if (any_begins(s))
+        for (int i = 0; i < n; i++)
+            error = fmax(error, h * h * fabs(found[n + i] - before[i]) / (atol + rtol * fabs(y[i])));
     return error;
 }
 
-/* The state after h, in y: by steps of 1 to ORDER parts, extrapolated.  Gives the error, as a part of
-   what is allowed, or not a number where y has no derivative.  known: y was computed last; again: a
-   longer step from y was refused. */
-static double extrapolate(MbsData *s, double t, double h, double *y, double rtol, double atol, int known,
-                          int again)
+/* Count explicit steps that are as long as is stable: the slope between the last two stages, times h, is above
+   3.25 (Hairer and Wanner, Solving Ordinary Differential Equations II, IV.2). */
+static void count_stiff(int size, const double *parts, const double *last_parts, const double *y,
+                        const double *last)
 {
-    const int n = s->nqu, size = 2 * n + STATES;
-    double by[ORDER + 1][ALL], off[ALL] = {0}, error;
+    double steep = 0.0, apart = 0.0;
 
-    if (!again) {
-        if (!known && accelerate(s, t, y, found))
-            return NAN;
-        memcpy(start, found, sizeof start);
-        take_slopes(s);
-        for (int k = 1; k <= s->nqv; k++)
-            s->guess[k - 1] = s->q[s->qv[k]];
+    for (int i = 0; i < size; i++) {
+        steep += (last_parts[i] - parts[i]) * (last_parts[i] - parts[i]);
+        apart += (last[i] - y[i]) * (last[i] - y[i]);
     }
-    for (int parts = 1; parts <= ORDER; parts++) {
-        factor(h / parts);
-        memcpy(by[parts], y, size * sizeof *y);
-        step(n, h / parts, start, by[parts]);
-        for (int k = 1; k < parts; k++) {
-            if (accelerate(s, t + k * h / parts, by[parts], found))
-                return INFINITY;
-            step(n, h / parts, found, by[parts]);
-        }
-    }
-    for (int k = 1; k < ORDER; k++)
-        for (int parts = ORDER; parts > k; parts--)
+    if (steep > 3.25 * 3.25 * apart)
+        stiff += 3;
+    else if (stiff > 0)
+        stiff -= 1;
+}
+
+/* The state after h, in y, which is computed, too.  Gives the error, as a part of what is allowed. */
+static double step(MbsData *s, const Method *m, double t, double h, double *y, double rtol, double atol)
+{
+    const int size = 2 * s->nqu + STATES, implicit = m == &IMPLICIT, last = m->stages - 1;
+    double part[7][ALL], next[ALL] = {0}, before[ALL], off[ALL] = {0}, g[ALL], error;
+
+    for (int k = 0; k <= last; k++) {
+        memcpy(before, next, sizeof next);
+        memcpy(next, y, size * sizeof *y);
+        memset(g, 0, sizeof g);
+        for (int j = 0; j < k; j++)
             for (int i = 0; i < size; i++) {
-                off[i] = (by[parts][i] - by[parts - 1][i]) * (parts - k) / k;
-                by[parts][i] += off[i];
+                next[i] += m->by[k][j] * part[j][i];
+                g[i] += m->change[k][j] / h * part[j][i];
             }
-    error = measure(s, h, y, by[ORDER], off, rtol, atol);
+        if (k > 0 && accelerate(s, t + m->at[k] * h, next, found))
+            return INFINITY;
+        for (int i = 0; i < size; i++) {
+            g[i] += k > 0 ? found[i] : start[i];
+            part[k][i] = h * g[i];
+        }
+        if (implicit)
+            solve(s, m->part * h, g, part[k]);
+    }
+    for (int i = 0; i < size; i++) {
+        for (int k = 0; k <= last; k++)
+            off[i] += m->off[k] * part[k][i];
+        next[i] += implicit ? part[last][i] : 0.0;
+        g[i] = off[i] / (m->part * h);
+    }
+    if (implicit) { /* what is stiff has less of an error than the method says */
+        solve(s, m->part * h, g, off);
+        error = measure(s, h, y, next, off, rtol, atol);
+        if (error <= 1.0)
+            error = fmax(error, miss(s, t + h, h, next, rtol, atol));
+    } else {
+        count_stiff(size, part[last - 1], part[last], before, next);
+        error = measure(s, 1.0, y, next, off, rtol, atol);
+    }
     if (error <= 1.0)
-        error = fmax(error, miss(s, t + h, h, by[ORDER], rtol, atol));
-    if (error <= 1.0)
-        memcpy(y, by[ORDER], size * sizeof *y);
+        memcpy(y, next, size * sizeof *y);
     return error;
 }
 
@@ -401,32 +184,31 @@ static double extrapolate(MbsData *s, double t, double h, double *y, double rtol
 int advance(MbsData *s, double *t, double end, double *h, double most, double *y, double rtol,
             double atol, int count, int loops)
 {
-    int taken = 0, known = 0, again = 0;
+    int taken = 0, from = UNKNOWN;
 
     while (*t < end && taken < count && !s->flag_stop) {
         const double left = end - *t, now = left / ceil(left / fmin(*h, most)); /* no rest is short */
-        const int implicit = FORCES || stiff >= MANY;
-        const double error =
-            implicit ? extrapolate(s, *t, now, y, rtol, atol, known, again)
-                     : explicit_step(s, *t, now, y, found, rtol, atol, known, &stiff);
-        const double next = now * fmin(4.0, fmax(0.2, 0.9 / pow(error, implicit ? 1.0 / ORDER : 0.2)));
+        const Method *m = FORCES || stiff >= MANY ? &IMPLICIT : &EXPLICIT;
+        double error;
 
-        if (isnan(error))
+        if (prepare(s, *t, y, from, m == &IMPLICIT))
             return -1;
-        known = error <= 1.0 && !loops; /* the loop may change what acts */
-        again = error > 1.0 && implicit;
-        *h = next;
+        error = step(s, m, *t, now, y, rtol, atol);
+        *h = now * fmin(from == REFUSED ? 1.0 : 2.0, fmax(0.2, 0.9 / pow(error, 1.0 / m->order)));
         if (error > 1.0) {
+            from = REFUSED;
+            served *= SERVE; /* a next refusal is not that of old slopes */
             if (*h < 1e-13)
                 return -1;
             continue;
         }
         *t = now == left ? end : *t + now;
         taken++;
+        served++;
         if (loops)
             call_loop(s);
-        if (turn_if_near(s, y))
-            known = 0;
+        /* the loop may change what acts */
+        from = turn_if_near(s, y) || loops ? UNKNOWN : KNOWN;
     }
     return taken;
 }

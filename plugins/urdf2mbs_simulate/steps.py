@@ -19,9 +19,8 @@ _double, _int = ctypes.c_double, ctypes.c_int
 
 
 class Rosenbrock:
-    """Linearly implicit Euler steps, extrapolated to order 3; see ``steps.c``.
-
-    They are explicit, of order 5, where no external force acts and no joint is stiff.
+    """Linearly implicit steps of order 3, and explicit ones of order 5 where nothing is stiff; see
+    ``steps.c``.
 
     ``step`` goes to the next of the ``frames``, with as many steps as it takes, or takes one step
     where user code wants to be called after each.
@@ -43,7 +42,7 @@ class Rosenbrock:
             _double, _double, _int, _int,
         ]  # fmt: skip
         code.accelerate(time, y)
-        if code.library.find_states(code.at):
+        if code.library.begin_steps(code.at):
             raise ConfigError(
                 "usage", "an external force sets more than 8 user states", hint="--method LSODA"
             )

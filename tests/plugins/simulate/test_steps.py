@@ -110,21 +110,41 @@ def test_random_robots_move_as_with_scipy(kind: str, seed: int, tmp_path: Path) 
         assert off < (kinks if kind == "ground" else ADDED * tolerance)
 
 
-def test_an_arm_that_swings_is_exact_by_default(tmp_path: Path) -> None:
-    """Three links that fall from the side, and no two of their axes are parallel."""
+def arm(damping: float = 0.0) -> str:
+    """Three links, and no two of their axes are parallel."""
     links = "".join(
         f'<link name="l{i}"><inertial><origin xyz="0.2 0.02 0.1"/><mass value="{3 - i}"/><inertia '
-        'ixx="0.02" iyy="0.03" izz="0.025" ixy="0.001" ixz="0" iyz="0"/></inertial></link>'
+        'ixx="0.02" iyy="0.03" izz="0.025" ixy="0.001" ixz="0" iyz="0"/></inertial><collision>'
+        '<geometry><sphere radius="0.1"/></geometry></collision></link>'
         f'<joint name="j{i}" type="continuous"><parent link="{f"l{i - 1}" if i else "base"}"/>'
-        f'<child link="l{i}"/><origin xyz="0.4 0 0.1"/><axis xyz="{axis}"/></joint>'
+        f'<child link="l{i}"/><origin xyz="0.4 0 0.1"/><axis xyz="{axis}"/>'
+        f'<dynamics damping="{damping}"/></joint>'
         for i, axis in enumerate(("0 1 0", "0.6 0.8 0", "0 0.6 0.8"))
     )
-    text = f'<robot name="arm"><link name="base"/>{links}</robot>'
-    project = make(tmp_path, text, base="fixed", language="both")
+    return f'<robot name="arm"><link name="base"/>{links}</robot>'
+
+
+def test_an_arm_that_swings_is_exact_by_default(tmp_path: Path) -> None:
+    project = make(tmp_path, arm(), base="fixed", language="both")
     exact = simulate(project, time=1.0, language="c", method="DOP853", rtol=1e-10, atol=1e-10)
     found = simulate(project, time=1.0, language="c")
     assert (np.ptp(exact.q[:, 1:], axis=0) > 0.5).sum() == 3
     assert np.abs(found.q - exact.q).max() < 1e-4
+
+
+def test_the_error_of_an_implicit_step_is_of_order_3_with_old_slopes(tmp_path: Path) -> None:
+    """Steps are implicit where there is a ground, and slopes serve for four of them."""
+    passes = {"contacts": {"links": ["l2"], "ground": -5.0}}
+    project = make(tmp_path, arm(0.5), base="fixed", language="both", passes=passes)
+    tight: dict[str, Any] = {"method": "DOP853", "rtol": 1e-11, "atol": 1e-11}
+    exact = simulate(project, time=0.5, language="c", **tight).q[-1]
+    errors = []
+    for steps in (40, 80, 160):  # a frame each
+        results = simulate(project, time=0.5, language="c", rate=2 * steps, rtol=1e9, atol=1e9)
+        errors.append(np.abs(results.q[-1] - exact).max())
+    assert 1e-8 < errors[2] < 1e-5
+    assert 6 < errors[0] / errors[1] < 11
+    assert 6 < errors[1] / errors[2] < 11
 
 
 def beside(project: Path, time: float, other: str, **more: Any) -> float:
