@@ -4,9 +4,10 @@
     OPENBLAS_NUM_THREADS=1 python benchmarks/falls.py ROBOT...    # .urdf files
 
 Both get the same file: its shapes of collision (hulls of meshes), no limits of efforts, no friction
-in joints, and motors that hold each joint at zero, as ``init`` proposes.  A robot that floats stands
-for 2 s; it is dropped on its back from 0.3 m higher, for 1 s; and once more without motors.
-A robot on a fixed base falls for 2 s without motors.  Links do not touch each other.
+in joints, and the start position that ``init`` proposes, held by motors.  A robot that floats stands
+for 2 s by the gains of ``init``; it is dropped on its back from 0.3 m higher, for 1 s, with gains
+that MuJoCo bears (100 N m/rad, 5 N m s/rad), and once more without motors.  A robot on a fixed base
+falls for 2 s without motors.  Links do not touch each other.
 
 Times are seconds of motion in one second of computing, of the steps alone, the best of several.
 Errors are the largest of a joint's position (rad, m) in the first 0.5 s: ours beside steps with an
@@ -31,18 +32,19 @@ from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.urdf.packages import Packages
 from urdf2mbs_meshes.files import MeshFiles
 from urdf2mbs_meshes.reader import read
-from urdf2mbs_project.commands.init import HOLD
+from urdf2mbs_project.commands.init import find
 from urdf2mbs_simulate.project import make
 from urdf2mbs_simulate.runtime import MbsData, MbsDirdyn
 
 RATE = 50
-#: Seconds, how much higher the robot begins (m), if it lies on its back, and if its motors hold.
-CASES = {
-    "stands": (2.0, 0.0, False, True),
-    "falls": (1.0, 0.3, True, True),
-    "falls limp": (1.0, 0.3, True, False),
+#: Seconds, how much higher the robot begins (m), if it lies on its back, and its gains (N m/rad,
+#: N m s/rad); None: those of ``init``.
+CASES: dict[str, tuple[float, float, bool, tuple[float, float] | None]] = {
+    "stands": (2.0, 0.0, False, None),
+    "falls": (1.0, 0.3, True, (100.0, 5.0)),
+    "falls limp": (1.0, 0.3, True, (0.0, 0.0)),
 }
-ARM = {"falls limp": (2.0, 0.0, False, False)}
+ARM = {"falls limp": (2.0, 0.0, False, (0.0, 0.0))}
 
 
 def plain(source: Path, folder: Path) -> Path:
@@ -77,30 +79,30 @@ def plain(source: Path, folder: Path) -> Path:
 
 class Ours:
     def __init__(self, file: Path, folder: Path) -> None:
-        for passes in ({"contacts": {"links": ["*"]}, "posture": {"hold": HOLD}}, {}):
+        passes: dict[str, Any] = {}
+        for _ in range(2):  # what lets a robot stand is found from its model
             config, lines = config_of(
                 {"source": str(file)}, pipeline="compact", passes=passes,
                 output=Project(str(folder / "ours"), "c"),
             )  # fmt: skip
             conversion = Pipeline(config, lines, installed_plugins=False).run()
-            if conversion.base.floating or not passes:
-                break
+            passes = find(conversion).passes
         self.floats = conversion.base.floating
         self.model = make(conversion, force=True)
         data = MbsData(self.model)
         self.height = float(data.q[3]) if self.floats else 0.0
         self.friction = data.user_model["contact"]["friction"] if self.floats else 1.0
         self.gains = {
-            name: (stiffness, data.user_model["hold_damping"][name])
+            name: (stiffness, data.user_model["hold_damping"][name], data.q[data.joint_id[name]])
             for name, stiffness in data.user_model.get("hold_stiffness", {}).items()
         }
 
     def move(self, case: Any, time: float, **more: float) -> tuple[Any, float]:
         """Positions at each frame, and the processor's seconds."""
-        _, higher, back, holds = case
+        _, higher, back, gains = case
         data = MbsData(self.model)
-        if "hold" in data.user_model:
-            data.user_model["hold"]["on"] = float(holds)
+        for name in self.gains if gains else ():
+            data.user_model["hold_stiffness"][name], data.user_model["hold_damping"][name] = gains
         data.q[3] += higher
         data.q[4] += np.pi * back
         dirdyn = MbsDirdyn(data)
@@ -129,14 +131,14 @@ class Theirs:
         self.model.opt.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
 
     def move(self, case: Any, time: float, height: float, step: float) -> tuple[Any, float]:
-        _, higher, back, holds = case
+        _, higher, back, gains = case
         model, data = self.model, mujoco.MjData(self.model)
         model.opt.timestep = step
         floats = self.ours.floats
-        for name, (stiffness, damping) in self.ours.gains.items():
+        for name, (*own, start) in self.ours.gains.items():
             joint = model.joint(name)
-            model.jnt_stiffness[joint.id] = stiffness * holds
-            model.dof_damping[joint.dofadr] = damping * holds
+            model.jnt_stiffness[joint.id], model.dof_damping[joint.dofadr] = gains or own
+            data.qpos[joint.qposadr] = model.qpos_spring[joint.qposadr] = start
         if floats:
             data.qpos[:7] = [0, 0, height + higher, *((0, 1, 0, 0) if back else (1, 0, 0, 0))]
         rows, seconds = [], 0.0
