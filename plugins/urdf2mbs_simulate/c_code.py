@@ -41,7 +41,7 @@ FLAGS = (
         "ExtForces", "Link3DForces", "LinkForces", "DrivenJoints")),
     *(f"-Duser_call_{name}=user_{name}" for name in ("cons_hJ", "cons_jdqd")),
 )  # fmt: skip
-LIBRARY = ("-shared", "-fPIC")
+LIBRARY = ("-shared", "-fPIC", "-fno-semantic-interposition")
 SOURCES = ("runtime.c", "frame.c", "slopes.c", "steps.c", "turn.c", "hooks.c")
 
 _double, _int = ctypes.c_double, ctypes.c_int
