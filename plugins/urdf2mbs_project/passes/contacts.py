@@ -305,9 +305,10 @@ def _corners(points: Any) -> list[Vec]:
     if len(points) > 8:
         from scipy.spatial import ConvexHull, QhullError
 
-        corners = np.unique(np.round(corners, 9), axis=0)
         fine = min(FINE, PART * float(np.ptp(corners, axis=0).max()))
         try:
+            corners = corners[ConvexHull(corners).vertices]  # before unique, which is slow
+            corners = np.unique(np.round(corners, 9), axis=0)
             hull = ConvexHull(corners)
             normals = np.zeros_like(corners)
             for corner in hull.simplices.T:
