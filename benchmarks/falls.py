@@ -4,10 +4,10 @@
     OPENBLAS_NUM_THREADS=1 python benchmarks/falls.py ROBOT...    # .urdf files
 
 Both get the same file: its shapes of collision (hulls of meshes), no limits of efforts, no friction
-in joints, and the start position that ``init`` proposes, held by motors.  A robot that floats stands
-for 2 s by the gains of ``init``; it is dropped on its back from 0.3 m higher, for 1 s, with gains
-that MuJoCo bears (100 N m/rad, 5 N m s/rad), and once more without motors.  A robot on a fixed base
-falls for 2 s without motors.  Links do not touch each other.
+in joints, and the start position that ``init`` proposes, held by motors.  A robot that floats
+stands for 2 s by the gains of ``init``.  It is dropped on its back from 0.3 m higher, for 1 s, with
+gains that MuJoCo bears (100 N m/rad, 5 N m s/rad), and once more without motors.  A robot on a
+fixed base falls for 2 s without motors.  Links do not touch each other.
 
 Times are seconds of motion in one second of computing, of the steps alone, the best of several.
 Errors are the largest of a joint's position (rad, m) in the first 0.5 s: ours beside steps with an

@@ -1,6 +1,7 @@
 """Our steps in C: of order 5 or 3, and as exact as is asked for, beside scipy's."""
 
 import shutil
+import subprocess
 import sys
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,8 @@ from plugins.project.standin import make
 from plugins.simulate.test_motions import DAMPING, MASS, SLIDER, STIFFNESS, falls
 from urdf2mbs import ConversionError, simulate
 from urdf2mbs.engine.output import write
-from urdf2mbs_simulate.c_code import compiler
+from urdf2mbs_simulate.c_code import HERE, SOURCES, CCode, compiler
+from urdf2mbs_simulate.equations import HEADERS
 from urdf2mbs_simulate.runtime import MbsData, MbsDirdyn
 from urdf2mbs_simulate.steps import Rosenbrock
 
@@ -173,6 +175,24 @@ def test_a_robot_that_stands_and_is_pushed(tmp_path: Path, push: tuple[str, ...]
         },
     )  # fmt: skip
     assert beside(project, 0.5, "Radau", push=push) < ADDED * 1e-6
+
+
+@pytest.mark.parametrize(
+    ("command", "flags"),
+    [("cc", ["-fsyntax-only", "-Wall", "-Wextra", "-Werror"]), ("clang-tidy", [])],
+)
+def test_checkers_of_c_are_silent(command: str, flags: list[str], tmp_path: Path) -> None:
+    found = shutil.which(command) or shutil.which(command, path=Path(sys.executable).parent)
+    if found is None:
+        pytest.skip(f"there is no {command}")
+    data = MbsData(make(tmp_path, arm(), base="fixed", language="c") / "dataR" / "robot.mbs")
+    sources, defines = CCode(data).sources
+    own = [str(file) for file in [*sources, HERE / "live.c"] if file.parent == HERE]
+    folders = [f"-I{folder}" for folder in (HERE, HEADERS, data.user_path)]
+    words = ["-std=gnu99", "-Wno-comment", *flags, *folders, *defines]
+    first = ["--quiet", "--warnings-as-errors=*", *own, "--", *words]
+    subprocess.run([found, *(first if command == "clang-tidy" else [*words, *own])], check=True)
+    assert len(own) == len(SOURCES) + 1
 
 
 def test_a_run_that_cannot_go_on_is_an_error(tmp_path: Path) -> None:
