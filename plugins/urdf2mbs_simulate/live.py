@@ -23,7 +23,8 @@ from urdf2mbs_simulate.turn import can_turn
 #: What the page calls.
 EXPORTS = ("room", "begin", "restart", "go", "pull_at")
 FLAGS = (
-    "-target", "wasm32-wasi", "-mexec-model=reactor", "-Wl,-s", "-Wl,-z,stack-size=4194304",
+    "-target", "wasm32-wasi", "-mexec-model=reactor", "-msimd128",
+    "-Wl,-s", "-Wl,-z,stack-size=4194304",
     *(f"-Wl,--export={name}" for name in EXPORTS),
 )  # fmt: skip
 #: What to do for a robot that lives.
