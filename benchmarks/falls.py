@@ -176,6 +176,7 @@ def compare(source: Path) -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("robots", nargs="+", type=Path, metavar="ROBOT")
+    mujoco.set_mju_user_warning(lambda text: None)  # else it writes a log file
     print("| | ours | MuJoCo | our CPU / its | our error | its error |\n|---|---|---|---|---|---|")
     for source in parser.parse_args().robots:
         compare(source)
