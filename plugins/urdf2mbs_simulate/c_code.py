@@ -390,7 +390,10 @@ def compiled(data: MbsData, sources: list[Path], defines: Sequence[str] = ()) ->
             "usage", "there is no C compiler: neither cc nor gcc nor clang nor ziglang",
             hint="'pip install ziglang' is one; or take Python: --language python",
         )  # fmt: skip
-    return ctypes.CDLL(str(build(data, sources, [*LIBRARY, *defines], found, ".so")))
+    # zig compiles for the processor that it runs on, and machines may share the cache
+    portable = ["-mcpu=baseline"] * (Path(found).stem == "zig")
+    flags = [*LIBRARY, *portable, *defines]
+    return ctypes.CDLL(str(build(data, sources, flags, found, ".so")))
 
 
 def build(
