@@ -9,19 +9,20 @@
 #include "runtime.h"
 
 enum { JOINTS = RUN_JOINTS, FORCES = RUN_FORCES, STATES = RUN_STATES, ALL = 2 * JOINTS + STATES + 1 };
-enum { MANY = 15, SERVE = 4 };            /* stiff steps until they are implicit; steps that slopes serve for */
-enum { UNKNOWN = 0, KNOWN, REFUSED };     /* a state: its derivative is found, or a step from it was refused */
+enum { MANY = 15, SERVE = 4 };        /* stiff steps until they are implicit; steps that slopes serve for */
+enum { UNKNOWN = 0, KNOWN, REFUSED }; /* a state: its derivative is found, or a step from it was refused */
 
-/* A stage k is computed at t + at h, from the state plus by times the parts before.  Its part is h times its
-   derivative, to which an implicit method adds change / h times the parts before, and solves with h part.
-   The state after h is that of the last stage, plus the last part of an implicit method; off: the error. */
+/* The state of a stage is y plus by times the parts of the stages before, at the time t + at h.  The part of a
+   stage is h times the derivative of its state.  An implicit method adds change times the parts before, and
+   solves (1 - gamma h slopes) part = gamma times the sum.  The next y is the state of the last stage; an
+   implicit method adds its part.  The error is off times the parts. */
 typedef struct {
     int stages;
-    double order, part, at[7], by[7][6], change[7][6], off[7];
+    double order, gamma, at[7], by[7][6], change[7][6], off[7];
 } Method;
 
 static const Method IMPLICIT = {
-    .stages = 4, .order = 3.0, .part = 0.435866521508459,
+    .stages = 4, .order = 3.0, .gamma = 0.435866521508459,
     .at = {0.0, 0.871733043016918, 0.731579957790206, 1.0},
     .by = {
         {0.0},
@@ -53,7 +54,7 @@ static const Method EXPLICIT = {
     },
 };
 
-static int stiff, served;                     /* steps */
+static int stiff, served;             /* by steps: how stiff it is, and how old the slopes are */
 static double found[ALL], start[ALL]; /* the derivative of the state, last and at the start of a step */
 
 /* Call it once, in a state, before the first step.  0 if no force sets too many user states. */
@@ -157,16 +158,17 @@ static double step(MbsData *s, const Method *m, double t, double h, double *y, d
             part[k][i] = h * g[i];
         }
         if (implicit)
-            solve(s, m->part * h, g, part[k]);
+            solve(s, m->gamma * h, g, part[k]);
     }
-    for (int i = 0; i < size; i++) {
-        for (int k = 0; k <= last; k++)
+    for (int k = 0; k <= last; k++)
+        for (int i = 0; i < size; i++)
             off[i] += m->off[k] * part[k][i];
-        next[i] += implicit ? part[last][i] : 0.0;
-        g[i] = off[i] / (m->part * h);
-    }
     if (implicit) { /* what is stiff has less of an error than the method says */
-        solve(s, m->part * h, g, off);
+        for (int i = 0; i < size; i++) {
+            next[i] += part[last][i];
+            g[i] = off[i] / (m->gamma * h);
+        }
+        solve(s, m->gamma * h, g, off);
         error = measure(s, h, y, next, off, rtol, atol);
         if (error <= 1.0)
             error = fmax(error, miss(s, t + h, h, next, rtol, atol));
@@ -197,7 +199,7 @@ int advance(MbsData *s, double *t, double end, double *h, double most, double *y
         *h = now * fmin(from == REFUSED ? 1.0 : 2.0, fmax(0.2, 0.9 / pow(error, 1.0 / m->order)));
         if (error > 1.0) {
             from = REFUSED;
-            served *= SERVE; /* a next refusal is not that of old slopes */
+            served *= SERVE; /* old slopes do not serve for the next try */
             if (*h < 1e-13)
                 return -1;
             continue;
@@ -207,8 +209,11 @@ int advance(MbsData *s, double *t, double end, double *h, double most, double *y
         served++;
         if (loops)
             call_loop(s);
-        /* the loop may change what acts */
-        from = turn_if_near(s, y) || loops ? UNKNOWN : KNOWN;
+        from = loops ? UNKNOWN : KNOWN; /* the loop may change what acts */
+        if (turn_if_near(s, y)) {
+            from = UNKNOWN;
+            served = SERVE;
+        }
     }
     return taken;
 }
