@@ -45,6 +45,7 @@ void find_leads(int joint, double *leads);
 
 /* turn.c */
 extern int can_turn, turned;
+extern double own_angles[3];
 int turn_if_near(const MbsData *s, double *y);
 void turn_force(double *force);
 void show_base(MbsData *s);

@@ -187,7 +187,9 @@ int advance(MbsData *s, double *t, double end, double *h, double most, double *y
             double atol, int count, int loops)
 {
     int taken = 0, from = UNKNOWN;
+    double angles[3];
 
+    memcpy(angles, own_angles, sizeof angles);
     while (*t < end && taken < count && !s->flag_stop) {
         const double left = end - *t, now = left / ceil(left / fmin(*h, most)); /* no rest is short */
         const Method *m = FORCES || stiff >= MANY ? &IMPLICIT : &EXPLICIT;
@@ -200,6 +202,7 @@ int advance(MbsData *s, double *t, double end, double *h, double most, double *y
         if (error > 1.0) {
             from = REFUSED;
             served *= SERVE; /* old slopes do not serve for the next try */
+            memcpy(own_angles, angles, sizeof angles); /* the step may have led anywhere */
             if (*h < 1e-13)
                 return -1;
             continue;
@@ -214,6 +217,7 @@ int advance(MbsData *s, double *t, double end, double *h, double most, double *y
             from = UNKNOWN;
             served = SERVE;
         }
+        memcpy(angles, own_angles, sizeof angles);
     }
     return taken;
 }

@@ -96,6 +96,18 @@ def test_a_box_lies_on_its_side_at_the_singular_angle(
 
 
 @in_c
+def test_a_step_that_is_refused_does_not_turn_what_is_shown(tmp_path: Path) -> None:
+    """It may lead anywhere, such as a whole turn further."""
+    passes = {"contacts": {"links": ["*"]}}
+    project = make(tmp_path, BOX, base="floating", language="c", passes=passes)
+    for height in np.linspace(0.4, 1.4, 11):
+        start = [0.0, 0.0, height, 0.0, -np.pi / 2, 0.0]
+        long = {"dt0": 0.5, "dt_max": 1.0, "framerate": 1.0}
+        found = thrown(project, start, [0.0, 0.0, 0.0, 0.1, 0.1, 0.1], 3.0, "c", **long)
+        assert np.abs(found.q[:, 5]).max() < 4.0
+
+
+@in_c
 def test_two_bodies_have_each_their_own_force(tmp_path: Path) -> None:
     """Two boxes that hang together lie on their sides."""
     second = BOX[BOX.index("<link") : BOX.index("</robot>")].replace("box", "lid", 1)
