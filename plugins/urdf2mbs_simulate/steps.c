@@ -201,7 +201,8 @@ int advance(MbsData *s, double *t, double end, double *h, double most, double *y
         *h = now * fmin(from == REFUSED ? 1.0 : 2.0, fmax(0.2, 0.9 / pow(error, 1.0 / m->order)));
         if (error > 1.0) {
             from = REFUSED;
-            served *= SERVE; /* old slopes do not serve for the next try */
+            if (served > 0) /* old slopes do not serve for the next try */
+                served = SERVE;
             memcpy(own_angles, angles, sizeof angles); /* the step may have led anywhere */
             if (*h < 1e-13)
                 return -1;

@@ -195,6 +195,25 @@ def test_checkers_of_c_are_silent(command: str, flags: list[str], tmp_path: Path
     assert len(own) == len(SOURCES) + 1
 
 
+#: A run whose C ends where a whole number is too large.
+TRAPS = """
+import sys
+from urdf2mbs import simulate
+from urdf2mbs_simulate import c_code
+c_code.FLAGS += ("-ftrapv",)
+simulate(sys.argv[1], time=1.0, language="c")
+"""
+
+
+def test_steps_may_be_refused_any_number_of_times(tmp_path: Path) -> None:
+    """The force jumps 100 times a second, and an explicit step does not pass over a jump."""
+    project = make(tmp_path, SLIDER, base="fixed", language="c")
+    file = project / "userfctR" / "user_JointForces.c"
+    jumps = "mbs_data->Qq[1] += (int) (100.0 * tsim) % 2 ? 50.0 : -50.0;\nreturn mbs_data->Qq;"
+    file.write_text(file.read_text().replace("return mbs_data->Qq;", jumps))
+    subprocess.run([sys.executable, "-c", TRAPS, str(project)], check=True)
+
+
 def test_a_run_that_cannot_go_on_is_an_error(tmp_path: Path) -> None:
     project = make(tmp_path, SLIDER, base="fixed", language="both")
     file = project / "userfctR" / "user_JointForces.c"
