@@ -7,6 +7,8 @@ CODES = {
     "another posture.",
     "mimic-leader": "warning: a joint whose leader is not one coordinate stays independent. "
     "Drive it by user functions, if it must follow.",
+    "mimic-conflict": "warning: `<mimic>` and another element contradict one another; `<mimic>` is "
+    "used. Correct one.",
     "mimic-driven": "warning: a joint is driven by its leader, which does not feel its inertia. "
     "Take `dependent`, if the inertia matters.",
     "posture-limit": "warning: joints start beyond their limits; a project starts them at a "

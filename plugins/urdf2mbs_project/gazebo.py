@@ -1,5 +1,4 @@
-"""The sensors, joints and motors in ``<gazebo>``, ``<sensor>``, ``<transmission>`` and
-``<ros2_control>``, and the friction in Bullet's ``<contact>``.
+"""The sensors, joints and numbers in ``<gazebo>`` and ``<sensor>``, and Bullet's ``<contact>``.
 
 SDF says where a sensor or a joint inside ``<gazebo>`` is ("Pose Frame Semantics" of sdformat.org,
 versions 1.4 to 1.12):
@@ -16,6 +15,7 @@ The name of a link is its frame, the name of a joint the frame of its child link
 
 from __future__ import annotations
 
+import re
 from contextlib import contextmanager
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -23,6 +23,8 @@ from typing import TYPE_CHECKING, Any
 from urdf2mbs.messages.diagnostics import ConversionError, nearest
 from urdf2mbs.spatial import HERE, ZERO, Pose, compose, from_rpy, inverse, rotate, transpose
 from urdf2mbs.urdf.model import ClosingJoint, Dynamics, Extension, Sensor
+from urdf2mbs_project.actuation import ActuationReader
+from urdf2mbs_project.followers import get_text, read_mimic_plugin
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -32,7 +34,70 @@ if TYPE_CHECKING:
     from urdf2mbs.urdf.values import Reading
 
 #: What ``<gazebo>`` says of a link or a joint by one number or truth value.
-NUMBERS = ("mu1", "kp", "kd", "springStiffness", "springReference", "turnGravityOff")
+NUMBERS = (
+    "mu1",
+    "kp",
+    "kd",
+    "springStiffness",
+    "springReference",
+    "turnGravityOff",
+    "gravity",
+    "static",
+)
+#: The other children of ``<gazebo>`` that are read.
+READ = frozenset((*NUMBERS, "sensor", "joint", "plugin"))
+#: Children of ``<gazebo>`` for appearance, for collisions, and for the solver of Gazebo.
+HARMLESS = frozenset(
+    [
+        "material",
+        "visual",
+        "collision",
+        "selfCollide",
+        "self_collide",
+        "provideFeedback",
+        "implicitSpringDamper",
+        "disableFixedJointLumping",
+        "preserveFixedJoint",
+        "laserRetro",
+        "laser_retro",
+        "maxVel",
+        "minDepth",
+        "maxContacts",
+        "mu2",
+        "fdir1",
+        "fudgeFactor",
+        "cfm",
+        "erp",
+        "stopCfm",
+        "stopErp",
+        "stop_cfm",
+        "stop_erp",
+        "stopKp",
+        "stopKd",
+        "projector",
+        "gripper",
+        "canonicalBody",
+        "enable_wind",
+        "allow_auto_disable",
+        "audio",
+        "light",
+    ]
+)
+HARMLESS_OF_MUJOCO = frozenset(["compiler", "size", "visual", "asset", "statistic"])
+#: Children of Bullet's ``<contact>`` that are read, or that are for its solver.
+OF_CONTACT = frozenset(["lateral_friction", "contact_cfm", "contact_erp", "friction_anchor"])
+#: Children of SDF's ``<joint>`` and its ``<axis>`` that are read, or that are for the solver.
+OF_JOINT = frozenset(
+    ["parent", "child", "pose", "axis", "axis2", "sensor", "physics", "provideFeedback"]
+)
+OF_AXIS = frozenset(["xyz", "use_parent_model_frame", "initial_position"])
+#: Plugins that couple joints as ``<mimic>`` does, and others that change the mechanics.
+MIMIC = re.compile(r"mimic", re.IGNORECASE)
+MECHANICAL = re.compile(
+    r"underactuated|lift_?-?drag|buoyan|hydrodynamic|thrust|propeller|spring|damper|gearbox"
+    r"|differential(?!_?-?drive)|harness|tendon|freeze|detachable",
+    re.IGNORECASE,
+)
 #: What of them is a number of the joint's dynamics.
 SPRING = {"springStiffness": "spring_stiffness", "springReference": "spring_reference"}
 #: Sensors of motion, by their type in URDF and in SDF.
@@ -48,6 +113,16 @@ class Extensions:
     def __init__(self, reading: Reading, robot: Robot) -> None:
         self.reading = reading
         self.robot = robot
+        self.actuation = ActuationReader(reading, robot)
+
+    @cached_property
+    def rigid_with_root(self) -> set[str]:
+        """The root link, and the links that are fixed to it."""
+        rigid = {self.robot.root()}
+        for joint in self.robot.depth_first():
+            if joint.type == "fixed" and joint.parent in rigid:
+                rigid.add(joint.child)
+        return rigid
 
     @cached_property
     def frames(self) -> dict[str, Pose]:
@@ -57,78 +132,85 @@ class Extensions:
         return {**joints, **links, MODEL: HERE}
 
     def read(self, element: Any, extension: Extension) -> None:
-        """Read the sensors, joints and motors in an element of another program."""
+        """Read an element of another program, and warn of mechanics in it that is not read."""
         tag, self.reading.owner = extension.tag, ("robot", "")
         if tag == "contact":
-            self.reading.owner = ("link", extension.reference or "")
-            for friction in element.iterchildren("lateral_friction"):
-                number = self.number(friction, "<lateral_friction>", friction.get("value"))
-                if number is not None:
-                    extension.numbers["mu1"] = number
+            self.read_contact(element, extension)
         if tag in ("gazebo", "sensor"):
             for sensor in [element] if tag == "sensor" else element.iterchildren("sensor"):
                 if sensor.get("type") in (*MOTION, FORCE_TORQUE):
                     self.read_sensor(sensor, extension)
         if tag == "gazebo":
+            self.reading.owner = self.find_owner(extension.reference)
+            for plugin in element.iterchildren("plugin"):
+                self.read_plugin(plugin)
+            self.reading.owner = ("robot", "")
             for joint in element.iterchildren("joint"):
                 self.read_closing_joint(joint, extension)
             self.read_numbers(element, extension)
+            self.reading.owner = self.find_owner(extension.reference)
+            self.report_unread(element)
+        elif tag == "mujoco":
+            unread = [child for child in element if child.tag not in HARMLESS_OF_MUJOCO]
+            self.reading.unknown_children("mujoco", unread, ())
         elif tag in ("transmission", "ros2_control"):
-            self.read_motors(element, extension)
+            self.actuation.read(element, extension)
+        self.reading.owner = ("robot", "")
 
-    def read_motors(self, element: Any, extension: Extension) -> None:
-        """Add the motors, rotors and start positions of a ``<transmission>`` or a
-        ``<ros2_control>``."""
-        extension.motors = [
-            name
-            for joint in element.iter("joint", "{*}joint")
-            if (name := joint.get("name"))
-            and (extension.tag == "transmission" or joint.find("command_interface") is not None)
-        ]
-        for name in extension.motors:
-            if name not in self.robot.joints:
-                self.reading.warn(
-                    "actuator-unknown", f"a <{extension.tag}> drives a joint that does not exist",
-                    extension.line, owner=("joint", name),
-                    detail=nearest(name, self.robot.joints) or "",
-                )  # fmt: skip
-        for transmission in element.iter("transmission"):
-            self.read_rotor(transmission, extension)
-        for start in element.iterfind("joint/state_interface[@name='position']/param"):
-            name = start.getparent().getparent().get("name")
-            if start.get("name") == "initial_value" and name:
-                value = self.number(start, f"the initial_value of joint '{name}'")
-                if value is not None:
-                    extension.starts[name] = value
+    def find_owner(self, reference: str | None) -> tuple[str, str]:
+        """Return the kind and name of the link or joint that a ``<gazebo>`` is about."""
+        if reference in self.robot.links:
+            return "link", reference
+        return ("joint", reference) if reference in self.robot.joints else ("robot", "")
 
-    def read_rotor(self, element: Any, extension: Extension) -> None:
-        """Add the rotor of a ``<transmission>`` of one joint and one actuator.
+    def read_contact(self, element: Any, extension: Extension) -> None:
+        """Add the friction of Bullet's ``<contact>`` of a link."""
+        self.reading.owner = ("link", extension.reference or "")
+        for friction in element.iterchildren("lateral_friction"):
+            number = self.number(friction, "<lateral_friction>", friction.get("value"))
+            if number is not None:
+                extension.numbers["mu1"] = number
+        unread = [child for child in element if child.tag not in OF_CONTACT]
+        self.reading.unknown_children("contact", unread, ())
 
-        The joint feels ``motorInertia`` times ``mechanicalReduction`` squared.
-        """
-        joints, actuators = element.findall("joint"), element.findall("actuator")
-        inertia = element.find("actuator/motorInertia")
-        if len(joints) != 1 or len(actuators) != 1 or inertia is None:
-            return
-        reduction = element.find("actuator/mechanicalReduction")
-        if reduction is None:
-            reduction = element.find("joint/mechanicalReduction")
-        what = "the inertia of a rotor"
-        own = self.number(inertia, what) or 0.0
-        ratio = 1.0 if reduction is None else self.number(reduction, what) or 0.0
-        if own * ratio**2 > 0.0 and joints[0].get("name"):
-            extension.rotors[joints[0].get("name")] = own * ratio**2
+    def read_plugin(self, element: Any) -> None:
+        """Read a plugin that couples joints, and warn of others that change the mechanics."""
+        name = (element.get("filename") or element.get("name") or "").rpartition("/")[2]
+        if MIMIC.search(name):
+            read_mimic_plugin(self.reading, self.robot, element)
+        elif MECHANICAL.search(name) or element.find(".//joint/parent") is not None:
+            message = f"the plugin '{name}' in <gazebo> changes the mechanics, and is not read"
+            self.reading.warn("mechanics-unread", message, element.sourceline)
+
+    def report_unread(self, element: Any) -> None:
+        """Warn of what a ``<gazebo>`` says of mechanics, and nothing reads."""
+        unread = []
+        for child in element:
+            if child.tag == "collision" and child.find(".//friction") is not None:
+                message = "the friction of <collision> in <gazebo> is not read; <mu1> is"
+                self.reading.warn("mechanics-unread", message, child.sourceline)
+            elif child.tag not in READ and child.tag not in HARMLESS:
+                unread.append(child)
+        self.reading.unknown_children("gazebo", unread, NUMBERS)
 
     def read_numbers(self, element: Any, extension: Extension) -> None:
-        """Add what ``<gazebo reference="...">`` says in elements of a number."""
+        """Add what a ``<gazebo>`` says in elements of one number or truth value."""
         for child in element.iterchildren(*NUMBERS):
-            written = child.get("value") or text(child)
-            if child.tag == "turnGravityOff":
-                extension.numbers[child.tag] = float(written.lower() in ("true", "1"))
-                continue
-            number = self.number(child, f"<{child.tag}> of <gazebo>", written)
-            if number is not None:
-                extension.numbers[child.tag] = number
+            written = child.get("value") or get_text(child)
+            is_true = written.lower() in ("true", "1")
+            if child.tag == "gravity":
+                if written.lower() in ("false", "0"):
+                    extension.numbers["turnGravityOff"] = 1.0
+            elif child.tag == "turnGravityOff":
+                extension.numbers[child.tag] = float(is_true)
+            elif child.tag == "static":
+                if is_true and not extension.reference:
+                    self.robot.fixed_by = "<static> of <gazebo>"
+            else:
+                number = self.number(child, f"<{child.tag}> of <gazebo>", written)
+                if number is not None:
+                    extension.numbers[child.tag] = number
+                    self.warn_of_negative(child, extension.reference, number)
         owner = extension.reference or ""
         link, joint = self.robot.links.get(owner), self.robot.joints.get(owner)
         for name, field in SPRING.items():
@@ -136,19 +218,29 @@ class Extensions:
                 joint.dynamics = joint.dynamics or Dynamics()
                 setattr(joint.dynamics, field, extension.numbers[name])
         unread = []
-        if link is not None and link.inertial is not None and link.inertial.mass != 0.0:
+        if not owner:
+            unread.append(("turnGravityOff", "robot", "'gravity' of the config is for all links"))
+        elif link is not None and link.inertial is not None and link.inertial.mass != 0.0:
             unread.append(("turnGravityOff", "link", "the link has its weight here"))
         if joint is None or joint.type not in ("revolute", "continuous", "prismatic"):
             unread.append(("springStiffness", "joint", "the joint has no spring here"))
         for name, kind, why in unread:
             if extension.numbers.get(name):
-                what = f"<{name}> of <gazebo> has no effect, as {why}"
+                tag = name if element.find(name) is not None else "gravity"
+                what = f"<{tag}> of <gazebo> has no effect, as {why}"
                 self.reading.warn("mechanics-unread", what, extension.line, owner=(kind, owner))
 
+    def warn_of_negative(self, element: Any, reference: str | None, number: float) -> None:
+        """Warn of a number of friction or stiffness below zero."""
+        if number < 0.0 and element.tag != "springReference":
+            message = f"<{element.tag}> of <gazebo> is below zero; expected zero or more"
+            owner, line = self.find_owner(reference), element.sourceline
+            self.reading.warn("number-negative", message, line, owner=owner, detail=f"{number!r}")
+
     def number(self, element: Any, what: str, written: str | None = None) -> float | None:
-        """The number in an element; None, with a warning, where there is none."""
+        """Return the number in an element; None, after a warning, where there is none."""
         try:
-            return self.reading.number(element, "the text", written or text(element))
+            return self.reading.number(element, "the text", written or get_text(element))
         except ConversionError as error:
             self.reading.warn_of_left_out(element, what, error)
             return None
@@ -178,9 +270,23 @@ class Extensions:
             extension.sensors.append(sensor)
 
     def read_closing_joint(self, element: Any, extension: Extension) -> None:
-        """Add an SDF ``<joint>``, which closes a loop of the robot."""
-        parent, child = text(element.find("parent")), text(element.find("child"))
+        """Add an SDF ``<joint>``, which closes a loop of the robot, or welds it to the world."""
+        parent, child = get_text(element.find("parent")), get_text(element.find("child"))
         name, kind = element.get("name") or "", element.get("type") or ""
+        ends = {parent, child}
+        if (
+            kind == "fixed"
+            and "world" in ends - self.robot.links.keys()
+            and (not self.rigid_with_root.isdisjoint(ends))
+        ):
+            self.robot.fixed_by = f"joint '{name}' of <gazebo>"
+            return
+        self.reading.owner = ("joint", name)
+        unread = [part for part in element if part.tag not in OF_JOINT]
+        self.reading.unknown_children("joint", unread, ())
+        for axis in element.iterchildren("axis", "axis2"):
+            unread = [part for part in axis if part.tag not in OF_AXIS]
+            self.reading.unknown_children("axis", unread, ())
         with self.left_out("loop", name):
             of_sdf = {link.get("name") for link in element.iterfind("../../gazebo/link")}
             for link in (parent, child):
@@ -207,7 +313,7 @@ class Extensions:
             what = "<pose> in degrees or with a quaternion is not read"
             hint = "write x y z roll pitch yaw, in m and rad"
             self.reading.fail("number-invalid", what, element, hint)
-        words = text(element) or "0 0 0 0 0 0"
+        words = get_text(element) or "0 0 0 0 0 0"
         x, y, z, roll, pitch, yaw = self.reading.numbers(element, "the text", words, 6)
         pose = Pose((x, y, z), from_rpy((roll, pitch, yaw)))
         frame = element.get("relative_to") or element.get("frame") or link
@@ -218,13 +324,13 @@ class Extensions:
 
     def read_axis(self, element: Any, pose: Pose, link: str) -> Vec:
         """``<axis>``, as a direction in a link's frame; ``pose`` is that of its joint."""
-        if text(element.find("use_parent_model_frame")).lower() in ("true", "1"):
+        if get_text(element.find("use_parent_model_frame")).lower() in ("true", "1"):
             what, hint = "<use_parent_model_frame> is not read", f'write expressed_in="{MODEL}"'
             self.reading.fail("number-invalid", what, element, hint)
         xyz = element.find("xyz")
         if xyz is None:
             return rotate(pose.rot, (0.0, 0.0, 1.0))
-        x, y, z = self.reading.numbers(xyz, "the text", text(xyz), 3)
+        x, y, z = self.reading.numbers(xyz, "the text", get_text(xyz), 3)
         if (x, y, z) == ZERO:
             hint = "give a direction, such as 0 0 1"
             self.reading.fail("number-invalid", "<axis> is zero", xyz, hint)
@@ -260,11 +366,3 @@ class Extensions:
             reading.warn(f"{kind}-left-out", text, error.line, hint=hint)
         finally:
             reading.owner = ("robot", "")
-
-
-def text(element: Any) -> str:
-    """The text of an element, without comments and without blanks around it."""
-    if element is None:
-        return ""
-    whole = str(element.xpath("string()")) if len(element) else element.text or ""
-    return whole.strip()

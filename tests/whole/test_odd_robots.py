@@ -21,7 +21,7 @@ SHARED_ROBOTS: dict[str, tuple[int, str | None, str]] = {
     "05": (0, "xml-mended", "there are blanks before it"),
     "06": (0, "xml-mended", "no XML version '0.0'"),
     "07": (0, "property-unused", "property 'M_PI'"),
-    "08": (0, "xacro-left", "xacro has left <xacro:v1_pelvis_sensors_usb>, which is left out"),
+    "08": (0, "xacro-left", "xacro did not expand <xacro:v1_pelvis_sensors_usb>"),
     "09": (0, None, ""),
     "10": (0, "number-commas", "numbers are parted by commas"),
     "11": (0, "number-left-out", "lower of <limit> is '-pi/2'"),

@@ -3,7 +3,8 @@ adapt them to the MBS body conventions".
 
 Position and scale are the same in both; the orientation is "three fixed frame rotations" in
 URDF and three current-frame ones, Rx Ry Rz, in .mbs; a cylinder's axis is z in URDF and y in
-.mbs.  A mesh is shown from the VRML file that it is converted to.
+.mbs; a capsule is a cylinder and two spheres.  A mesh is shown from the VRML file that it is
+converted to.
 """
 
 from __future__ import annotations
@@ -18,8 +19,17 @@ from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.model import GREY, Shape
 from urdf2mbs.mbs.names import free_name
 from urdf2mbs.messages.diagnostics import some
-from urdf2mbs.spatial import IDENTITY, ZERO, compose, from_turn, multiply, to_xyz_angles
-from urdf2mbs.urdf.model import Box, Cylinder, Geometry, Material, Sphere
+from urdf2mbs.spatial import (
+    IDENTITY,
+    ZERO,
+    Pose,
+    Vec,
+    compose,
+    from_turn,
+    multiply,
+    to_xyz_angles,
+)
+from urdf2mbs.urdf.model import Box, Capsule, Cylinder, Geometry, Material, Mesh, Sphere
 
 #: Turns .mbs's y axis onto URDF's z axis.
 Y_ONTO_Z = from_turn((1, pi / 2))
@@ -39,15 +49,31 @@ class ConvertVisuals(Pass):
             for link, pose in segment.parts.items():
                 visuals = conversion.robot.links[link].visuals
                 for number, visual in enumerate(visuals, start=1):
-                    at = compose(pose, visual.origin.pose)
                     name = visual.name or (link if len(visuals) == 1 else f"{link}_{number}")
-                    shape = _shape(visual.geometry, name, conversion, stems)
-                    rot = multiply(at.rot, Y_ONTO_Z) if shape.kind == "cylinder" else at.rot
-                    shape.position = at.xyz
-                    shape.rotation = ZERO if rot == IDENTITY else to_xyz_angles(rot)
-                    _colour(shape, visual.material, conversion.robot.materials)
-                    segment.holder.shapes.append(shape)
+                    for geometry, offset in split_capsule(visual.geometry):
+                        at = compose(pose, visual.origin.pose)
+                        if offset != ZERO:
+                            at = compose(at, Pose(offset))
+                        shape = _shape(geometry, name, conversion, stems)
+                        rot = multiply(at.rot, Y_ONTO_Z) if shape.kind == "cylinder" else at.rot
+                        shape.position = at.xyz
+                        shape.rotation = ZERO if rot == IDENTITY else to_xyz_angles(rot)
+                        _colour(shape, visual.material, conversion.robot.materials)
+                        segment.holder.shapes.append(shape)
         _warn_of_left_out(conversion)
+
+
+def split_capsule(geometry: Geometry) -> list[tuple[Geometry, Vec]]:
+    """Return a capsule as a cylinder and two spheres, as an .mbs has no capsules.
+
+    Returns:
+        Each shape, and its place (m) in the frame of the geometry; another geometry as it is.
+    """
+    if not isinstance(geometry, Capsule):
+        return [(geometry, ZERO)]
+    end, ball = geometry.length / 2, Sphere(geometry.radius)
+    cylinder = Cylinder(geometry.radius, geometry.length)
+    return [(cylinder, ZERO), (ball, (0.0, 0.0, end)), (ball, (0.0, 0.0, -end))]
 
 
 def _shape(geometry: Geometry, name: str, conversion: Conversion, stems: set[str]) -> Shape:
@@ -57,6 +83,7 @@ def _shape(geometry: Geometry, name: str, conversion: Conversion, stems: set[str
         return Shape("cylinder", name, radius=geometry.radius, height=geometry.length)
     if isinstance(geometry, Sphere):
         return Shape("sphere", name, radius=geometry.radius)
+    assert isinstance(geometry, Mesh)
     stem = conversion.meshes.get(geometry.filename)
     if stem is None:
         stem = conversion.meshes[geometry.filename] = _stem(geometry.filename, stems)

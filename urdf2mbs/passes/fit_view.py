@@ -9,7 +9,7 @@ from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.model import Light, View, Viewpoint
 from urdf2mbs.ranges import rounded
 from urdf2mbs.spatial import add, rotate
-from urdf2mbs.urdf.model import Box, Cylinder, Mesh
+from urdf2mbs.urdf.model import Box, Capsule, Cylinder, Mesh
 
 #: The scale factors are those of robots as tall as a human (m).
 HUMAN = 1.8
@@ -49,11 +49,14 @@ def _extent(conversion: Conversion) -> tuple[list[float], list[float]]:
             shape = visual.geometry
             if isinstance(shape, Mesh):
                 continue
-            radius = (
-                hypot(*shape.size) / 2 if isinstance(shape, Box)
-                else hypot(shape.radius, shape.length / 2) if isinstance(shape, Cylinder)
-                else shape.radius
-            )  # fmt: skip
+            if isinstance(shape, Box):
+                radius = hypot(*shape.size) / 2
+            elif isinstance(shape, Cylinder):
+                radius = hypot(shape.radius, shape.length / 2)
+            elif isinstance(shape, Capsule):
+                radius = shape.radius + shape.length / 2
+            else:
+                radius = shape.radius
             x, y, z = add(xyz, rotate(rot, visual.origin.xyz))
             points.append((x - radius, y - radius, z - radius))
             points.append((x + radius, y + radius, z + radius))

@@ -58,6 +58,8 @@ class InsertBase(Pass):
             reason, why = "own joint", f"joint '{floating}' lets it float"
         elif asked != "auto":
             floats, reason, why = asked == "floating", "as asked", "as asked for"
+        elif robot.fixed_by:
+            reason, why = "fixed by another program", f"{robot.fixed_by} ties the root to the world"
         elif "world" in welded:
             reason = "world"
             why = f"root link '{root}' is {'called' if root == 'world' else 'welded to'} world"

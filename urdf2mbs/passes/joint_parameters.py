@@ -10,7 +10,7 @@ A project applies them: the pass ``joint-laws`` adds what its code needs.
 from __future__ import annotations
 
 from math import isfinite
-from typing import Annotated
+from typing import Annotated, Literal
 
 import msgspec
 
@@ -20,7 +20,7 @@ from urdf2mbs.mbs import model as mbs
 from urdf2mbs.mbs.model import UserModel
 from urdf2mbs.messages.diagnostics import counted
 from urdf2mbs.states import JointModels, Placed
-from urdf2mbs.urdf.model import Joint
+from urdf2mbs.urdf.model import RATES, Joint
 
 #: The kinds that only a project applies.
 DYNAMICS = ("damping", "friction", "spring_stiffness")
@@ -35,10 +35,14 @@ class JointParameters(Pass):
     stop_frequency: Annotated[float, msgspec.Meta(gt=0.0, le=1e3)] = 20.0
     """Stiffness of the stops, as a frequency (Hz): the moved inertia would swing on the stop so
     fast."""
+    zero_limits: Literal["free", "locked"] = "free"
+    """What limits from 0 to 0 mean, also where a number is missing: ``free``, a joint without
+    limits, as many files mean it; ``locked``, a joint that stays at 0, as URDF defines it."""
 
     def run(self, conversion: Conversion) -> None:
         held = [(step.joint, joint) for step, joint in conversion.single_coordinates()]
-        models = {kind: values for kind, values in _kinds(conversion, held).items() if values}
+        kinds = _kinds(conversion, held, locked=self.zero_limits == "locked")
+        models = {kind: values for kind, values in kinds.items() if values}
         written = conversion.state(JointModels)
         written.values = models
         written.stop_frequency = self.stop_frequency if self.stops else None
@@ -63,14 +67,21 @@ class JointParameters(Pass):
 
 
 def _kinds(
-    conversion: Conversion, joints: list[tuple[Joint, mbs.Joint]]
+    conversion: Conversion, joints: list[tuple[Joint, mbs.Joint]], *, locked: bool
 ) -> dict[str, dict[str, float]]:
-    """The values of each kind of property, by .mbs joint.  The pass ``left-out`` does not name
-    these properties."""
+    """Return the values of each kind of property, by .mbs joint.
+
+    The pass ``left-out`` does not name these properties.
+
+    Args:
+        conversion: The robot as a URDF and as an .mbs.
+        joints: The joints of the URDF with one coordinate, and those of the .mbs.
+        locked: True if limits from 0 to 0 are limits.
+    """
     kinds: dict[str, dict[str, float]] = {
         kind: {}
         for kind in (
-            "q_min", "q_max", "effort", "velocity", "damping", "friction", "spring_stiffness",
+            "q_min", "q_max", "effort", *RATES, "damping", "friction", "spring_stiffness",
             "spring_reference", "soft_q_min", "soft_q_max", "k_position", "k_velocity",
             "calibration_rising", "calibration_falling",
         )
@@ -88,9 +99,10 @@ def _kinds(
         values: dict[str, float | None] = {}
         if limit is not None:
             low, high = limit.lower, limit.upper
-            if joint.type != "continuous" and (low is None or high is None or low < high):
+            has_room = low is None or high is None or low < high or (locked and limit.is_zero)
+            if joint.type != "continuous" and has_room:
                 values |= {"q_min": low, "q_max": high}
-            values |= {"effort": limit.effort, "velocity": limit.velocity}
+            values |= {kind: getattr(limit, kind) for kind in ("effort", *RATES)}
         if dynamics is not None:
             values |= {"damping": dynamics.damping or None, "friction": dynamics.friction or None}
             if stiffness := dynamics.spring_stiffness:

@@ -8,14 +8,25 @@ from math import isfinite
 from urdf2mbs.mbs.model import Mbs, UserModel
 from urdf2mbs.messages.diagnostics import counted
 from urdf2mbs.proof.verdict import Difference
-from urdf2mbs.urdf.model import Joint, Robot
+from urdf2mbs.urdf.model import RATES, Joint, Robot
 
 #: The user models that hold a URDF's numbers, by the names of the .mbs joints.
 STATED = (
-    "damping", "friction", "spring_stiffness", "spring_reference", "q_min", "q_max", "effort",
-    "velocity", "soft_q_min", "soft_q_max", "k_position", "k_velocity", "calibration_rising",
+    "damping",
+    "friction",
+    "spring_stiffness",
+    "spring_reference",
+    "q_min",
+    "q_max",
+    "effort",
+    *RATES,
+    "soft_q_min",
+    "soft_q_max",
+    "k_position",
+    "k_velocity",
+    "calibration_rising",
     "calibration_falling",
-)  # fmt: skip
+)
 
 
 def compare_parameters(
@@ -42,7 +53,9 @@ def compare_parameters(
         for kind in STATED:
             text, value = there.get(kind, {}).get(names[0]), numbers.get(kind)
             if text is None:
-                if value is not None:
+                # A URDF's limits from 0 to 0 may mean that there are none.
+                may_be_none = joint.limit is not None and joint.limit.is_zero
+                if value is not None and not (kind in ("q_min", "q_max") and may_be_none):
                     missing[kind] = missing.get(kind, 0) + 1
             elif value is None or _number(text) != value:
                 should = "the URDF has none" if value is None else f"should be {value:.9g}"
@@ -87,13 +100,17 @@ def left_out(mbs: Mbs, known: Collection[str], followers: set[str]) -> dict[str,
 
 
 def stated(joint: Joint) -> dict[str, float]:
-    """A URDF joint's numbers; a limit without room, and damping or friction of zero, is none."""
+    """Return the numbers of a URDF joint, by kind.
+
+    Limits of which the lower is above the upper are left out, and damping or friction of zero.
+    """
     numbers: dict[str, float | None] = {}
     limit, safety = joint.limit, joint.safety_controller
     if limit is not None:
-        numbers |= {"effort": limit.effort, "velocity": limit.velocity}
-        room = limit.lower is None or limit.upper is None or limit.lower < limit.upper
-        if joint.type != "continuous" and room:
+        for kind in ("effort", *RATES):
+            numbers[kind] = getattr(limit, kind)
+        has_room = limit.lower is None or limit.upper is None or limit.lower < limit.upper
+        if joint.type != "continuous" and (has_room or limit.is_zero):
             numbers |= {"q_min": limit.lower, "q_max": limit.upper}
     if joint.dynamics is not None:
         numbers["damping"] = joint.dynamics.damping or None

@@ -6,8 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 from urdf2mbs.messages.diagnostics import ConversionError, nearest
 from urdf2mbs.spatial import ZERO
+from urdf2mbs.urdf.elements import quote, suggest_attributes
 from urdf2mbs.urdf.model import (
     JOINT_TYPES,
+    RATES,
     Calibration,
     Dynamics,
     Joint,
@@ -16,7 +18,6 @@ from urdf2mbs.urdf.model import (
     SafetyController,
 )
 from urdf2mbs.urdf.tree import loops
-from urdf2mbs.urdf.values import quote
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -27,13 +28,30 @@ if TYPE_CHECKING:
 
 #: Parts of a joint that can be left out, by the name that they have in URDF and in the model.
 OPTIONAL: dict[str, Callable[..., Any]] = {
-    "dynamics": Dynamics, "mimic": Mimic, "safety_controller": SafetyController,
+    "dynamics": Dynamics,
+    "mimic": Mimic,
+    "safety_controller": SafetyController,
     "calibration": Calibration,
-}  # fmt: skip
+}
+#: Numbers that are zero or more, by element, and what they do below zero.
+NOT_NEGATIVE = {
+    "dynamics": (("damping", "friction"), "drives the joint"),
+    "limit": (("effort", *RATES), "permits nothing"),
+}
 
 
 def read_joint(reading: Reading, element: Any, joints: dict[str, Joint]) -> None:
-    """Add a ``<joint>`` to ``joints``; its origin (m, rad) is in the parent link's frame."""
+    """Add a ``<joint>`` to ``joints``; its origin (m, rad) is in the parent link's frame.
+
+    Args:
+        reading: The file being read.
+        element: The element of lxml.
+        joints: The joints that were read before, by name.
+
+    Raises:
+        ConversionError: The joint has no meaning: a name, a link or its type is missing, its axis
+            is zero, or a number that the .mbs needs cannot be read.
+    """
     name = reading.name(element, "joint", joints)
     if name is None:
         return
@@ -57,18 +75,32 @@ def read_joint(reading: Reading, element: Any, joints: dict[str, Joint]) -> None
     if "limit" in parts:
         joint.limit = read_limit(reading, joint, parts["limit"])
     elif kind in ("revolute", "prismatic"):
-        what = f"a {kind} joint wants a <limit>, and is read as one without limits"
-        reading.warn("joint-limit-missing", what, element.sourceline)
+        message = f"a {kind} joint has no <limit>: it is treated as unlimited"
+        reading.warn("joint-limit-missing", message, element.sourceline)
     for tag, make in OPTIONAL.items():
         if tag in parts:
             try:
                 setattr(joint, tag, make(**reading.values(parts[tag])))
             except ConversionError as error:
                 reading.warn_of_left_out(parts[tag], f"<{tag}>", error)
+    if joint.dynamics is not None:
+        warn_of_negative(reading, parts["dynamics"], joint.dynamics)
+
+
+def warn_of_negative(reading: Reading, element: Any, numbers: Dynamics | Limit) -> None:
+    """Warn of numbers below zero that no joint has."""
+    names, effect = NOT_NEGATIVE[element.tag]
+    for name in names:
+        value = getattr(numbers, name)
+        if value is not None and value < 0.0:
+            message = f"{name} of <{element.tag}> is below zero, which {effect}; it is kept"
+            detail, hint = f"{value!r}", "write a number of zero or more"
+            line = element.sourceline
+            reading.warn("number-negative", message, line, detail=detail, hint=hint)
 
 
 def read_type(reading: Reading, element: Any, name: str) -> str:
-    """The type of a joint."""
+    """Return the type of a joint, which may have capitals or blanks, with a warning."""
     kind: str | None = element.get("type")
     if len(element.attrib) != 2:
         reading.unknown_attributes(element)
@@ -88,27 +120,47 @@ def read_type(reading: Reading, element: Any, name: str) -> str:
 
 
 def read_end(reading: Reading, element: Any, parts: dict[str, Any], which: str) -> str:
-    """The name of a joint's ``parent`` or ``child`` link."""
+    """Return the name of a joint's ``parent`` or ``child`` link."""
     part = parts.get(which)
     name: str | None = None if part is None else part.get("link")
     if part is not None and len(part.attrib) != 1:
         reading.unknown_attributes(part)
     if not name:
         what, at = f"{reading.where} has no {which} link", element if part is None else part
-        reading.fail("joint-link-missing", what, at, f'give <{which} link="..."/>')
+        written = "" if part is None else (part.text or "").strip()  # as in SDF
+        hint = suggest_attributes(which, {"link": written or "..."})
+        reading.fail("joint-link-missing", what, at, hint)
+    if part is not None and len(part):
+        reading.unknown_children(which, part, ())
     return name
 
 
 def read_limit(reading: Reading, joint: Joint, element: Any) -> Limit:
-    """The limits of a joint; a number that cannot be read, or is infinite, is no limit."""
-    limit = Limit(**reading.values(element, lenient="a limit"))
+    """Return the limits of a joint; a number that cannot be read, or is infinite, is no limit."""
+    values = reading.values(element, lenient="a limit")
+    limit = Limit(**values)
+    warn_of_negative(reading, element, limit)
     lower, upper = limit.lower, limit.upper
-    ranged = joint.type in ("revolute", "prismatic") and None not in (lower, upper)
-    if ranged and lower > upper:  # type: ignore[operator]
-        reading.warn(
-            "limit-order", "lower limit above upper limit; neither counts", element.sourceline,
-            detail=f"{lower!r} and {upper!r}",
-        )  # fmt: skip
+    if joint.type not in ("revolute", "prismatic") or lower is None or upper is None:
+        return limit
+    missing = [name for name in ("lower", "upper") if name not in values]
+    line = element.sourceline
+    if lower > upper:
+        message = "the lower limit is above the upper limit: both are ignored"
+        reading.warn("limit-order", message, line, detail=f"{lower!r} and {upper!r}")
+    elif limit.is_zero:
+        message = (
+            "the limits of a joint are 0 to 0, as a number that is missing is 0: by URDF, the "
+            "joint is locked at 0; in many files, it has no limits"
+        )
+        hint = (
+            "'joint-parameters: {zero_limits: locked}' keeps it at 0, '{zero_limits: free}' (the "
+            "default) lets it move; or state lower and upper"
+        )
+        reading.warn("limit-zero", message, line, hint=hint)
+    elif missing:
+        message = f"{missing[0]} of <limit> is missing, which means 0 in URDF"
+        reading.warn("limit-zero", message, line, detail=f"{lower!r} to {upper!r}")
     return limit
 
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from urdf2mbs.spatial import NO_INERTIA
 from urdf2mbs.urdf import inertia
+from urdf2mbs.urdf.elements import MOMENTS
 from urdf2mbs.urdf.model import Inertial, Link
 from urdf2mbs.urdf.shapes import read_collision, read_visual
 
@@ -14,12 +15,20 @@ if TYPE_CHECKING:
     from urdf2mbs.urdf.model import Collision, Visual
     from urdf2mbs.urdf.values import Reading
 
-MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 REPAIR = "estimate-inertia: {repair: true} takes the nearest that a body can have"
 
 
 def read_link(reading: Reading, element: Any, links: dict[str, Link]) -> None:
-    """Add a ``<link>`` to ``links``: its inertial, visuals and collisions."""
+    """Add the inertial, visuals and collisions of a ``<link>`` to ``links``.
+
+    Args:
+        reading: The file being read.
+        element: The element of lxml.
+        links: The links that were read before, by name.
+
+    Raises:
+        ConversionError: The link has no name, the name of another link, or no readable inertial.
+    """
     name = reading.name(element, "link", links)
     if name is None:
         return
@@ -28,6 +37,7 @@ def read_link(reading: Reading, element: Any, links: dict[str, Link]) -> None:
     inertial: Any = None
     visuals: list[Visual] = []
     collisions: list[Collision] = []
+    unknown: list[Any] = []
     for child in element[:]:
         tag = child.tag
         if tag == "visual":
@@ -39,13 +49,22 @@ def read_link(reading: Reading, element: Any, links: dict[str, Link]) -> None:
         elif tag == "inertial":
             inertial = child
         elif tag != "contact":
-            reading.unknown_child("link", child, ("visual", "collision", "inertial"))
+            unknown.append(child)
+    if unknown:
+        reading.unknown_children("link", unknown, ("visual", "collision", "inertial"))
     mass = None if inertial is None else read_inertial(reading, inertial)
     links[name] = Link(name, mass, visuals, collisions, element.sourceline)
 
 
 def read_inertial(reading: Reading, element: Any) -> Inertial | None:
-    """Mass (kg), centre (m) and inertia (kg m^2), about the centre, in the axes of its origin."""
+    """Return an ``<inertial>``: mass (kg), and inertia (kg m^2) about the origin, in its axes.
+
+    Returns:
+        None, after a warning, if the element has no mass.
+
+    Raises:
+        ConversionError: A number is missing, or cannot be read.
+    """
     reading.values(element)
     parts = reading.parts(element)
     origin = reading.origin(parts.get("origin"))
@@ -62,7 +81,10 @@ def read_inertial(reading: Reading, element: Any) -> Inertial | None:
             mass_element.sourceline, detail=f"{mass!r} kg", hint=REPAIR,
         )  # fmt: skip
     if inertia_element is None or not inertia_element.attrib:
-        what = "<inertial> without <inertia>: mass, but no inertia, as in ROS"
+        if inertia_element is not None:
+            reading.unknown_children("inertia", inertia_element, ())
+        lacks = "<inertia>" if inertia_element is None else "the attributes of <inertia>"
+        what = f"<inertial> without {lacks}: mass, but no inertia, as in ROS"
         reading.warn("inertial-incomplete", what, line)
         return Inertial(mass, NO_INERTIA, origin)
     tensor = read_inertia(reading, inertia_element)
@@ -76,7 +98,7 @@ def read_inertial(reading: Reading, element: Any) -> Inertial | None:
 
 
 def read_inertia(reading: Reading, element: Any) -> Sym:
-    """An inertia (kg m^2); products that are missing are zero, with a warning."""
+    """Return an inertia (kg m^2); products that are missing are zero, with a warning."""
     given = reading.values(element)
     missing = [name for name in ("ixy", "ixz", "iyz") if name not in given]
     if missing:

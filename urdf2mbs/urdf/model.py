@@ -45,6 +45,14 @@ class Cylinder(msgspec.Struct, tag="cylinder", gc=False):
     length: float
 
 
+class Capsule(msgspec.Struct, tag="capsule", gc=False):
+    """A cylinder with a hemisphere at each end, axis z, centred (m); URDF has it since 1.2."""
+
+    radius: float
+    length: float
+    """Of the cylinder between the hemispheres."""
+
+
 class Sphere(msgspec.Struct, tag="sphere", gc=False):
     """A sphere, centred (m)."""
 
@@ -58,7 +66,7 @@ class Mesh(msgspec.Struct, tag="mesh", gc=False):
     scale: Vec = (1.0, 1.0, 1.0)
 
 
-Geometry = Box | Cylinder | Sphere | Mesh
+Geometry = Box | Cylinder | Capsule | Sphere | Mesh
 
 
 class Material(msgspec.Struct, gc=False):
@@ -104,13 +112,27 @@ class Link(msgspec.Struct, gc=False):
         return inertial is None or (inertial.mass == 0.0 and inertial.inertia == NO_INERTIA)
 
 
+#: What a ``<limit>`` bounds beside the position and the effort, by URDF 1.2 and Drake.
+RATES = ("velocity", "acceleration", "deceleration", "jerk")
+
+
 class Limit(msgspec.Struct, gc=False):
-    """rad or m; effort in N m or N; velocity in rad/s or m/s.  None is no limit."""
+    """``<limit>``, in rad or m; None: no limit."""
 
     lower: float | None = 0.0
     upper: float | None = 0.0
     effort: float | None = None
+    """N m or N."""
     velocity: float | None = None
+    """rad/s or m/s; the acceleration and the jerk per s and per s^2 of it."""
+    acceleration: float | None = None
+    deceleration: float | None = None
+    jerk: float | None = None
+
+    @property
+    def is_zero(self) -> bool:
+        """True for a range from 0 to 0: a locked joint by URDF, an unlimited one in many files."""
+        return self.lower == 0.0 and self.upper == 0.0
 
 
 class Dynamics(msgspec.Struct, gc=False):
@@ -235,6 +257,9 @@ class Robot(msgspec.Struct):
     materials: dict[str, Material] = {}
     extensions: list[Extension] = []
     file: str | None = None
+    fixed_by: str = ""
+    """The element of another program that ties the root link to the world, as a message names it;
+    empty: there is none."""
 
     def root(self) -> str:
         """The one link that is no joint's child (the reader has seen to it that there is one)."""

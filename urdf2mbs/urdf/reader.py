@@ -17,11 +17,11 @@ from lxml import etree
 from urdf2mbs.disk import files
 from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic, nearest, some
 from urdf2mbs.urdf import written, xml
-from urdf2mbs.urdf.elements import FOREIGN, plain
+from urdf2mbs.urdf.elements import FOREIGN, plain, quote, split_tag
 from urdf2mbs.urdf.joints import check_mimics, read_joint
 from urdf2mbs.urdf.links import read_link
-from urdf2mbs.urdf.model import Extension, Robot
-from urdf2mbs.urdf.rewrite import rename_doubled, split_balls
+from urdf2mbs.urdf.model import JOINT_TYPES, Extension, Robot
+from urdf2mbs.urdf.rewrite import rename_doubled, rename_drake_joints, split_joints
 from urdf2mbs.urdf.shapes import check_materials, read_global_material
 from urdf2mbs.urdf.tree import check_tree
 from urdf2mbs.urdf.values import Reading
@@ -153,13 +153,11 @@ def _read_root(
             read_global_material(reading, child, robot)
         elif isinstance(tag, str):
             reading.owner = ("robot", "")
-            if tag not in FOREIGN:
-                if reading.report_xacro(child):
-                    continue
-                if "{" not in tag and ":" not in tag:
-                    reading.unknown_child("robot", child, ("link", "joint", "material", *FOREIGN))
+            if tag not in FOREIGN and _is_unread(reading, child):
+                continue
             foreign.append(child)
     reading.owner = ("robot", "")
+    reading.report_stray_texts(root)
     if reading.last is not None:  # the tree cannot be judged where links or joints are not known
         raise reading.last
     robot.name = reading.values(root).get("name", "").strip()
@@ -167,12 +165,36 @@ def _read_root(
         reading.warn("robot-unnamed", "<robot> has no name", root.sourceline)
     check_materials(reading, robot)
     check_tree(reading, robot, root.sourceline)
-    check_mimics(reading, robot)
     robot.extensions = [_keep(element) for element in foreign]
     if extend is not None and foreign:
         elements = list(zip(foreign, robot.extensions, strict=True))
         extend(elements=elements, reading=reading, robot=robot)
+    check_mimics(reading, robot)
     return robot, reading.diagnostics()
+
+
+def _is_unread(reading: Reading, element: Any) -> bool:
+    """Report an element of ``<robot>`` that is not of URDF; return True if it is one of xacro."""
+    if reading.report_xacro(element):
+        return True
+    tags = {split_tag(child.tag)[0]: child for child in element if isinstance(child.tag, str)}
+    if not split_tag(element.tag)[1] or not {"parent", "child"} <= tags.keys():
+        reading.unknown_child("robot", element, ("link", "joint", "material", *FOREIGN))
+        return False
+    name = element.tag
+    if element.prefix:
+        name = f"{element.prefix}:{split_tag(name)[0]}"
+    ends = " and ".join(f"'{tags[end].get('link')}'" for end in ("parent", "child"))
+    message = (
+        f"<{name}> '{element.get('name')}' of the type {quote(element.get('type') or '')} joins "
+        f"the links {ends}, and is not read; expected a <joint> of URDF"
+    )
+    hint = f"write a <joint> of one of the types: {', '.join(JOINT_TYPES)}"
+    try:
+        reading.fail("joint-type-unknown", message, element, hint)
+    except ConversionError as error:
+        reading.keep(error)
+    return False
 
 
 def _keep(element: Any) -> Extension:
@@ -184,15 +206,18 @@ def _keep(element: Any) -> Extension:
 
 
 def _rewrite(reading: Reading, root: Any) -> None:
+    """Write in the words of URDF what has one meaning, and warn of what changes."""
+    rename_drake_joints(root)
     lines = {joint.get("name"): joint.sourceline for joint in root.iterchildren("joint")}
     for own, name in rename_doubled(root).items():
         reading.warn(
             "joint-renamed", f"several joints are called '{name}', and this one is renamed",
             lines.get(name), owner=("joint", own),
         )  # fmt: skip
-    for name in split_balls(root):
-        what = "a ball joint becomes three joints, NAME_R1, NAME_R2 and NAME_R3, without limits"
-        reading.warn("joint-ball", what, lines.get(name), owner=("joint", name))
+    for name, count in split_joints(root):
+        names = ", ".join(f"NAME_R{number}" for number in range(1, count + 1))
+        message = f"a joint of {count} rotations becomes {count} joints without limits: {names}"
+        reading.warn("joint-ball", message, lines.get(name), owner=("joint", name))
 
 
 def _check_root(reading: Reading, root: Any) -> None:
@@ -210,13 +235,9 @@ def _check_root(reading: Reading, root: Any) -> None:
 
 
 def _strip_namespace(root: Any, space: str) -> None:
-    """A default namespace on <robot> says nothing: read the elements as if without it."""
-    for child in root.iterchildren(*(space + tag for tag in ("link", "joint", "material"))):
-        for element in child.iter(f"{space}*"):
-            element.tag = element.tag[len(space) :]
-    for child in root.iterchildren(f"{space}*"):
-        child.tag = child.tag[len(space) :]
-    root.tag = "robot"
+    """Remove the namespace of <robot>, which says nothing, from all elements."""
+    for element in root.iter(f"{space}*"):
+        element.tag = element.tag[len(space) :]
 
 
 def read_file(source: Path) -> bytes:

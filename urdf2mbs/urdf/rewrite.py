@@ -11,86 +11,118 @@ from typing import Any
 
 from lxml import etree
 
-#: Types of joints that turn about three axes: those of MoveIt's fork and of SDF.
-BALLS = ("spherical", "ball")
-AXES = ("1 0 0", "0 1 0", "0 0 1")
+from urdf2mbs.urdf.elements import CHILDREN, is_drake, split_tag
+from urdf2mbs.urdf.model import JOINT_TYPES
+
+#: The axes of the revolute joints that a joint of several rotations is made of, by its type.
+#: ``spherical`` is a word of MoveIt's fork, ``ball`` of SDF and Drake, ``universal`` of Drake.
+ROTATIONS = {
+    "spherical": ("1 0 0", "0 1 0", "0 0 1"),
+    "ball": ("1 0 0", "0 1 0", "0 0 1"),
+    "universal": ("1 0 0", "0 1 0"),
+}
 
 
-def split_balls(root: Any) -> list[str]:
-    """Make three continuous joints, about x, y and z, of each ball joint; gives their names.
+def rename_drake_joints(root: Any) -> None:
+    """Make a ``<joint>`` of each ``<drake:joint>`` whose type means the same in URDF.
+
+    Drake reads the children of both elements alike ("URDF Support" of its documentation).
+    """
+    for joint in root:
+        if not isinstance(joint.tag, str) or not is_drake(joint.tag):
+            continue
+        if split_tag(joint.tag)[0] == "joint" and joint.get("type") in (*JOINT_TYPES, *ROTATIONS):
+            joint.tag = "joint"
+            for child in joint.iterchildren(etree.Element):
+                name = split_tag(child.tag)[0]
+                if is_drake(child.tag) and name in CHILDREN["joint"]:
+                    child.tag = name
+
+
+def split_joints(root: Any) -> list[tuple[str, int]]:
+    """Make continuous joints, one an axis, of each joint that rotates about several axes.
 
     The first has the joint's origin; between the joints are links without mass.
+
+    Returns:
+        The name of each joint that was split, and how many joints it became.
     """
     split = []
-    taken = _names(root)
-    for joint in [joint for joint in root.iterchildren("joint") if joint.get("type") in BALLS]:
+    taken = _list_names(root)
+    for joint in [joint for joint in root.iterchildren("joint") if joint.get("type") in ROTATIONS]:
         name, child = joint.get("name"), joint.find("child")
         if not name or child is None or joint.find("parent") is None:
             continue  # the reader says what is missing
-        names = [_free(f"{name}_R{k}", taken) for k in (1, 2, 3)]
+        axes = ROTATIONS[joint.get("type")]
+        names = [_choose_free(f"{name}_R{number}", taken) for number in range(1, len(axes) + 1)]
         dynamics = joint.findall("dynamics")
         for part in list(joint):
-            if part.tag not in ("origin", "parent", "child"):
+            if part.tag in ("axis", "limit", "dynamics", "mimic"):
                 joint.remove(part)
         joint.set("type", "continuous")
-        links = [*names[:2], child.get("link")]
+        links = [*names[:-1], child.get("link")]
         single = joint
-        for k, own in enumerate(names):
-            if k > 0:
-                single.addnext(etree.Element("link", name=links[k - 1]))
+        for number, joint_name in enumerate(names):
+            if number > 0:
+                single.addnext(etree.Element("link", name=links[number - 1]))
                 single.getnext().addnext(etree.Element("joint", type="continuous"))
                 single = single.getnext().getnext()
-                etree.SubElement(single, "parent", link=links[k - 1])
+                etree.SubElement(single, "parent", link=links[number - 1])
                 child = etree.SubElement(single, "child")
-            single.set("name", own)
-            child.set("link", links[k])
-            etree.SubElement(single, "axis", xyz=AXES[k])
+            single.set("name", joint_name)
+            child.set("link", links[number])
+            etree.SubElement(single, "axis", xyz=axes[number])
             single.extend(deepcopy(dynamics))
             for element in single.iter(etree.Element):
                 element.sourceline = joint.sourceline
-        split.append(name)
+        split.append((name, len(axes)))
     return split
 
 
 def rename_doubled(root: Any) -> dict[str, str]:
-    """Give each joint the name of which another has a free one, if nothing refers to the name.
+    """Rename each joint that has the name of another, if nothing refers to the name.
 
-    Gives the old name of each new one.  A joint that leads to the same link stays: it is no other.
+    A joint that leads to the same link stays: it is no other.
+
+    Returns:
+        The old name of each new one.
     """
     children: dict[str, set[str | None]] = {}
     renamed: dict[str, str] = {}
-    taken = _names(root)
+    taken = _list_names(root)
     used: set[str] = set()
     for joint in root.iterchildren("joint"):
         name, child = joint.get("name"), joint.find("child")
         link = None if child is None else child.get("link")
         if name and link and link not in children.setdefault(name, {link}):
             children[name].add(link)
-            used = used or _used(root)
+            used = used or _list_used(root)
             if name not in used:
-                own = _free(name, taken)
-                joint.set("name", own)
-                renamed[own] = name
+                new_name = _choose_free(name, taken)
+                joint.set("name", new_name)
+                renamed[new_name] = name
     return renamed
 
 
-def _names(root: Any) -> set[str]:
+def _list_names(root: Any) -> set[str]:
+    """Return the names of all links and joints."""
     return {element.get("name", "") for element in root.iterchildren("link", "joint")}
 
 
-def _free(name: str, taken: set[str]) -> str:
-    """The name, or the first of ``NAME_2``, ``NAME_3`` ... that is not taken; then it is."""
-    own = next(n for n in chain([name], (f"{name}_{k}" for k in count(2))) if n not in taken)
-    taken.add(own)
-    return own
+def _choose_free(name: str, taken: set[str]) -> str:
+    """Return the name, or the first of ``NAME_2``, ``NAME_3`` ... not taken, and take it."""
+    names = chain([name], (f"{name}_{number}" for number in count(2)))
+    free_name = next(candidate for candidate in names if candidate not in taken)
+    taken.add(free_name)
+    return free_name
 
 
-def _used(root: Any) -> set[str]:
-    """All that elements name, but for the names of links that joints have."""
+def _list_used(root: Any) -> set[str]:
+    """Return all that elements name, but for the names of links that joints have."""
     used = {""}
     for element in root.iter(etree.Element):
-        own = element.tag in ("joint", "link") and element.getparent() is root
+        is_top = element.tag in ("joint", "link") and element.getparent() is root
         if element.tag not in ("parent", "child"):
-            used |= {text for key, text in element.items() if not (own and key == "name")}
+            used |= {text for key, text in element.items() if not (is_top and key == "name")}
             used.add((element.text or "").strip())
     return used

@@ -7,8 +7,17 @@ from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 from urdf2mbs.messages.diagnostics import ConversionError
-from urdf2mbs.urdf.elements import plain
-from urdf2mbs.urdf.model import Box, Collision, Cylinder, Material, Mesh, Sphere, Visual
+from urdf2mbs.urdf.elements import is_drake, plain, split_tag
+from urdf2mbs.urdf.model import (
+    Box,
+    Capsule,
+    Collision,
+    Cylinder,
+    Material,
+    Mesh,
+    Sphere,
+    Visual,
+)
 
 if TYPE_CHECKING:
     from urdf2mbs.spatial import Vec
@@ -16,7 +25,13 @@ if TYPE_CHECKING:
     from urdf2mbs.urdf.values import Reading
 
 #: The model's class of each shape; it calls the attributes as URDF does.
-SHAPES: dict[str, Any] = {"box": Box, "cylinder": Cylinder, "sphere": Sphere, "mesh": Mesh}
+SHAPES: dict[str, Any] = {
+    "box": Box,
+    "cylinder": Cylinder,
+    "capsule": Capsule,
+    "sphere": Sphere,
+    "mesh": Mesh,
+}
 #: What xacro makes of ``file://$(find NAME)/...`` where the package was not found.
 _UNRESOLVED = r"^file:/*(?=package://)"
 
@@ -53,9 +68,15 @@ def read_shape(
 
 
 def read_geometry(reading: Reading, owner: Any, element: Any) -> Geometry | None:
-    """The shape in ``<geometry>`` (m); None, with a warning: there is none that is known.
+    """Return the shape in ``<geometry>`` (m); None, after a warning, if no shape is known.
 
-    :raises ConversionError: a number cannot be read
+    Args:
+        reading: The file being read.
+        owner: The ``<visual>`` or ``<collision>``.
+        element: The ``<geometry>``; None if there is none.
+
+    Raises:
+        ConversionError: A number cannot be read.
     """
     shapes = [] if element is None else [child for child in element if isinstance(child.tag, str)]
     if element is not None:
@@ -64,13 +85,16 @@ def read_geometry(reading: Reading, owner: Any, element: Any) -> Geometry | None
         what = f"<{owner.tag}> without a geometry is left out"
         reading.warn("geometry-unknown", what, owner.sourceline)
         return None
+    for shape in shapes:
+        if is_drake(shape.tag) and split_tag(shape.tag)[0] in SHAPES:  # <drake:capsule>
+            shape.tag = split_tag(shape.tag)[0]
     shape, *others = sorted(shapes, key=lambda child: child.tag not in SHAPES)
     for child in others:
         if child.tag in SHAPES:
-            what = "more than one shape in <geometry>, the first one counts"
+            what = "more than one shape in <geometry>: only the first is used"
             reading.warn("doubled-element", what, child.sourceline)
-        else:
-            reading.unknown_child("geometry", child, SHAPES)
+    unknown = [child for child in others if child.tag not in SHAPES]
+    reading.unknown_children("geometry", unknown, SHAPES)
     kind = SHAPES.get(shape.tag)
     if kind is None:
         reading.report_xacro(shape)

@@ -11,7 +11,16 @@ from lxml import etree
 
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.spatial import ZERO, from_quaternion, to_xyz_angles, transpose
-from urdf2mbs.urdf.elements import ATTRIBUTES, REQUIRED, Elements
+from urdf2mbs.urdf.elements import (
+    ATTRIBUTES,
+    LEAVES,
+    REQUIRED,
+    Elements,
+    is_drake,
+    quote,
+    split_tag,
+    suggest_attributes,
+)
 from urdf2mbs.urdf.model import Origin
 
 if TYPE_CHECKING:
@@ -21,7 +30,6 @@ if TYPE_CHECKING:
 NO_ORIGIN = Origin()
 #: Commas between numbers: a blank follows each, or the text has no blank.
 _COMMAS = r"\s*[^\s,]+(?:(?:,\s+[^\s,]+)+|(?:,[^\s,]+)+)\s*"
-_BLANKS = re.compile(r"[ \t\r\n]+")
 
 
 class Reading(Elements):
@@ -65,16 +73,25 @@ class Reading(Elements):
             self.fail("xacro-unexpanded", what, element)
 
     def values(self, element: Any, lenient: str = "") -> dict[str, Any]:
-        """The attributes that an element states, by the table; others are reported.
+        """Return the attributes that an element states, by ``ATTRIBUTES``; report the others.
 
-        ``lenient``: how a message calls a number that cannot be read; its value is None.
+        Args:
+            element: The element of lxml.
+            lenient: What a message calls a number that cannot be read, whose value is None; if
+                empty, such a number is an error.
+
+        Raises:
+            ConversionError: A number is missing, or cannot be read.
         """
         tag = element.tag
         known = ATTRIBUTES[tag]
         values: dict[str, Any] = {}
         stated: list[tuple[str, str]] = element.items()
-        for name, text in stated:
-            count = known.get(name)
+        for attribute, text in stated:
+            name, count = attribute, known.get(attribute)
+            if count is None and is_drake(attribute):
+                name = split_tag(attribute)[0]
+                count = known.get(name)
             try:
                 if count == 1:
                     values[name] = self.number(element, name, text)
@@ -89,6 +106,8 @@ class Reading(Elements):
                 values[name] = None
         if len(values) < len(stated):
             self.unknown_attributes(element)
+        if len(element) and tag in LEAVES:
+            self.unknown_children(tag, element, ())
         for name in REQUIRED.get(tag, ()):
             if name not in values:
                 self.bad_number(element, name, None, known[name])
@@ -121,10 +140,15 @@ class Reading(Elements):
         return self.bad_number(element, attribute, text, count)
 
     def bad_number(self, element: Any, attribute: str, text: str | None, count: int) -> NoReturn:
+        """Raise the error for an attribute that has not as many numbers as expected."""
         wanted = "a number" if count == 1 else f"{count} numbers"
         what = f"{self.where}: {attribute} of <{element.tag}>"
         if text is None or not text.strip():
-            self.fail("number-missing", f"{what} is missing", element, f"give {wanted}")
+            written = element.findtext(attribute) or element.text or ""
+            hint = f"give {wanted}"
+            if written.strip():  # as in SDF
+                hint = suggest_attributes(element.tag, {attribute: written})
+            self.fail("number-missing", f"{what} is missing", element, hint)
         self.text(element, attribute, text)
         for word in text.split() if text.isascii() else [text]:
             value = None
@@ -154,13 +178,19 @@ class Reading(Elements):
         )  # fmt: skip
 
     def origin(self, element: Any) -> Origin:
-        """``<origin>`` (m, rad), where URDF 1.1 permits a quaternion, too."""
+        """Return an ``<origin>`` (m, rad), where URDF 1.1 permits a quaternion, too.
+
+        Raises:
+            ConversionError: A number cannot be read, or the rotation is stated twice.
+        """
         if element is None:
             return NO_ORIGIN
         quaternion = element.get("quat_xyzw") if self.quaternions else None
         if quaternion is None:
             stated = self.values(element)
             return Origin(stated.get("xyz", ZERO), stated.get("rpy", ZERO))
+        self.unknown_attributes(element, also_read=("quat_xyzw",))
+        self.unknown_children("origin", element, ())
         turn = self.numbers(element, "quat_xyzw", quaternion, 4)
         fault = "" if element.get("rpy") is None else "<origin> has both rpy and quat_xyzw"
         fault = fault if any(turn) else "quat_xyzw of <origin> is zero"
@@ -171,12 +201,6 @@ class Reading(Elements):
         roll, pitch, yaw = to_xyz_angles(transpose(from_quaternion(*turn)))
         x, y, z = self.numbers(element, "xyz", element.get("xyz", "0 0 0"), 3)
         return Origin((x, y, z), (-roll, -pitch, -yaw))
-
-
-def quote(text: str) -> str:
-    """A text of the file as a message quotes it: in one line, at most 60 letters."""
-    text = _BLANKS.sub(" ", text).strip(" ")
-    return repr(text if len(text) <= 60 else text[:57] + "...")
 
 
 def _write_plainly(element: Any) -> bytes:

@@ -19,7 +19,18 @@ from urdf2mbs.plugin import Conversion, Estimates, Pass
 from urdf2mbs.ranges import PositiveLength
 from urdf2mbs.spatial import ZERO, Pose, Sym, Vec, compose, lump, rotate_inertia, unit
 from urdf2mbs.urdf import inertia
-from urdf2mbs.urdf.model import Box, Cylinder, Geometry, Inertial, Joint, Link, Mesh, Origin, Sphere
+from urdf2mbs.urdf.model import (
+    Box,
+    Capsule,
+    Cylinder,
+    Geometry,
+    Inertial,
+    Joint,
+    Link,
+    Mesh,
+    Origin,
+    Sphere,
+)
 from urdf2mbs_inertia.nearest import nearest, second_moments
 from urdf2mbs_meshes.files import MeshFiles, files_of
 
@@ -164,6 +175,8 @@ def _of_geometry(geometry: Geometry, files: MeshFiles) -> tuple[Solid, str | Non
         return _box(geometry.size), None
     if isinstance(geometry, Cylinder):
         return _cylinder(geometry.radius, geometry.length), None
+    if isinstance(geometry, Capsule):
+        return _capsule(geometry.radius, geometry.length), None
     if isinstance(geometry, Sphere):
         return _ball(geometry.radius), None
     path = files.resolve(geometry.filename)
@@ -182,6 +195,19 @@ def _cylinder(r: float, h: float) -> Solid:
     v = pi * r * r * h
     across = v * (3 * r * r + h * h) / 12
     return v, ZERO, (across, 0.0, 0.0, across, 0.0, v * r * r / 2)
+
+
+def _capsule(r: float, h: float) -> Solid:
+    """Return a cylinder of the radius r and the length h (m) with two hemispheres.
+
+    The centre of a hemisphere is 3/8 r from its plane, about which its moment across is 2/5 m r^2:
+    the same as a half of that of the ball.
+    """
+    cylinder, (_, _, ball) = _cylinder(r, h), _ball(r)
+    volume = 4 / 3 * pi * r**3  # of both hemispheres
+    shift = volume * (h * h / 4 + 3 / 8 * r * h)
+    across, along = cylinder[2][0] + ball[0] + shift, cylinder[2][5] + ball[5]
+    return cylinder[0] + volume, ZERO, (across, 0.0, 0.0, across, 0.0, along)
 
 
 def _ball(r: float) -> Solid:

@@ -212,6 +212,7 @@ def _why(conversion: Conversion) -> str:
     return {
         "own joint": "the URDF has a floating joint of its own",
         "as asked": "as asked for",
+        "fixed by another program": f"{conversion.robot.fixed_by} ties it to 'world'; or floating",
         "world": "the root is tied to 'world'; or floating",
         "one limb": "the root carries one limb, as an arm does; or floating",
         "two arms": "the root carries two limbs that rise above it; or floating",

@@ -280,6 +280,9 @@ def _spots_of_shape(conversion: Conversion, shape: urdf.Geometry) -> list[Spot]:
     if isinstance(shape, urdf.Box):
         x, y, z = (size / 2 for size in shape.size)
         return [Spot((a, b, c)) for a in (-x, x) for b in (-y, y) for c in (-z, z)]
+    if isinstance(shape, urdf.Capsule):
+        end = shape.length / 2
+        return [Spot((0.0, 0.0, z), shape.radius) for z in (-end, end)]
     if isinstance(shape, urdf.Cylinder):
         ends = ((0.0, 0.0, end * shape.length / 2) for end in (-1, 1))
         turns = [2 * pi * k / RIM for k in range(RIM)]

@@ -74,10 +74,18 @@ function urdfShape(given, rgb, opacity) {
     pose.multiply(matrix().makeScale(...shape.scale));
     return [pose, given.mesh === null ? null : meshObjects(given.mesh, rgb, opacity, "urdf")];
   }
-  if (shape.type === "cylinder") pose.multiply(Y_ONTO_Z);
-  const geometry = shape.type === "box" ? primitive.box(shape.size)
-    : primitive[shape.type](shape.radius, shape.length);
-  return [pose, [new THREE.Mesh(geometry, material(rgb, opacity, "urdf"))]];
+  if (shape.type === "cylinder" || shape.type === "capsule") pose.multiply(Y_ONTO_Z);
+  const paint = (geometry) => new THREE.Mesh(geometry, material(rgb, opacity, "urdf"));
+  if (shape.type === "capsule") {
+    const ends = [-1, 1].map((side) => {
+      const ball = paint(primitive.sphere(shape.radius));
+      ball.position.y = side * shape.length / 2;
+      return ball;
+    });
+    return [pose, [paint(primitive.cylinder(shape.radius, shape.length)), ...ends]];
+  }
+  return [pose, [paint(shape.type === "box" ? primitive.box(shape.size)
+    : primitive[shape.type](shape.radius, shape.length))]];
 }
 
 function visual(link, given) {

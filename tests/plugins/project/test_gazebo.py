@@ -178,6 +178,7 @@ def test_links_that_are_not_there() -> None:
         "exist: joint 'pin' did you mean 'right'?",
         "loop-left-out: a joint in <gazebo> is left out: it is on a link inside <gazebo>; no such "
         "link is read, nor its mass: joint 'pin', joint 'bolt' ",
+        "mechanics-unread: <link> in <gazebo> is not read, and has no effect ",
         "actuator-unknown: a <transmission> drives a joint that does not exist: joint 'sholder' "
         "(did you mean 'shoulder'?), joint 'xyz' ",
     ]
@@ -307,7 +308,7 @@ def test_motors_rotors_starts_and_friction() -> None:
     assert [drive.motors for drive in drives] == [["hip"]] * 4 + [[]] + [["hip"]] * 2
     assert not any("" in drive.rotors for drive in drives)
     assert surface.numbers == {"mu1": 0.25, "springStiffness": 2.0}
-    assert [one.code for one in said] == ["number-left-out"] * 3
+    assert [one.code for one in said] == ["number-negative"] + ["number-left-out"] * 3
 
 
 def test_a_spring_of_a_joint() -> None:

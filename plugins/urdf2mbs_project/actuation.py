@@ -1,0 +1,130 @@
+"""The motors, rotors and start positions in ``<transmission>`` and ``<ros2_control>``."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, Any
+
+from urdf2mbs.messages.diagnostics import ConversionError, nearest
+from urdf2mbs.urdf.elements import split_tag
+from urdf2mbs_project.followers import get_text, read_ros2_control
+
+if TYPE_CHECKING:
+    from urdf2mbs.urdf.model import Extension, Robot
+    from urdf2mbs.urdf.values import Reading
+
+#: Types of transmissions that couple several joints.
+COUPLING = re.compile(r"differential|four_?bar|pushrod|wrist|gripper", re.IGNORECASE)
+
+
+class ActuationReader:
+    """Reads the transmissions of a robot, once its links and joints are known."""
+
+    def __init__(self, reading: Reading, robot: Robot) -> None:
+        self.reading = reading
+        self.robot = robot
+        self.joints_of_actuator: dict[str, list[str]] = {}
+
+    def read(self, element: Any, extension: Extension) -> None:
+        """Add the motors, rotors and start positions of an element to its extension.
+
+        Args:
+            element: A ``<transmission>`` or ``<ros2_control>`` of lxml.
+            extension: What is kept of it.
+        """
+        self._read_motors(element, extension)
+        for transmission in element.iter("transmission"):
+            self._read_rotor(transmission, extension)
+            self._warn_of_coupling(transmission)
+        if extension.tag == "ros2_control":
+            read_ros2_control(self.reading, self.robot, element)
+            self._read_starts(element, extension)
+
+    def _read_motors(self, element: Any, extension: Extension) -> None:
+        """Add the joints that have a motor."""
+        extension.motors = [
+            name
+            for joint in element.iter("joint", "{*}joint")
+            if (name := joint.get("name"))
+            and (extension.tag == "transmission" or joint.find("command_interface") is not None)
+        ]
+        for name in extension.motors:
+            if name not in self.robot.joints:
+                message = f"a <{extension.tag}> drives a joint that does not exist"
+                detail = nearest(name, self.robot.joints) or ""
+                owner = ("joint", name)
+                self.reading.warn(
+                    "actuator-unknown", message, extension.line, owner=owner, detail=detail
+                )
+
+    def _read_starts(self, element: Any, extension: Extension) -> None:
+        """Add the positions (rad or m) at which joints start."""
+        for start in element.iterfind("joint/state_interface[@name='position']/param"):
+            name = start.getparent().getparent().get("name")
+            if start.get("name") == "initial_value" and name:
+                value = self._read_number(start, f"the initial_value of joint '{name}'")
+                if value is not None:
+                    extension.starts[name] = value
+
+    def _read_rotor(self, element: Any, extension: Extension) -> None:
+        """Add the rotor of a ``<transmission>`` of one joint and one actuator.
+
+        The joint feels the inertia of the rotor times the reduction squared.  Drake calls them
+        ``drake:rotor_inertia`` and ``drake:gear_ratio``.
+        """
+        joints, actuators = element.findall("joint"), element.findall("actuator")
+        if len(joints) != 1 or len(actuators) != 1 or not joints[0].get("name"):
+            return
+        parts: dict[str, Any] = {}
+        for parent in (actuators[0], joints[0], element):
+            for child in parent.iterchildren():
+                if isinstance(child.tag, str):
+                    parts.setdefault(split_tag(child.tag)[0], child)
+        inertia = parts.get("motorInertia", parts.get("rotor_inertia"))
+        if inertia is None:
+            return
+        reduction = parts.get("mechanicalReduction", parts.get("gear_ratio"))
+        what = "the inertia of a rotor"
+        rotor_inertia = self._read_number(inertia, what) or 0.0
+        ratio = 1.0 if reduction is None else self._read_number(reduction, what) or 0.0
+        name = joints[0].get("name")
+        if rotor_inertia < 0.0:
+            message = "the inertia of a rotor is below zero, and is left out"
+            line = inertia.sourceline
+            self.reading.warn("number-negative", message, line, owner=("joint", name))
+        elif rotor_inertia * ratio**2 > 0.0:
+            extension.rotors[name] = rotor_inertia * ratio**2
+
+    def _warn_of_coupling(self, element: Any) -> None:
+        """Warn of a transmission that couples several joints, which no pass reads."""
+        names = [joint.get("name") or "" for joint in element.findall("joint")]
+        actuators = [actuator.get("name") or "" for actuator in element.findall("actuator")]
+        kind = get_text(element.find("type")) or get_text(element.find("plugin"))
+        kind = kind or element.get("type") or ""
+        if len(set(names)) > 1 or len(actuators) > 1 or COUPLING.search(kind):
+            kind = kind.rpartition("/")[2].rpartition("::")[2] or "of several joints"
+            message = f"a <transmission> ({kind}) couples joints, which is not read"
+            for name in names or [""]:
+                owner = ("joint", name) if name in self.robot.joints else ("robot", "")
+                self.reading.warn("mechanics-unread", message, element.sourceline, owner=owner)
+        elif actuators and actuators[0] and names and names[0]:
+            driven = self.joints_of_actuator.setdefault(actuators[0], [])
+            if names[0] not in driven:
+                driven.append(names[0])
+            message = (
+                "an actuator of several transmissions couples their joints, which is not read: "
+                "they move freely"
+            )
+            for name in driven if len(driven) > 1 else ():
+                owner, detail = ("joint", name), f"of actuator '{actuators[0]}'"
+                line = element.sourceline
+                self.reading.warn("mechanics-unread", message, line, owner=owner, detail=detail)
+
+    def _read_number(self, element: Any, what: str) -> float | None:
+        """Return the number in an element; None, after a warning, where there is none."""
+        text = element.get("value") or get_text(element)
+        try:
+            return self.reading.number(element, "the text", text)
+        except ConversionError as error:
+            self.reading.warn_of_left_out(element, what, error)
+            return None

@@ -1,0 +1,280 @@
+"""What a URDF says of mechanics in words that are not read is a warning, which names the words."""
+
+import pytest
+
+from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic
+from urdf2mbs.urdf.model import Robot
+from urdf2mbs.urdf.reader import parse
+
+SOLID = (
+    '<inertial><origin xyz="0 0 0.1"/><mass value="1"/>'
+    '<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>'
+)
+LIMIT = '<limit lower="-1" upper="1" effort="1" velocity="1"/>'
+TURN = (
+    '<joint name="turn" type="{kind}"><parent link="base"/><child link="arm"/>{axis}{more}</joint>'
+)
+
+
+def read(
+    link: str = SOLID,
+    joint: str = LIMIT,
+    robot: str = "",
+    *,
+    kind: str = "revolute",
+    axis: str = '<axis xyz="0 1 0"/>',
+    attributes: str = "",
+) -> tuple[Robot, list[Diagnostic]]:
+    """Read a robot of the links 'base' and 'arm' and the joint 'turn', with the parts given."""
+    text = (
+        f'<robot name="r"{attributes}><link name="base"/><link name="arm">{link}</link>'
+        f"{TURN.format(kind=kind, axis=axis, more=joint)}{robot}</robot>"
+    )
+    return parse(text.encode(), "r.urdf")
+
+
+def read_warning(**parts: str) -> Diagnostic:
+    """Read a robot that has one warning, and return it."""
+    (warning,) = [found for found in read(**parts)[1] if found.level == "warning"]
+    return warning
+
+
+#: What stands in the joint 'turn', beside limits, and what its warning says.
+IN_JOINT = [
+    ("<dynamics><damping>2</damping><friction>1</friction></dynamics>",
+     "<damping>, <friction> in <dynamics> are not read"),
+    ("<origin>0 0 0.3</origin>", "the text '0 0 0.3' in <origin> is not read"),
+    ("<origin><xyz>0 0 0.3</xyz></origin>", "<xyz> in <origin> is not read"),
+    ('<origin pos="0 0 0.3" quat="1 0 0 0"/>', "the attributes 'pos', 'quat' of <origin>"),
+    ('<origin x="0.3"/>', "the attribute 'x' of <origin> is not read"),
+    ('<pose xyz="0.3 0 0.8"/>', "<pose> in <joint> is not read"),
+    ("<position>0 0 1</position><orientation>0 0 1</orientation>",
+     "<position>, <orientation> in <joint> are not read"),
+    ('<dynamics damping="1" D="3" K="2" mu_viscous="16"/>',
+     "the attributes 'D', 'K', 'mu_viscous' of <dynamics> are not read"),
+    ('<dynamics rotor_inertia="0.1"/>', "'rotor_inertia' of <dynamics>"),
+    ("<thread_pitch>0.01</thread_pitch>", "<thread_pitch> in <joint>"),
+    ('<parent link="x"/>', "more than one <parent> in <joint>: only the first is used"),
+    ("<!-- 2 --> stray", "the text 'stray' in <joint>"),
+    ('<calibration rising="1"><falling>2</falling></calibration>', "<falling> in <calibration>"),
+    ('<x:spring xmlns:x="urn:x" k="3"/>', "<x:spring> in <joint>"),
+]  # fmt: skip
+IN_LINK = [
+    (SOLID.replace("<inertial>", '<inertial xyz="1 2 3">'), "'xyz' of <inertial>"),
+    (SOLID.replace('value="1"', 'value="1" unit="g"'), "'unit' of <mass>"),
+    (SOLID.replace("</inertial>", "<density>3</density></inertial>"), "<density> in <inertial>"),
+    (SOLID + '<link name="inner"/>', "<link> in <link>"),
+    (SOLID + "<gravity>0</gravity>", "<gravity> in <link>"),
+    (SOLID + "<pose>0 0 1 0 0 0</pose>", "<pose> in <link>"),
+    (SOLID.replace('izz="1"', 'izz="1" iyx="0.1"'), "'iyx' of <inertia>"),
+    (SOLID + "<collision><pose>1</pose><geometry><sphere radius='1'/></geometry></collision>",
+     "<pose> in <collision>"),
+]  # fmt: skip
+IN_ROBOT = [
+    ('<group><link name="inner"/></group>', "<group> in <robot>"),
+    ('<d:ball_constraint xmlns:d="http://drake.mit.edu"><d:a name="arm"/></d:ball_constraint>',
+     "<d:ball_constraint> in <robot>"),
+    ('<loop_joint name="j" type="ball"><link1/><link2/></loop_joint>', "<loop_joint> in <robot>"),
+    ('<drake:weld a="1"/>', "<drake:weld> in <robot>"),
+    ("word", "the text 'word' in <robot>"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("words", "message"), IN_JOINT)
+def test_words_in_a_joint(words: str, message: str) -> None:
+    warning = read_warning(joint=LIMIT + words)
+    assert warning.code in ("mechanics-unread", "doubled-element")
+    assert warning.joint == "turn"
+    assert message in warning.message
+
+
+@pytest.mark.parametrize(("words", "message"), IN_LINK)
+def test_words_in_a_link(words: str, message: str) -> None:
+    warning = read_warning(link=words)
+    assert (warning.code, warning.link) == ("mechanics-unread", "arm")
+    assert message in warning.message
+
+
+@pytest.mark.parametrize(("words", "message"), IN_ROBOT)
+def test_words_in_the_robot(words: str, message: str) -> None:
+    warnings = [found for found in read(robot=words)[1] if found.level == "warning"]
+    told = [found for found in warnings if found.code != "xml-namespace"]
+    assert [found.code for found in told] == ["mechanics-unread"]
+    assert message in told[0].message
+
+
+def test_the_words_of_a_limit_and_of_an_inertia() -> None:
+    """Such elements lack their attributes, too, which is said in true words."""
+    found = read(joint="<limit><lower>-1</lower><upper>1</upper></limit>")[1]
+    assert [one.code for one in found] == ["mechanics-unread", "limit-zero"]
+    assert found[0].message.startswith("<lower>, <upper> in <limit> are not read")
+    inertial = '<inertial><mass value="1"/><inertia><ixx>1</ixx></inertia></inertial>'
+    found = read(link=inertial)[1]
+    told = {one.code: one.message for one in found}
+    assert "<ixx> in <inertia> is not read" in told["mechanics-unread"]
+    assert "<inertial> without the attributes of <inertia>" in told["inertial-incomplete"]
+
+
+def test_the_words_of_a_mimic() -> None:
+    follower = (
+        '<link name="tip"/><joint name="lead" type="continuous"><parent link="arm"/>'
+        '<child link="tip"/><axis xyz="0 0 1"/></joint>'
+    )
+    mimic = '<mimic joint="lead"><multiplier>2</multiplier><offset>0.1</offset></mimic>'
+    warning = read_warning(joint=LIMIT + mimic, robot=follower)
+    assert "<multiplier>, <offset> in <mimic> are not read" in warning.message
+    assert warning.hint == 'write attributes: <mimic multiplier="..." offset="..."/>'
+
+
+@pytest.mark.parametrize(
+    ("words", "hint"),
+    [
+        ("<dynamics><damping>2</damping></dynamics>", '<dynamics damping="..."/>'),
+        ("<pose>0 0 1 0 0 0</pose>", '<origin xyz="x y z" rpy="roll pitch yaw"/>'),
+        ('<dynamics unit="g"/>', "m, kg, rad, s and N"),
+        ('<origin quat_xyzw="0 0 1 0"/>', '<robot version="1.1">'),
+    ],
+)
+def test_a_warning_says_what_urdf_has_instead(words: str, hint: str) -> None:
+    assert hint in (read_warning(joint=LIMIT + words).hint or "")
+
+
+@pytest.mark.parametrize(
+    ("part", "hint"),
+    [
+        ({"link": SOLID.replace('<mass value="1"/>', "<mass>3</mass>")}, '<mass value="3"/>'),
+        ({"axis": "<axis><xyz>0 1 0</xyz></axis>"}, '<axis xyz="0 1 0"/>'),
+    ],
+)
+def test_a_missing_number_that_is_a_text_is_an_error_with_a_hint(
+    part: dict[str, str], hint: str
+) -> None:
+    with pytest.raises(ConversionError) as caught:
+        read(**part)
+    assert caught.value.code == "number-missing"
+    assert hint in (caught.value.hint or "")
+
+
+#: What says nothing of the mechanics, or says zero: link, joint, robot.
+HARMLESS = [
+    (SOLID + "<self_collision_checking><origin/></self_collision_checking>", "", ""),
+    (SOLID + '<collision group="1"><geometry name="g"><sphere radius="1"/></geometry>'
+     '<material name="x"/></collision>', "", ""),
+    (SOLID + '<visual><geometry><sphere radius="1"/></geometry>'
+     '<material name="x"><color rgba="1 1 1 1"/><specular rgba="1 1 1 1"/></material></visual>',
+     "", ""),
+    (SOLID + '<origin xyz="0 0 0"/>', "", ""),
+    (SOLID.replace('ixy="0"', 'ixy="0.1"').replace('izz="1"', 'izz="1" iyx="0.1"'), "", ""),
+    (SOLID, '<dynamics damping="1" K="0" D="0.0"/>', ""),
+    (SOLID, '<joint_properties damping="0.0" friction="0.0"/>', ""),
+    (SOLID, '<controller_gains Kp="3"/>', ""),
+    (SOLID, "", '<frame name="f" link="arm" xyz="1 0 0"/>'),
+    (SOLID, "", '<sensor:camera xmlns:sensor="http://playerstage.sourceforge.net/gazebo/xmlschema/'
+     '#sensor" name="c"/>'),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("link", "joint", "robot"), HARMLESS)
+def test_what_says_nothing_of_the_mechanics_is_a_note(link: str, joint: str, robot: str) -> None:
+    found = read(link, LIMIT + joint, robot)[1]
+    assert {one.level for one in found} == {"note"}
+
+
+def test_zero_gravity_is_no_zero() -> None:
+    assert (
+        "'gravity' of <inertial>"
+        in read_warning(link=SOLID.replace("<inertial>", '<inertial gravity="0">')).message
+    )
+
+
+def test_each_kind_is_said_once_with_its_places() -> None:
+    second = (
+        TURN.replace("turn", "twist").replace("base", "arm").replace('"arm"/>{axis}', '"tip"/>')
+    )
+    second = second.format(kind="continuous", more='<dynamics K="2"/>')
+    found = read(joint=f'{LIMIT}<dynamics K="1"/>', robot=f'<link name="tip"/>{second}')[1]
+    assert [one.message.partition(": ")[2] for one in found] == ["joint 'turn', joint 'twist'"]
+
+
+@pytest.mark.parametrize(
+    ("joint", "message"),
+    [
+        (f'{LIMIT}<dynamics damping="-1"/>', "damping of <dynamics> is below zero"),
+        (f'{LIMIT}<dynamics friction="-1"/>', "friction of <dynamics> is below zero"),
+        (LIMIT.replace('effort="1"', 'effort="-1"'), "effort of <limit> is below zero"),
+        (LIMIT.replace('velocity="1"', 'velocity="-1"'), "velocity of <limit> is below zero"),
+    ],
+)
+def test_numbers_that_no_joint_has_below_zero(joint: str, message: str) -> None:
+    warning = read_warning(joint=joint)
+    assert (warning.code, warning.joint) == ("number-negative", "turn")
+    assert message in warning.message
+
+
+@pytest.mark.parametrize("numbers", ['lower="0" upper="0"', "", 'upper="0"', 'lower="-0.0"'])
+@pytest.mark.parametrize("kind", ["revolute", "prismatic"])
+def test_limits_from_zero_to_zero_have_two_meanings(numbers: str, kind: str) -> None:
+    warning = read_warning(joint=f'<limit {numbers} effort="1" velocity="1"/>', kind=kind)
+    assert (warning.code, warning.joint) == ("limit-zero", "turn")
+    assert "locked at 0" in warning.message
+    assert "no limits" in warning.message
+    assert "zero_limits: locked" in (warning.hint or "")
+
+
+def test_one_number_of_a_limit_that_is_missing_is_zero() -> None:
+    robot, (warning,) = read(joint='<limit upper="1" effort="1" velocity="1"/>')
+    assert robot.joints["turn"].limit is not None
+    assert robot.joints["turn"].limit.lower == 0.0
+    assert warning.code == "limit-zero"
+    assert "lower of <limit> is missing, which means 0" in warning.message
+
+
+def test_a_continuous_joint_needs_no_limits() -> None:
+    assert not read(joint='<limit effort="1" velocity="1"/>', kind="continuous")[1]
+
+
+def test_bounds_of_urdf_1_2_and_of_drake_are_read() -> None:
+    rates = 'drake:acceleration="2" deceleration="3" jerk="4"'
+    robot, found = read(
+        joint=LIMIT.replace("velocity", f"{rates} velocity"),
+        attributes=' xmlns:drake="http://drake.mit.edu"',
+    )
+    assert not found
+    limit = robot.joints["turn"].limit
+    assert limit is not None
+    assert (limit.acceleration, limit.deceleration, limit.jerk) == (2.0, 3.0, 4.0)
+
+
+DRAKE = (
+    '<robot name="r" xmlns:drake="http://drake.mit.edu"><link name="base"/><link name="arm"/>'
+    '<drake:joint name="turn" type="{}"><drake:parent link="base"/><child link="arm"/>'
+    '<origin xyz="0 0 1"/></drake:joint></robot>'
+)
+
+
+@pytest.mark.parametrize(
+    ("kind", "types"),
+    [
+        ("planar", {"turn": "planar"}),
+        ("revolute", {"turn": "revolute"}),
+        ("ball", dict.fromkeys(("turn_R1", "turn_R2", "turn_R3"), "continuous")),
+        ("universal", dict.fromkeys(("turn_R1", "turn_R2"), "continuous")),
+    ],
+)
+def test_joints_with_the_prefix_of_drake_are_joints(kind: str, types: dict[str, str]) -> None:
+    for text in (DRAKE, DRAKE.replace(' xmlns:drake="http://drake.mit.edu"', "")):
+        robot, _ = parse(text.format(kind).encode(), "r.urdf")
+        assert {joint.name: joint.type for joint in robot.joints.values()} == types
+        first = next(iter(robot.joints.values()))
+        assert (first.parent, first.origin.xyz) == ("base", (0.0, 0.0, 1.0))
+
+
+@pytest.mark.parametrize("kind", ["screw", "curvilinear"])
+@pytest.mark.parametrize("prefix", ["http://drake.mit.edu", "urn:other"])
+def test_other_joints_with_a_prefix_are_errors(kind: str, prefix: str) -> None:
+    with pytest.raises(ConversionError) as caught:
+        parse(DRAKE.replace("http://drake.mit.edu", prefix).format(kind).encode(), "r.urdf")
+    errors = [*caught.value.said, caught.value.diagnostic()]
+    (error,) = [one for one in errors if one.code == "joint-type-unknown"]
+    assert f"<drake:joint> 'turn' of the type '{kind}' joins" in error.message
+    assert "'base' and 'arm'" in error.message
