@@ -5,6 +5,7 @@ from __future__ import annotations
 import posixpath
 import re
 from collections.abc import Sequence
+from contextlib import suppress
 from filecmp import cmp
 from functools import cached_property
 from pathlib import Path
@@ -21,6 +22,10 @@ _FILE = r"(?i)^file:(//localhost(?=/))?"
 _DRIVE = r"^[A-Za-z]:[\\/]"
 
 
+#: Of the path of a mesh, no more parts than these are looked for above the robot.
+MOST_PARTS = 16
+
+
 class MeshFiles:
     """Finds files in packages, in the URDF's folder, and elsewhere in the workspace."""
 
@@ -34,10 +39,12 @@ class MeshFiles:
         """The folders of the workspace that hold robots."""
 
     def resolve(self, filename: str) -> Path | None:
-        """The file of a mesh or texture by its name; None if there is no such file.
+        """Return the file of a mesh or texture by its name; None if there is no such file.
 
-        A file that is not at its place is taken from elsewhere in the workspace, if one fits.
+        A file that is not at its place is taken where its name is spelt otherwise, or from
+        elsewhere in the workspace, if one fits.
         """
+        path: Path | None = None
         try:
             path = self._path(filename)
             if path is None or path.is_file():
@@ -45,21 +52,54 @@ class MeshFiles:
         except (ConversionError, OSError, ValueError):
             pass
         if filename not in self.moved:
-            self.moved[filename] = self._find_moved(filename)
+            found = self._find_respelt(filename) or self._find_above(filename)
+            self.moved[filename] = [found] if found else self._find_moved(filename)
         fitting = self.moved[filename]
         return fitting[0] if len(fitting) == 1 else None
 
+    def _find_respelt(self, filename: str) -> Path | None:
+        """Return the file at its place whose name has ``%20`` or ``\\``, or is in another case."""
+        for spelling in dict.fromkeys(
+            (filename.replace("\\", "/"), unquote(filename).replace("\\", "/"))
+        ):
+            try:
+                path = self._path(spelling)
+                found = None if path is None else _ignore_case(path)
+            except (ConversionError, OSError, ValueError):
+                continue
+            if found is not None:
+                return found
+        return None
+
+    def _find_above(self, filename: str) -> Path | None:
+        """Return the file in a folder above the robot by the longest end of its name.
+
+        A robot that was copied out of its package has the folders of the package above it, but
+        not its name.  The end is a folder and the file at least.
+        """
+        tail = _list_parts(filename)[-MOST_PARTS:]
+        for length in range(len(tail), 1, -1):
+            for folder in self._folders_above:
+                path = folder.joinpath(*tail[-length:])
+                with suppress(OSError, ValueError):
+                    if path.is_file():
+                        return path
+        return None
+
+    @cached_property
+    def _folders_above(self) -> list[Path]:
+        return packages.folders_above(self.packages.source)
+
     def _find_moved(self, filename: str) -> list[Path]:
-        """The files of the workspace that may be meant; several, if they fit equally well.
+        """Return the files of the workspace that may be meant; several, if they fit equally well.
 
         The path of a file must end as the name does, by a folder and the file at least: other
         machines have other folders before.  A file that has the name's package, too, comes first;
         then the robot's own before those of other robots, longer ends, files near the source, and
         files in a folder that is called as the source.
         """
-        _, name, rest = _split(filename)
-        rest = re.sub(_DRIVE, "/", rest).replace("\\", "/")
-        tail = [part for part in posixpath.normpath(rest).split("/") if part not in ("", "..")]
+        _, name, _ = _split(filename)
+        tail = _list_parts(filename)
         whole = [name, *tail] if name else tail
         fitting: dict[tuple[bool, bool, int, int, bool], list[Path]] = {}
         for path in self._files.get(tail[-1], []) if tail else []:
@@ -117,6 +157,9 @@ class MeshFiles:
             )
         if path is None:
             return f"give a file or a package: '{scheme}://' names are not known"
+        if name in self.packages.table and not fit:
+            folder = self.packages.table[name]
+            return f"by --package {name}={folder} it would be {path}, which does not exist"
         return f"{fit}put the {'right one' if fit else 'file'} into {path.parent}"
 
     def _path(self, filename: str) -> Path | None:
@@ -137,6 +180,26 @@ def files_of(conversion: Conversion) -> MeshFiles:
     """The one finder of a conversion: it searches the workspace once."""
     files: MeshFiles = conversion.states.setdefault(MeshFiles, MeshFiles(conversion.packages))
     return files
+
+
+def _ignore_case(path: Path) -> Path | None:
+    """Return the only file whose path differs in capital letters at most; None: there is none."""
+    folder = Path(path.anchor)
+    for part in path.parts[1:] if path.is_absolute() else ():
+        if part == ".." or (folder / part).exists():
+            folder = folder / part
+            continue
+        fitting = [entry for entry in folder.iterdir() if entry.name.lower() == part.lower()]
+        if len(fitting) != 1:
+            return None
+        (folder,) = fitting
+    return folder if folder.is_file() else None
+
+
+def _list_parts(filename: str) -> list[str]:
+    """Return the folders and the file of a name, without its scheme, package and drive."""
+    rest = re.sub(_DRIVE, "/", _split(filename)[2]).replace("\\", "/")
+    return [part for part in posixpath.normpath(rest).split("/") if part not in ("", ".", "..")]
 
 
 def _equal_end(one: Sequence[str], two: Sequence[str]) -> int:

@@ -75,6 +75,25 @@ def _home() -> Path:
     return Path(os.path.expanduser("~"))  # noqa: PTH111 Path.home may raise
 
 
+def folders_above(source: Path) -> list[Path]:
+    """Return the folders above a robot that may hold its meshes, the nearest first.
+
+    They are those of the workspace.  A robot that was copied out of its package lies in no
+    workspace: then they are all below the home folder, or below one that anybody may write to.
+    """
+    root = workspace(source)
+    closed = any((root / mark).exists() for mark in ("package.xml", *_ROOTS))
+    folders = []
+    for folder in source.parents:
+        is_last = folder == _home() or folder.parent == folder
+        if is_last or not folder.is_dir() or folder.stat().st_mode & S_IWOTH:
+            break
+        folders.append(folder)
+        if closed and folder == root:
+            break
+    return folders
+
+
 class Packages:
     """Finds packages: the user's table, then around the source, then the ROS environment."""
 

@@ -79,6 +79,8 @@ class RobotFacts(NamedTuple):
     """The arguments that its xacro files declare, and their defaults as they are written."""
     meshes: int
     meshes_missing: list[str]
+    meshes_remedy: str
+    """What to do about the first missing mesh; empty if none is missing."""
     feet: list[str]
     why_no_feet: str
     """Empty where there are feet, or where the robot is bolted down."""
@@ -137,7 +139,8 @@ def find(conversion: Conversion) -> RobotFacts:
     return RobotFacts(
         robot, known, sorted(named - known.keys()),
         _arguments(expansion.files if expansion else []),
-        len(meshes), missing, stance.feet, stance.why_not, passes,
+        len(meshes), missing, files_of(conversion).remedy(missing[0]) if missing else "",
+        stance.feet, stance.why_not, passes,
     )  # fmt: skip
 
 
@@ -298,7 +301,7 @@ def in_words(config: Path, found: RobotFacts) -> str:
     if found.why_no_feet and "contacts" in found.passes:
         text += "; all that is solid touches the ground"
     if found.meshes_missing:
-        text += f"\n  not found: {some(found.meshes_missing, 3)}"
+        text += f"\n  not found: {some(found.meshes_missing, 3)}\n    {found.meshes_remedy}"
     text += f"\n\nNext: urdf2mbs run {config}; "
     links = found.robot.links.values()
     if not any(link.inertial and link.inertial.mass for link in links):

@@ -151,3 +151,42 @@ def test_no_mesh_is_taken_from_outside_the_workspace_or_from_a_huge_one(
     assert of(robot).resolve("meshes/m.stl") is not None
     monkeypatch.setattr("urdf2mbs.urdf.packages.MOST_FOLDERS", 2)
     assert of(robot).resolve("meshes/m.stl") is None
+
+
+@pytest.mark.parametrize(
+    "filename",
+    ["Meshes/Arm 1.STL", "meshes/arm%201.stl", "meshes\\arm 1.stl", "Meshes\\Arm%201.stl"],
+)
+@pytest.mark.parametrize("start", ["../", "package://arm/"])
+def test_a_name_that_is_spelt_otherwise_is_found(start: str, filename: str, tmp_path: Path) -> None:
+    arm = package(tmp_path / "arm")
+    mesh = touch(arm / "meshes" / "arm 1.stl")
+    found = of(arm / "urdf").resolve(start + filename)
+    assert found is not None
+    assert found.samefile(mesh)
+
+
+def test_of_two_names_that_differ_in_case_none_is_chosen(tmp_path: Path) -> None:
+    arm = package(tmp_path / "arm")
+    for name in ("m.stl", "M.stl"):
+        touch(arm / "meshes" / name)
+    assert of(arm).resolve("meshes/m.STL") is None
+
+
+@pytest.mark.parametrize("name", ["package:///talos/robots/t/meshes/arm/m.stl", "t/meshes/m.stl"])
+def test_a_robot_out_of_its_package_finds_its_meshes_above_it(name: str, tmp_path: Path) -> None:
+    """By the longest end of the name: ``t/meshes`` is the robot's, ``meshes`` of another."""
+    end = name.partition("robots/")[2] or name
+    mesh = touch(tmp_path / "out" / end)
+    touch(tmp_path / "out" / end.removeprefix("t/"))
+    assert of(tmp_path / "out" / "t" / "robots").resolve(name) == mesh
+    assert of(tmp_path / "out" / "t" / "robots").resolve(name.replace("m.stl", "n.stl")) is None
+
+
+def test_a_package_that_finds_nothing_says_which_path_was_tried(tmp_path: Path) -> None:
+    folder = tmp_path / "wrong"
+    folder.mkdir()
+    files = MeshFiles(Packages({"arm": folder}, source(tmp_path / "robot")))
+    assert files.resolve("package://arm/meshes/m.stl") is None
+    tried = folder / "meshes" / "m.stl"
+    assert files.remedy("package://arm/meshes/m.stl").endswith(f"{tried}, which does not exist")
