@@ -75,3 +75,35 @@ def test_meshes_whose_names_differ_in_case_only(tmp_path: Path) -> None:
 def test_stems_of_mesh_files(files: list[str], stems: list[str]) -> None:
     taken: set[str] = set()
     assert [_stem(file, taken) for file in files] == stems
+
+
+def test_a_capsule_is_a_cylinder_and_two_spheres(tmp_path: Path) -> None:
+    """The length is that of the cylinder, whose axis is z of a turned visual."""
+    source = tmp_path / "robot.urdf"
+    capsule = (
+        '<visual name="rod"><origin xyz="1 2 3" rpy="0 1.5707963267948966 0"/><geometry>'
+        '<capsule radius="0.1" length="0.6"/></geometry></visual>'
+    )
+    source.write_text(ROBOT.format(material="").replace("<visual", f"{capsule}<visual", 1))
+    cylinder, *balls = convert(source).mbs.bodies[0].shapes[:3]
+    assert (cylinder.kind, cylinder.radius, cylinder.height) == ("cylinder", 0.1, 0.6)
+    assert cylinder.position == pytest.approx((1.0, 2.0, 3.0))
+    assert [(ball.kind, ball.radius) for ball in balls] == [("sphere", 0.1)] * 2
+    ends = sorted(ball.position for ball in balls)
+    assert ends[0] == pytest.approx((0.7, 2.0, 3.0))
+    assert ends[1] == pytest.approx((1.3, 2.0, 3.0))
+
+
+def test_a_capsule_with_the_prefix_of_drake(tmp_path: Path) -> None:
+    source = tmp_path / "robot.urdf"
+    capsule = '<drake:capsule radius="0.1" length="0.6"/>'
+    text = ROBOT.format(material="").replace('<sphere radius="0.1"/>', capsule)
+    source.write_text(text.replace("<robot", '<robot xmlns:drake="http://drake.mit.edu"'))
+    result = convert(source)
+    assert [shape.kind for shape in result.mbs.bodies[0].shapes] == [
+        "cylinder",
+        "sphere",
+        "sphere",
+        "box",
+    ]
+    assert not [found for found in result.diagnostics if found.level == "warning"]

@@ -1,5 +1,8 @@
 """Joint parameters: numbers of the URDF, and of soft stops; the oracle proves the laws."""
 
+from pathlib import Path
+
+from presets import PRESETS
 from proving import codes, models
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.testing import TINY, convert_text
@@ -29,3 +32,43 @@ def test_user_models_hold_what_the_urdf_states() -> None:
     }
     assert not codes(result) & {"limit", "safety-controller", "calibration"}
     assert "joint-dynamics" in codes(result), "nothing applies them in a plain .mbs"
+
+
+ZERO = TINY.replace('lower="-1.5" upper="1.5" ', "").replace('lower="-1" upper="1"', "")
+
+
+def test_limits_from_zero_to_zero_are_none_or_lock_the_joint() -> None:
+    """As the config chooses; the proof knows both, and an edited limit is a difference."""
+    assert 'lower="-1.5"' in TINY
+    free = convert_text(ZERO)
+    assert "q_min" not in models(free.mbs)
+    assert "limit-zero" in codes(free)
+    for pipeline in PRESETS:
+        options = {"joint-parameters": {"zero_limits": "locked"}}
+        locked = convert_text(ZERO, pipeline=pipeline, passes=options)
+        written = models(read(locked.data, "robot.mbs"))
+        assert written["q_min"]["shoulder"] == written["q_max"]["shoulder"] == 0.0
+        assert locked.report.proof.same
+        assert not locked.report.proof.differences
+
+
+def test_a_locked_joint_stays_where_it_is_in_a_project(tmp_path: Path) -> None:
+    """Soft stops on both sides hold it, and its numbers are finite."""
+    options = {"joint-parameters": {"zero_limits": "locked"}}
+    result = convert_text(ZERO, passes=options, output={"project": str(tmp_path / "p")})
+    written = models(result.mbs)
+    assert written["stop_stiffness"]["shoulder"] > 0.0
+    assert written["q_min"]["shoulder"] == written["q_max"]["shoulder"] == 0.0
+
+
+def test_bounds_of_urdf_1_2_are_kept() -> None:
+    rates = 'acceleration="4" deceleration="5" jerk="6" '
+    result = convert_text(TINY.replace('lower="-1.5"', f'{rates} lower="-1.5"'))
+    written = models(result.mbs)
+    assert [written[kind]["shoulder"] for kind in ("acceleration", "deceleration", "jerk")] == [
+        4.0,
+        5.0,
+        6.0,
+    ]
+    assert result.report.proof.same
+    assert not result.report.proof.differences

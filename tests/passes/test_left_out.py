@@ -21,8 +21,10 @@ LEADS = robot(
 )
 VALUES = {
     "j": {
-        "limit": {"lower": -1.25, "upper": 0.1, "effort": None, "velocity": 3.0, "acceleration": None,
-            "deceleration": None, "jerk": None},
+        "limit": {
+            "lower": -1.25, "upper": 0.1, "effort": None, "velocity": 3.0, "acceleration": None,
+            "deceleration": None, "jerk": None,
+        },
         "dynamics": {
             "damping": 0.7, "friction": 0.2, "spring_stiffness": 0.0, "spring_reference": 0.0,
         },

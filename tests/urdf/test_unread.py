@@ -41,24 +41,30 @@ def read_warning(**parts: str) -> Diagnostic:
 
 #: What stands in the joint 'turn', beside limits, and what its warning says.
 IN_JOINT = [
-    ("<dynamics><damping>2</damping><friction>1</friction></dynamics>",
-     "<damping>, <friction> in <dynamics> are not read"),
+    (
+        "<dynamics><damping>2</damping><friction>1</friction></dynamics>",
+        "<damping>, <friction> in <dynamics> are not read",
+    ),
     ("<origin>0 0 0.3</origin>", "the text '0 0 0.3' in <origin> is not read"),
     ("<origin><xyz>0 0 0.3</xyz></origin>", "<xyz> in <origin> is not read"),
     ('<origin pos="0 0 0.3" quat="1 0 0 0"/>', "the attributes 'pos', 'quat' of <origin>"),
     ('<origin x="0.3"/>', "the attribute 'x' of <origin> is not read"),
     ('<pose xyz="0.3 0 0.8"/>', "<pose> in <joint> is not read"),
-    ("<position>0 0 1</position><orientation>0 0 1</orientation>",
-     "<position>, <orientation> in <joint> are not read"),
-    ('<dynamics damping="1" D="3" K="2" mu_viscous="16"/>',
-     "the attributes 'D', 'K', 'mu_viscous' of <dynamics> are not read"),
+    (
+        "<position>0 0 1</position><orientation>0 0 1</orientation>",
+        "<position>, <orientation> in <joint> are not read",
+    ),
+    (
+        '<dynamics damping="1" D="3" K="2" mu_viscous="16"/>',
+        "the attributes 'D', 'K', 'mu_viscous' of <dynamics> are not read",
+    ),
     ('<dynamics rotor_inertia="0.1"/>', "'rotor_inertia' of <dynamics>"),
     ("<thread_pitch>0.01</thread_pitch>", "<thread_pitch> in <joint>"),
     ('<parent link="x"/>', "more than one <parent> in <joint>: only the first is used"),
     ("<!-- 2 --> stray", "the text 'stray' in <joint>"),
     ('<calibration rising="1"><falling>2</falling></calibration>', "<falling> in <calibration>"),
     ('<x:spring xmlns:x="urn:x" k="3"/>', "<x:spring> in <joint>"),
-]  # fmt: skip
+]
 IN_LINK = [
     (SOLID.replace("<inertial>", '<inertial xyz="1 2 3">'), "'xyz' of <inertial>"),
     (SOLID.replace('value="1"', 'value="1" unit="g"'), "'unit' of <mass>"),
@@ -67,17 +73,21 @@ IN_LINK = [
     (SOLID + "<gravity>0</gravity>", "<gravity> in <link>"),
     (SOLID + "<pose>0 0 1 0 0 0</pose>", "<pose> in <link>"),
     (SOLID.replace('izz="1"', 'izz="1" iyx="0.1"'), "'iyx' of <inertia>"),
-    (SOLID + "<collision><pose>1</pose><geometry><sphere radius='1'/></geometry></collision>",
-     "<pose> in <collision>"),
-]  # fmt: skip
+    (
+        SOLID + "<collision><pose>1</pose><geometry><sphere radius='1'/></geometry></collision>",
+        "<pose> in <collision>",
+    ),
+]
 IN_ROBOT = [
     ('<group><link name="inner"/></group>', "<group> in <robot>"),
-    ('<d:ball_constraint xmlns:d="http://drake.mit.edu"><d:a name="arm"/></d:ball_constraint>',
-     "<d:ball_constraint> in <robot>"),
+    (
+        '<d:ball_constraint xmlns:d="http://drake.mit.edu"><d:a name="arm"/></d:ball_constraint>',
+        "<d:ball_constraint> in <robot>",
+    ),
     ('<loop_joint name="j" type="ball"><link1/><link2/></loop_joint>', "<loop_joint> in <robot>"),
     ('<drake:weld a="1"/>', "<drake:weld> in <robot>"),
     ("word", "the text 'word' in <robot>"),
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize(("words", "message"), IN_JOINT)
@@ -158,20 +168,31 @@ def test_a_missing_number_that_is_a_text_is_an_error_with_a_hint(
 #: What says nothing of the mechanics, or says zero: link, joint, robot.
 HARMLESS = [
     (SOLID + "<self_collision_checking><origin/></self_collision_checking>", "", ""),
-    (SOLID + '<collision group="1"><geometry name="g"><sphere radius="1"/></geometry>'
-     '<material name="x"/></collision>', "", ""),
-    (SOLID + '<visual><geometry><sphere radius="1"/></geometry>'
-     '<material name="x"><color rgba="1 1 1 1"/><specular rgba="1 1 1 1"/></material></visual>',
-     "", ""),
+    (
+        SOLID + '<collision group="1"><geometry name="g"><sphere radius="1"/></geometry>'
+        '<material name="x"/></collision>',
+        "",
+        "",
+    ),
+    (
+        SOLID + '<visual><geometry><sphere radius="1"/></geometry>'
+        '<material name="x"><color rgba="1 1 1 1"/><specular rgba="1 1 1 1"/></material></visual>',
+        "",
+        "",
+    ),
     (SOLID + '<origin xyz="0 0 0"/>', "", ""),
     (SOLID.replace('ixy="0"', 'ixy="0.1"').replace('izz="1"', 'izz="1" iyx="0.1"'), "", ""),
     (SOLID, '<dynamics damping="1" K="0" D="0.0"/>', ""),
     (SOLID, '<joint_properties damping="0.0" friction="0.0"/>', ""),
     (SOLID, '<controller_gains Kp="3"/>', ""),
     (SOLID, "", '<frame name="f" link="arm" xyz="1 0 0"/>'),
-    (SOLID, "", '<sensor:camera xmlns:sensor="http://playerstage.sourceforge.net/gazebo/xmlschema/'
-     '#sensor" name="c"/>'),
-]  # fmt: skip
+    (
+        SOLID,
+        "",
+        '<sensor:camera xmlns:sensor="http://playerstage.sourceforge.net/gazebo/xmlschema/'
+        '#sensor" name="c"/>',
+    ),
+]
 
 
 @pytest.mark.parametrize(("link", "joint", "robot"), HARMLESS)

@@ -130,7 +130,7 @@ class Elements(Messages):
                 continue
             if harmless.is_harmless_attribute(tag, name, namespace.strip("{}:")):
                 meaning: Meaning = "other"
-            elif tag == "inertia" and text == element.get(TRANSPOSED.get(name, "")):
+            elif name in TRANSPOSED and text == element.get(TRANSPOSED[name]):
                 meaning = "other"
             elif _is_slip(name, tuple(sorted(missing))):
                 meaning = "slip"

@@ -7,7 +7,7 @@ import pytest
 
 from urdf2mbs.engine.plugins import Plugins
 from urdf2mbs.testing import convert_text
-from urdf2mbs.urdf.model import Dynamics, Robot
+from urdf2mbs.urdf.model import Dynamics, Mimic, Robot
 from urdf2mbs.urdf.reader import parse
 
 INERTIAL = (
@@ -352,3 +352,251 @@ def test_mechanics_without_effect_are_named() -> None:
         "<springStiffness> of <gazebo> has no effect, as the joint has no spring here: joint 'see'",
     ]
     assert [one.code for one in said].count("number-left-out") == 1
+
+
+def warnings_of(more: str) -> list[str]:
+    """Read the arms with more elements; return the code, message and hint of each warning."""
+    return [
+        f"{one.code}: {one.message} {one.hint or ''}"
+        for one in read(more)[1]
+        if one.level == "warning"
+    ]
+
+
+UNREAD = [
+    ("<dampingFactor>0.1</dampingFactor>", "tool", "<dampingFactor> in <gazebo>", "link 'tool'"),
+    ("<kinematic>true</kinematic>", "tool", "<kinematic> in <gazebo>", "link 'tool'"),
+    ("<gravity>0</gravity>", "tool", "<gravity> of <gazebo>", "link 'tool'"),
+    ("<gravity>false</gravity>", "tool", "<gravity> of <gazebo>", "link 'tool'"),
+    ("<turnGravityOff>1</turnGravityOff>", "", "'gravity' of the config", ""),
+    ("<inertial><mass>3</mass></inertial>", "tool", "<inertial> in <gazebo>", "link 'tool'"),
+    ("<pose>0 0 1 0 0 0</pose>", "", "<pose> in <gazebo>", ""),
+    ('<plugin filename="libLiftDragPlugin.so"/>', "", "the plugin 'libLiftDragPlugin.so'", ""),
+    (
+        '<plugin filename="libx.so"><joint><parent>world</parent></joint></plugin>',
+        "",
+        "the plugin 'libx.so'",
+        "",
+    ),
+    (
+        "<collision><surface><friction/></surface></collision>",
+        "tool",
+        "the friction of <collision>",
+        "link 'tool'",
+    ),
+]
+
+
+@pytest.mark.parametrize(("words", "reference", "message", "place"), UNREAD)
+def test_mechanics_in_gazebo_are_named(
+    words: str, reference: str, message: str, place: str
+) -> None:
+    about = f' reference="{reference}"' if reference else ""
+    (told,) = warnings_of(f"<gazebo{about}>{words}</gazebo>")
+    assert told.startswith("mechanics-unread")
+    assert message in told
+    assert place in told
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "<gravity>1</gravity><gravity>true</gravity>",
+        "<kinematic>0</kinematic><static>false</static>",
+        "<material>Gazebo/Red</material><selfCollide>true</selfCollide><mu2>0.3</mu2>",
+        '<plugin filename="libgazebo_ros_control.so"><robotNamespace>/r</robotNamespace></plugin>',
+        '<plugin filename="libgazebo_ros_diff_drive.so"><leftJoint>hip</leftJoint></plugin>',
+        "<sensor name='eye' type='camera'><pose>0 0 1 0 0 0</pose></sensor>",
+    ],
+)
+def test_what_says_nothing_of_the_mechanics_is_no_warning(words: str) -> None:
+    assert warnings_of(f'<gazebo reference="tool">{words}</gazebo>') == []
+
+
+def test_dynamics_under_an_axis_of_sdf_are_named() -> None:
+    axis = (
+        "<axis><xyz>0 0 1</xyz><dynamics><damping>2</damping></dynamics>"
+        "<limit><lower>-1</lower></limit></axis><thread_pitch>3</thread_pitch>"
+    )
+    told = warnings_of(ball(axis, "revolute"))
+    assert [one.partition(" are not")[0].partition(" is not")[0] for one in told] == [
+        "mechanics-unread: <thread_pitch> in <joint>",
+        "mechanics-unread: <dynamics>, <limit> in <axis>",
+    ]
+    assert not warnings_of(
+        ball("<axis><dynamics><damping>0.0</damping></dynamics></axis>", "revolute")
+    )
+
+
+@pytest.mark.parametrize("name", ["mu1", "springStiffness", "kp"])
+def test_numbers_below_zero_in_gazebo(name: str) -> None:
+    (told,) = warnings_of(f'<gazebo reference="hip"><{name}>-50</{name}></gazebo>')
+    assert told.startswith(f"number-negative: <{name}> of <gazebo> is below zero")
+
+
+def test_unread_numbers_of_bullet_are_named() -> None:
+    contact = '<contact><lateral_friction value="1"/><inertia_scaling value="3"/></contact>'
+    more = f'<link name="eye">{contact}</link>' + (
+        '<joint name="see" type="fixed"><parent link="tool"/><child link="eye"/></joint>'
+    )
+    (told,) = warnings_of(more)
+    assert "<inertia_scaling> in <contact> is not read, and has no effect: link 'eye'" in told
+
+
+# --- what ties the root to the world ---
+
+WELD = '<gazebo><joint name="weld" type="{}"><parent>{}</parent><child>{}</child></joint></gazebo>'
+
+
+@pytest.mark.parametrize(
+    ("more", "reason"),
+    [
+        ("<gazebo><static>true</static></gazebo>", "<static> of <gazebo>"),
+        (WELD.format("fixed", "world", "base"), "joint 'weld' of <gazebo>"),
+        (WELD.format("fixed", "base", "world"), "joint 'weld' of <gazebo>"),
+    ],
+)
+def test_a_static_robot_and_one_welded_to_the_world_have_a_fixed_base(
+    more: str, reason: str
+) -> None:
+    text = f"{ARMS}{more}</robot>".replace('type="floating"', 'type="continuous"')
+    result = convert_text(text)
+    assert not result.conversion.base.floating
+    (told,) = [one for one in result.diagnostics if one.code == "base"]
+    assert told.message == f"fixed base: {reason} ties the root to the world"
+    assert not [one for one in result.diagnostics if one.code == "base-guessed"]
+    assert convert_text(text, base="floating").conversion.base.floating
+
+
+@pytest.mark.parametrize(
+    "more",
+    [
+        WELD.format("fixed", "world", "tool"),  # the tool moves: this would be a loop
+        WELD.format("revolute", "world", "base"),
+        '<gazebo reference="tool"><static>true</static></gazebo>',
+    ],
+)
+def test_other_ties_to_the_world_do_not_fix_the_base(more: str) -> None:
+    assert read(more)[0].fixed_by == ""
+
+
+# --- joints that follow others ---
+
+
+def control(*joints: str) -> str:
+    return f'<ros2_control name="c" type="system">{"".join(joints)}</ros2_control>'
+
+
+def follower(leader: str, rule: str = "", name: str = "hip") -> str:
+    return f'<joint name="{name}"><param name="mimic">{leader}</param>{rule}</joint>'
+
+
+RULE = '<param name="multiplier">-2</param><param name="offset">0.5</param>'
+PLUGIN = (
+    '<gazebo><plugin filename="libroboticsgroup_gazebo_mimic_joint_plugin.so">'
+    "<joint>{}</joint><mimicJoint>hip</mimicJoint>{}</plugin></gazebo>"
+)
+PLUGIN_RULE = "<multiplier>-2</multiplier><offset>0.5</offset>"
+#: A joint that 'hip' may follow.
+LEAD = (
+    '<link name="wrist"/><joint name="lead" type="continuous"><parent link="tool"/>'
+    '<child link="wrist"/><axis xyz="0 0 1"/></joint>'
+)
+
+
+@pytest.mark.parametrize(
+    "more", [control(follower("lead", RULE)), PLUGIN.format("lead", PLUGIN_RULE)]
+)
+def test_a_joint_follows_another_by_other_programs(more: str) -> None:
+    robot, said = read(LEAD + more)
+    assert not said
+    assert robot.joints["hip"].mimic == Mimic("lead", -2.0, 0.5)
+    plain, _ = read(LEAD + more.replace(RULE, "").replace(PLUGIN_RULE, ""))
+    assert plain.joints["hip"].mimic == Mimic("lead", 1.0, 0.0)
+
+
+def test_it_is_coupled_as_by_mimic() -> None:
+    """A project has the same constraint for each of the three ways to say it."""
+    arms = ARMS.replace('type="floating"', 'type="continuous"')
+    mimic = '<mimic joint="shoulder" multiplier="-2" offset="0.5"/>'
+    texts = [
+        f"{arms}{control(follower('shoulder', RULE))}</robot>",
+        f"{arms}{PLUGIN.format('shoulder', PLUGIN_RULE)}</robot>",
+        f"{arms}</robot>".replace('<axis xyz="0 0.6 0.8"/>', f'<axis xyz="0 0.6 0.8"/>{mimic}'),
+    ]
+    rules = [
+        convert_text(text, base="fixed", output={"project": "p"}).report.passes["mimic"]
+        for text in texts
+    ]
+    assert rules[0] == rules[1] == rules[2]
+
+
+@pytest.mark.parametrize(
+    ("more", "code", "words"),
+    [
+        (control(follower("laed")), "mimic-left-out", "'laed' is no joint"),
+        (control(follower("lead", name="hop")), "mimic-left-out", "joint 'hop' did you mean 'hip'"),
+        (
+            control(follower("lead", RULE.replace("-2", "x"))),
+            "mimic-left-out",
+            "'x' is not a number",
+        ),
+        (control('<joint name="hip" mimic="true"/>'), "mimic-conflict", "has no <mimic>"),
+        (
+            PLUGIN.format("lead", "").replace("mimicJoint", "other"),
+            "mimic-left-out",
+            "<mimicJoint>",
+        ),
+        (
+            PLUGIN.format("lead", "") + control(follower("lead", RULE)),
+            "mimic-conflict",
+            "hip = lead, and hip = -2.0 * lead + 0.5",
+        ),
+    ],
+)
+def test_followers_that_cannot_be_read_or_contradict_are_named(
+    more: str, code: str, words: str
+) -> None:
+    (told,) = warnings_of(LEAD + more)
+    assert told.startswith(code)
+    assert words in told
+
+
+# --- transmissions ---
+
+TRANSMISSION = '<transmission name="t"><type>{}</type>{}{}</transmission>'
+
+
+@pytest.mark.parametrize(
+    "more",
+    [
+        TRANSMISSION.format(
+            "transmission_interface/DifferentialTransmission",
+            '<joint name="hip"/><joint name="shoulder"/>',
+            '<actuator name="m"/><actuator name="n"/>',
+        ),
+        TRANSMISSION.format("x/SimpleTransmission", '<joint name="hip"/>', '<actuator name="m"/>')
+        + TRANSMISSION.format("x/Simple", '<joint name="shoulder"/>', '<actuator name="m"/>'),
+    ],
+)
+def test_transmissions_that_couple_joints_are_named(more: str) -> None:
+    (told,) = warnings_of(more)
+    assert told.startswith("mechanics-unread")
+    assert "couples" in told
+    assert "joint 'hip'" in told
+    assert "joint 'shoulder'" in told
+
+
+def test_one_transmission_of_an_actuator_that_is_there_twice_is_no_coupling() -> None:
+    one = TRANSMISSION.format("x/Simple", '<joint name="hip"/>', '<actuator name="m"/>')
+    assert warnings_of(one * 2) == []
+
+
+@pytest.mark.parametrize("place", ["<actuator name='m'>{}</actuator>", "<actuator name='m'/>{}"])
+def test_the_rotor_of_drake_is_the_rotor_of_a_transmission(place: str) -> None:
+    numbers = '<drake:gear_ratio value="100"/><drake:rotor_inertia value="1e-4"/>'
+    drive = f'<transmission><joint name="hip"/>{place.format(numbers)}</transmission>'
+    arms = ARMS.replace("<robot", '<robot xmlns:drake="http://drake.mit.edu"')
+    robot, said = parse(f"{arms}{drive}</robot>".encode(), "arms.urdf", extend=EXTEND)
+    assert not said
+    assert robot.extensions[0].rotors == pytest.approx({"hip": 1.0}, rel=1e-15)

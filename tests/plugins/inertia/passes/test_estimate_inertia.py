@@ -66,6 +66,21 @@ def test_primitives_by_their_formulas(
     assert_near(inertia_of(estimated(shape(tag, geometry))), wanted, 1e-14)
 
 
+def test_a_capsule_by_integration() -> None:
+    """Against slices across its axis, of which each is a disk; the length is between the ends."""
+    radius, length, n = 0.1, 0.4, 200_000
+    z = (np.arange(n) + 0.5) / n * (length + 2 * radius) - length / 2 - radius
+    beyond = np.maximum(np.abs(z) - length / 2, 0.0)
+    squared = radius**2 - beyond**2
+    step = (length + 2 * radius) / n
+    mass = 1000 * pi * squared.sum() * step
+    along = 1000 * pi * (squared**2 / 2).sum() * step
+    across = 1000 * pi * (squared**2 / 4 + squared * z**2).sum() * step
+    capsule = f'<capsule radius="{radius}" length="{length}"/>'
+    found = inertia_of(estimated(shape("collision", capsule)))
+    assert_near(found, Inertia(mass, np.zeros(3), np.diag((across, across, along))), 1e-9)
+
+
 def test_several_shapes_where_their_origins_are() -> None:
     origin = '<origin xyz="0.1 -0.2 0.3" rpy="0.3 0.2 0.1"/>'
     found = inertia_of(

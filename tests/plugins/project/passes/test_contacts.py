@@ -100,6 +100,12 @@ def test_what_of_shapes_may_touch(tmp_path: Path) -> None:
     assert len(points(on_body(tmp_path, MESH, fine))) < 60
     (ball,) = contacts(on_body(tmp_path, '<geometry><sphere radius="0.1"/>'))
     assert [(spot.at, spot.radius) for spot in ball.spots] == [((0.0, 0.0, 0.0), 0.1)]
+    capsule = '<geometry><capsule radius="0.1" length="0.4"/>'
+    (rod,) = contacts(on_body(tmp_path, capsule))
+    assert sorted((spot.at, spot.radius) for spot in rod.spots) == [
+        ((0.0, 0.0, -0.2), 0.1),
+        ((0.0, 0.0, 0.2), 0.1),
+    ]
     roller = '<origin rpy="1.5707963267948966 0 0"/><geometry><cylinder radius="0.1" length="0.4"/>'
     (wheel,) = contacts(on_body(tmp_path, roller))
     assert len(wheel.spots) == 16
