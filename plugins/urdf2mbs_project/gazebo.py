@@ -170,6 +170,7 @@ class Extensions:
             number = self.number(friction, "<lateral_friction>", friction.get("value"))
             if number is not None:
                 extension.numbers["mu1"] = number
+                self.warn_of_negative(friction, extension.reference, number)
         unread = [child for child in element if child.tag not in OF_CONTACT]
         self.reading.unknown_children("contact", unread, ())
 
@@ -204,7 +205,11 @@ class Extensions:
             elif child.tag == "turnGravityOff":
                 extension.numbers[child.tag] = float(is_true)
             elif child.tag == "static":
-                if is_true and not extension.reference:
+                if is_true and extension.reference:
+                    message = "<static> of <gazebo> is of the whole robot: one link has none"
+                    owner, line = self.find_owner(extension.reference), child.sourceline
+                    self.reading.warn("mechanics-unread", message, line, owner=owner)
+                elif is_true:
                     self.robot.fixed_by = "<static> of <gazebo>"
             else:
                 number = self.number(child, f"<{child.tag}> of <gazebo>", written)
@@ -212,6 +217,12 @@ class Extensions:
                     extension.numbers[child.tag] = number
                     self.warn_of_negative(child, extension.reference, number)
         owner = extension.reference or ""
+        if owner and self.find_owner(owner)[1] != owner and extension.numbers:
+            message = "what <gazebo> says of a link or joint that does not exist has no effect"
+            hint = nearest(owner, [*self.robot.links, *self.robot.joints])
+            place = ("gazebo", owner)
+            self.reading.warn("mechanics-unread", message, extension.line, owner=place, hint=hint)
+            return
         link, joint = self.robot.links.get(owner), self.robot.joints.get(owner)
         for name, field in SPRING.items():
             if joint is not None and name in extension.numbers:
@@ -233,7 +244,8 @@ class Extensions:
     def warn_of_negative(self, element: Any, reference: str | None, number: float) -> None:
         """Warn of a number of friction or stiffness below zero."""
         if number < 0.0 and element.tag != "springReference":
-            message = f"<{element.tag}> of <gazebo> is below zero; expected zero or more"
+            parent = element.getparent().tag
+            message = f"<{element.tag}> of <{parent}> is below zero; expected zero or more"
             owner, line = self.find_owner(reference), element.sourceline
             self.reading.warn("number-negative", message, line, owner=owner, detail=f"{number!r}")
 

@@ -87,6 +87,7 @@ IN_ROBOT = [
     ('<loop_joint name="j" type="ball"><link1/><link2/></loop_joint>', "<loop_joint> in <robot>"),
     ('<drake:weld a="1"/>', "<drake:weld> in <robot>"),
     ("word", "the text 'word' in <robot>"),
+    ('<x:include xmlns:x="http://www.w3.org/2001/XInclude" href="arm.urdf"/>', "<x:include>"),
 ]
 
 
@@ -185,6 +186,7 @@ HARMLESS = [
     (SOLID, '<dynamics damping="1" K="0" D="0.0"/>', ""),
     (SOLID, '<joint_properties damping="0.0" friction="0.0"/>', ""),
     (SOLID, '<controller_gains Kp="3"/>', ""),
+    (SOLID + "<gravity>true</gravity>", "", ""),
     (SOLID, "", '<frame name="f" link="arm" xyz="1 0 0"/>'),
     (
         SOLID,

@@ -47,7 +47,8 @@ ATTRIBUTES: dict[str, frozenset[str]] = {
 IDENTIFIERS = frozenset(("id", "uid", "class", "label", "comment", "note", "name"))
 #: Namespaces of XML itself, and of the sensors and controllers of old Gazebo files.
 NAMESPACES = (
-    "http://www.w3.org/",
+    "http://www.w3.org/XML/1998/namespace",
+    "http://www.w3.org/2001/XMLSchema-instance",
     "http://playerstage.sourceforge.net/gazebo/xmlschema/#sensor",
     "http://playerstage.sourceforge.net/gazebo/xmlschema/#controller",
     "http://playerstage.sourceforge.net/gazebo/xmlschema/#interface",
@@ -88,12 +89,16 @@ def _is_harmless_namespace(namespace: str) -> bool:
 def is_zero(name: str, texts: Iterable[str]) -> bool:
     """Return True if all texts are zeros or ``false``, as in ``damping="0.0"``: no statement.
 
+    Gravity that acts on a link is no statement, either.
+
     Args:
         name: The name of the element or attribute that has the texts.
         texts: The values of an attribute, or of all attributes and the text of an element.
     """
     words = " ".join(texts).split()
-    if not words or name in ZERO_MATTERS:
+    if name in ZERO_MATTERS:
+        return bool(words) and {word.lower() for word in words} <= {"1", "true"}
+    if not words:
         return False
     try:
         return not any(0.0 if word.lower() == "false" else float(word) for word in words)

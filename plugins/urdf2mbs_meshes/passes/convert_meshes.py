@@ -232,8 +232,8 @@ def _tell_moved(conversion: Conversion) -> None:
     if moved:
         conversion.note(
             "mesh-moved",
-            f"{counted(len(moved), 'mesh')} not where the URDF says, but found elsewhere in the "
-            f"workspace: {some(moved, 3)}",
+            f"{counted(len(moved), 'mesh')} not where the URDF says, but found elsewhere, or "
+            f"spelt otherwise: {some(moved, 3)}",
         )
     borrowed = [f"'{name}' at {at}" for name, at in found.items() if name in files.borrowed]
     if borrowed:

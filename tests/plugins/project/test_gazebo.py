@@ -318,8 +318,9 @@ def test_a_spring_of_a_joint() -> None:
     robot, said = read("".join(map(stiff.format, ("hip", "left", "none"))) + spring.format(-0.5))
     assert robot.joints["hip"].dynamics == Dynamics(0.0, 0.0, 2.0, -0.5)
     assert [joint.dynamics for joint in robot.joints.values()].count(None) == 2
-    (told,) = said
-    assert told.message.endswith("the joint has no spring here: joint 'left', joint 'none'")
+    told, lost = said
+    assert told.message.endswith("the joint has no spring here: joint 'left'")
+    assert lost.message.endswith("does not exist has no effect: gazebo 'none'")
     damped = ARMS.replace('<axis xyz="0 0.6 0.8"/>', '<dynamics damping="3"/>')
     robot = parse(f"{damped}{spring.format(1)}</robot>".encode(), "arms.urdf", extend=EXTEND)[0]
     assert robot.joints["hip"].dynamics == Dynamics(3.0, 0.0, 0.0, 1.0)
@@ -365,6 +366,7 @@ def warnings_of(more: str) -> list[str]:
 
 UNREAD = [
     ("<dampingFactor>0.1</dampingFactor>", "tool", "<dampingFactor> in <gazebo>", "link 'tool'"),
+    ("<static>true</static>", "tool", "<static> of <gazebo> is of the whole robot", "link 'tool'"),
     ("<kinematic>true</kinematic>", "tool", "<kinematic> in <gazebo>", "link 'tool'"),
     ("<gravity>0</gravity>", "tool", "<gravity> of <gazebo>", "link 'tool'"),
     ("<gravity>false</gravity>", "tool", "<gravity> of <gazebo>", "link 'tool'"),
@@ -385,6 +387,18 @@ UNREAD = [
         "link 'tool'",
     ),
 ]
+
+
+def test_what_is_said_of_no_link_is_named() -> None:
+    told = warnings_of(
+        '<gazebo reference="toool"><mu1>1</mu1><material>x</material></gazebo>'
+        '<gazebo reference="gone"><turnGravityOff>true</turnGravityOff></gazebo>'
+        '<gazebo reference="lost"><material>x</material></gazebo>'
+    )
+    assert told == [
+        "mechanics-unread: what <gazebo> says of a link or joint that does not exist has no "
+        "effect: gazebo 'toool', gazebo 'gone' did you mean 'tool'?"
+    ]
 
 
 @pytest.mark.parametrize(("words", "reference", "message", "place"), UNREAD)
