@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from urdf2mbs.config.model import Config, Lines, config_of
+from urdf2mbs.disk.files import temporary_name
 from urdf2mbs.disk.record import RECORD
 from urdf2mbs_many.folder import one_name
 from urdf2mbs_many.job import Job, Outcome, convert_one
@@ -97,9 +98,9 @@ def _sort_record(record: Path) -> None:
         lines = record.read_bytes().splitlines(keepends=True)
         by_file = sorted(lines, key=lambda line: line.split(b"  ", 1)[::-1])
         if by_file != lines:
-            part = record.with_name(f"{record.name}.{os.getpid()}.part")
-            part.write_bytes(b"".join(by_file))
-            part.replace(record)
+            temporary = temporary_name(record)
+            temporary.write_bytes(b"".join(by_file))
+            temporary.replace(record)
 
 
 def _cores() -> int:

@@ -10,6 +10,7 @@ from functools import cache
 from hashlib import sha256
 from pathlib import Path
 
+from urdf2mbs.disk.files import temporary_name
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs_equations.equations_fit import fits
 from urdf2mbs_simulate.data import MbsData
@@ -113,6 +114,6 @@ def cache_folder() -> Path:
 def keep(file: Path, data: bytes) -> None:
     """Write a file of the cache whole or not at all, whoever writes it at the same time."""
     file.parent.mkdir(parents=True, exist_ok=True)
-    part = file.with_name(f".{file.name}.{os.getpid()}.part")
-    part.write_bytes(data)
-    part.replace(file)
+    temporary = temporary_name(file)
+    temporary.write_bytes(data)
+    temporary.replace(file)

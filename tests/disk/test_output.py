@@ -2,7 +2,6 @@
 
 import os
 import stat
-import subprocess
 import sys
 import threading
 from pathlib import Path
@@ -160,18 +159,55 @@ def test_a_file_that_may_not_be_written_to(tmp_path: Path, monkeypatch: pytest.M
     assert (tmp_path / "a").read_bytes() == b"old"
 
 
-@posix
-def test_litter_of_a_killed_run_goes_and_that_of_others_stays(tmp_path: Path) -> None:
-    ended = subprocess.run(
-        [sys.executable, "-c", "import os; print(os.getpid())"], stdout=-1, check=True
-    )
-    gone = int(ended.stdout)
-    ours = [f".a.mbs.{gone}.part"]
-    others = [f".a.mbs.{os.getppid()}.part", f".b.mbs.{gone}.part", f"a.mbs.{gone}.part"]
-    for name in (*ours, *others):
-        (tmp_path / name).touch()
-    write_files({tmp_path / "a.mbs": b"<a/>"})
-    assert names(tmp_path) == sorted(["a.mbs", *others])
+def test_threads_that_write_one_output_all_succeed(tmp_path: Path) -> None:
+    """Each file is that of one of the threads, none fails, and nothing is left beside it."""
+    start = threading.Barrier(8)
+    failures: list[Exception] = []
+
+    def write_often(number: int) -> None:
+        start.wait()
+        try:
+            for _ in range(5):
+                write_files({tmp_path / name: b"%d" % number * 10**5 for name in ("a", "b")})
+        except Exception as error:
+            failures.append(error)
+
+    threads = [threading.Thread(target=write_often, args=(number,)) for number in range(8)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert failures == []
+    assert names(tmp_path) == ["a", "b"]
+    for name in ("a", "b"):
+        data = (tmp_path / name).read_bytes()
+        assert len(data) == 10**5
+        assert len(set(data)) == 1
+        assert is_ours(tmp_path / name)
+
+
+def test_a_record_that_cannot_be_written_is_named(tmp_path: Path) -> None:
+    (tmp_path / RECORD).mkdir()
+    with pytest.raises(ConfigError, match=rf"cannot write '.*{RECORD}'") as caught:
+        write_files({tmp_path / "a.mbs": b"1", tmp_path / "a.mbs.base": b"2"})
+    assert caught.value.code == "output-unwritable"
+    assert names(tmp_path) == []
+
+
+def test_a_record_that_cannot_be_read_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write_files({tmp_path / "a": b"1"})
+    read_bytes = Path.read_bytes
+
+    def refuse_record(path: Path) -> bytes:
+        if path.name == RECORD:
+            raise PermissionError(13, "Permission denied", str(path))
+        return read_bytes(path)
+
+    monkeypatch.setattr(Path, "read_bytes", refuse_record)  # as root, all may be read
+    with pytest.raises(ConfigError, match=rf"cannot read '.*{RECORD}': Permission denied"):
+        write_files({tmp_path / "a": b"2"})
 
 
 def test_long_names_that_begin_alike_are_two_files(tmp_path: Path) -> None:

@@ -139,6 +139,15 @@ def size(path: Path) -> int:
         return 0
 
 
+def temporary_name(place: Path) -> Path:
+    """Return a new path in the folder of a file, for data that will be renamed to the file.
+
+    The name is random, so that threads and processes that write one file never meet.  A file that
+    is opened under it has the mode of any new file; those of ``tempfile`` are for their owner only.
+    """
+    return place.with_name(f".urdf2mbs.{os.urandom(16).hex()}.part")
+
+
 def project_of(model: Path) -> Path:
     """The project's folder of an .mbs: the one around ``dataR``, else the file's own."""
     return model.parent.parent if model.parent.name == "dataR" else model.parent

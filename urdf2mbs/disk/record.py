@@ -16,6 +16,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from urdf2mbs.disk import files
+from urdf2mbs.messages.diagnostics import ConfigError
 
 #: The file, in the format of ``sha256sum``.
 RECORD = ".urdf2mbs"
@@ -36,16 +37,19 @@ def was_ours(path: Path) -> bool:
     return b"  " + os.fsencode(place.name) + b"\n" in _recorded(place)
 
 
-def add(places: Mapping[Path, bytes]) -> None:
-    """Record files that are about to be written; raises OSError."""
-    for folder in dict.fromkeys(place.parent for place in places):
-        own = {place: data for place, data in places.items() if place.parent == folder}
-        known = _recorded(folder / RECORD)
-        lines = [_line(place, data) for place, data in own.items()]
-        missing = b"".join(line for line in lines if b"\n" + line not in known)
-        if missing:
-            with (folder / RECORD).open("ab") as record:
-                record.write(missing)
+def add(folder: Path, places: Mapping[Path, bytes]) -> None:
+    """Record files of a folder that are about to be written.
+
+    Raises:
+        ConfigError: The record cannot be read.
+        OSError: The record cannot be written.
+    """
+    known = _recorded(folder / RECORD)
+    lines = [_line(place, data) for place, data in places.items()]
+    missing = b"".join(line for line in lines if b"\n" + line not in known)
+    if missing:
+        with (folder / RECORD).open("ab") as record:
+            record.write(missing)
 
 
 def checksum(data: bytes) -> str:
@@ -60,7 +64,11 @@ def _line(place: Path, data: bytes) -> bytes:
 
 
 def _recorded(place: Path) -> bytes:
-    """The record beside a file, behind a line feed."""
+    """Return the record beside a file, after a line feed; raise ConfigError if it is unreadable."""
     record = place.with_name(RECORD)
-    data = record.read_bytes() if files.is_file(record) else b""
+    try:
+        data = record.read_bytes() if files.is_file(record) else b""
+    except OSError as error:
+        message = f"cannot read '{record}': {error.strerror}"
+        raise ConfigError("file-unreadable", message) from None
     return b"\n" + data.replace(b"\r\n", b"\n")

@@ -1,16 +1,17 @@
 """Writes what a conversion made: never half a file, and never over somebody's work.
 
-Each file is written beside its place, with the mode of the file that it replaces, and then renamed
-into its place.  A run that fails or is killed between two files leaves some of them new, and the
-next run writes the others.
+Each file is written beside its place, under a random name and with the mode of the file that it
+replaces, and then renamed into its place.  So threads and processes may write one output at the
+same time: each file is that of one of them.  A run that fails or is killed between two files leaves
+some of them new, and the next run writes the others.  Only a run that is killed leaves temporary
+files.
 """
 
 from __future__ import annotations
 
 import os
-import zlib
-from collections.abc import Collection, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from errno import EACCES, EINVAL, EISDIR
 from pathlib import Path
 from stat import S_IMODE
@@ -18,15 +19,13 @@ from types import MappingProxyType
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.disk import record
-from urdf2mbs.disk.files import is_portable, read
+from urdf2mbs.disk.files import is_portable, read, temporary_name
 from urdf2mbs.engine.plugins import of_plugin
 from urdf2mbs.messages.diagnostics import ConfigError
 
 #: What Robotran expects in a project's folder.
 FOLDERS = ("animationR/vrml", "dataR", "resultsR", "symbolicR", "userfctR", "workR")
 WINDOWS = os.name == "nt"
-#: So many letters of a name are in the name of the file beside it: some systems take 255 bytes.
-LONGEST = 50
 
 
 def write(conversion: Conversion, *, force: bool = False) -> None:
@@ -98,41 +97,66 @@ def write_files(
     Raises ConfigError, before any file is replaced, where a file is not ours to replace or has no
     room; and where a file cannot be put into its place.
     """
-    path = Path()
-    parts: dict[Path, Path] = {}
-    try:
-        for path in (*folders, *(file.parent for file in (*files, *once))):
-            path.mkdir(parents=True, exist_ok=True)
-        streams = [path for path in files if path.exists() and not path.is_file()]
-        streams = [path for path in streams if not path.is_dir()]
-        places = {_place(path): data for path, data in files.items() if path not in streams}
-        for path in places:
-            _check_place(path)
-        if not force:
-            check_ours(places, {_place(path): data for path, data in replaces.items()})
-        places |= _untouched(once)
-        _sweep(places)
-        for path, data in places.items():
-            parts[path] = path.with_name(f".{_shortened(path.name)}.{os.getpid()}.part")
-            _write_part(parts[path], path, data)
-        people = {_place(path) for path in replaces}
-        record.add({path: data for path, data in places.items() if path not in people})
-        for path, part in parts.items():
-            os.replace(part, path)  # noqa: PTH105  tests stand in for it
-        for path in obsolete:
-            if path.is_file() and _place(path) not in places and record.is_ours(path):
-                path.unlink()
-        for path in streams:
+    for folder in (*folders, *(file.parent for file in (*files, *once))):
+        with _naming(folder):
+            folder.mkdir(parents=True, exist_ok=True)
+    streams = [path for path in files if path.exists() and not (path.is_file() or path.is_dir())]
+    places: dict[Path, bytes] = {}
+    for path in files:
+        if path not in streams:
+            with _naming(path):
+                place = _place(path)
+                _check_place(place)
+            places[place] = files[path]
+    if not force:
+        check_ours(places, {_place(path): data for path, data in replaces.items()})
+    places |= _untouched(once)
+    people = {_place(path) for path in replaces}
+    with _temporary_files(places) as temporary:
+        _add_to_records({place: data for place, data in places.items() if place not in people})
+        for place, file in temporary.items():
+            with _naming(place):
+                os.replace(file, place)  # noqa: PTH105  tests stand in for it
+    for path in obsolete:
+        if path.is_file() and _place(path) not in places and record.is_ours(path):
+            with _naming(path):
+                path.unlink(missing_ok=True)
+    for path in streams:
+        with _naming(path):
             path.write_bytes(files[path])
+
+
+@contextmanager
+def _naming(path: Path) -> Iterator[None]:
+    """Raise an error of the system as a ConfigError that names the path."""
+    try:
+        yield
     except (OSError, ValueError) as error:
-        raise ConfigError(
-            "output-unwritable",
-            f"cannot write '{path}': {getattr(error, 'strerror', None) or error}",
-        ) from None
+        reason = getattr(error, "strerror", None) or error
+        message = f"cannot write '{path}': {reason}"
+        raise ConfigError("output-unwritable", message) from None
+
+
+@contextmanager
+def _temporary_files(places: Mapping[Path, bytes]) -> Iterator[dict[Path, Path]]:
+    """Write the data of each place into a temporary file beside it; remove those that are left."""
+    temporary = {place: temporary_name(place) for place in places}
+    try:
+        for place, data in places.items():
+            with _naming(place):
+                _write_temporary(temporary[place], place, data)
+        yield temporary
     finally:
-        for part in parts.values():
-            with suppress(OSError):
-                part.unlink(missing_ok=True)
+        for file in temporary.values():
+            with suppress(OSError, ValueError):
+                file.unlink(missing_ok=True)
+
+
+def _add_to_records(places: Mapping[Path, bytes]) -> None:
+    """Record the files of each folder."""
+    for folder in dict.fromkeys(place.parent for place in places):
+        with _naming(folder / record.RECORD):
+            record.add(folder, {p: data for p, data in places.items() if p.parent == folder})
 
 
 def check_ours(
@@ -193,41 +217,11 @@ def _check_place(place: Path) -> None:
         raise PermissionError(EACCES, os.strerror(EACCES), str(place))
 
 
-def _shortened(name: str) -> str:
-    """A name of at most ``LONGEST`` letters; long names that differ stay different."""
-    if len(name) <= LONGEST:
-        return name
-    mark = f"{zlib.crc32(name.encode()):08x}"
-    return name[: LONGEST - len(mark)] + mark
-
-
-def _sweep(places: Collection[Path]) -> None:
-    """Take away what a run that was killed has left beside these places."""
-    names = {(place.parent, _shortened(place.name)) for place in places}
-    for folder in {place.parent for place in places}:
-        for part in folder.glob(".*.part"):
-            name, _, number = part.stem[1:].rpartition(".")
-            if (folder, name) in names and number.isdecimal() and not _is_running(int(number)):
-                part.unlink(missing_ok=True)
-
-
-def _is_running(process: int) -> bool:
-    """True if there may be such a process; on Windows nobody can ask without ending it."""
-    try:
-        if not WINDOWS:
-            os.kill(process, 0)
-    except ProcessLookupError:
-        return False
-    except (OSError, OverflowError):  # it is somebody else's
-        return True
-    return True
-
-
-def _write_part(part: Path, place: Path, data: bytes) -> None:
+def _write_temporary(temporary: Path, place: Path, data: bytes) -> None:
     """Write a new file, with the mode of the file at a place, and put its data on disk."""
-    with part.open("xb") as file:
+    with temporary.open("xb") as file:
         if place.exists():
-            part.chmod(S_IMODE(place.stat().st_mode))
+            temporary.chmod(S_IMODE(place.stat().st_mode))
         file.write(data)
         file.flush()
         os.fsync(file.fileno())
