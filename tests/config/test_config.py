@@ -12,7 +12,7 @@ from urdf2mbs import convert
 from urdf2mbs.commands import parse as read_words
 from urdf2mbs.commands import parser
 from urdf2mbs.commands.settings import ALONE, FLAGS, RUNNING, choose_fields, field_docs
-from urdf2mbs.config.model import Config, Lines, config_of, load, parse, typed
+from urdf2mbs.config.model import Config, Lines, config_of, expand, load, parse, typed
 from urdf2mbs.config.yaml_text import word
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY
@@ -88,6 +88,49 @@ def test_what_is_wrong_and_where(text: str, line: int | None, code: str, said: s
     faults = {fault.code: fault for fault in (*caught.value.said, caught.value)}
     assert (faults[code].file, faults[code].line) == (str(FILE), line)
     assert said in str(faults[code]) + str(faults[code].hint)
+
+
+@pytest.mark.parametrize(
+    ("path", "expanded"),
+    [
+        ("$FOO/$FOOBAR/x", "one/two/x"),
+        ("$FOOBAR/$FOO", "two/one"),
+        ("${FOO}BAR/${FOOBAR}", "oneBAR/two"),
+        ("$MONEY/$FOO", "$FOO and ${FOO/one"),
+        ("$FOO/~/$/$1/$$", "one/~/$/$1/$$"),
+        ("~/$FOO", "/$HOME/one"),
+        ("~", "/$HOME"),
+        ("~$FOO", "~one"),
+        ("$TILDE/x", "~/x"),
+        ("{FOO}}", "{FOO}}"),
+    ],
+)
+def test_variables_of_paths_are_filled_in_once(
+    path: str, expanded: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    values = {"FOO": "one", "FOOBAR": "two", "MONEY": "$FOO and ${FOO", "TILDE": "~"}
+    for name, value in (values | {"HOME": "/$HOME", "USERPROFILE": "/$HOME"}).items():
+        monkeypatch.setenv(name, value)
+    assert expand(path, Lines(FILE), ("source",)) == expanded
+
+
+@pytest.mark.parametrize("path", ["${FOO", "${FOO/x}", "${FOO-x}", "a${}", "${", "$FOO/${FOO $FOO"])
+def test_a_variable_that_is_not_closed(path: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("FOO", "one")
+    lines = Lines(FILE, {("source",): 3})
+    with pytest.raises(ConfigError, match=r"has a '\$\{' that does not begin a variable") as caught:
+        expand(path, lines, ("source",))
+    assert (caught.value.code, caught.value.line) == ("variable-unclosed", 3)
+
+
+@pytest.mark.parametrize("value", [None, ""])
+def test_a_variable_that_is_not_set(value: str | None, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("FOO", raising=False)
+    if value is not None:
+        monkeypatch.setenv("FOO", value)
+    with pytest.raises(ConfigError, match=r"uses \$FOO, which is not set or empty") as caught:
+        expand("x/$FOO", Lines(FILE), ("source",))
+    assert caught.value.code == "variable-unset"
 
 
 @pytest.mark.parametrize("content", [None, b"\xff\xfe\x00x"])

@@ -8,5 +8,6 @@ CODES = {
     "config-key-doubled": "error: a key is there twice. Remove one.",
     "value-range": "error: a number is out of range. Write a number in the range.",
     "variable-unset": "error: a path names a `$VARIABLE` that is not set. Set it.",
+    "variable-unclosed": "error: a path has a `${` without a name and `}`. Write `${NAME}`.",
     "unknown-key": "error: there is no such key. Correct it.",
 }

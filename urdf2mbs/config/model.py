@@ -163,20 +163,38 @@ class Lines(msgspec.Struct):
             raise last
 
 
+#: A variable in a path, ``$NAME`` or ``${NAME}``, or the beginning of one that is not closed.
+_VARIABLE = re.compile(r"\$(?:(?P<plain>[A-Za-z_]\w*)|\{(?P<braced>[A-Za-z_]\w*)\}|\{)")
+#: ``~`` or ``~USER`` at the beginning of a path.
+_HOME = re.compile(r"~[^/\\$]*(?![^/\\])")
+
+
 def expand(given: str, lines: Lines, at: Key) -> str:
-    """A path of a config with ``~`` and ``$VARIABLE`` filled in, as a shell does."""
+    """Return a path of a config with ``~`` and ``$VARIABLE`` filled in, as a shell does.
+
+    The values of variables are not expanded again.
+
+    Raises:
+        ConfigError: A variable is not set, or a ``${`` is not closed.
+    """
     if lines.file is None:
         return given
-    text = os.path.expanduser(given) if given.startswith("~") else given  # noqa: PTH111
-    for whole, name in re.findall(r"(\$\{?([A-Za-z_]\w*)\}?)", text):
-        if not os.environ.get(name):
-            raise lines.error(
-                "variable-unset",
-                f"'{given}' wants the variable {name}, which is not set",
-                at, f"for instance: export {name}=DIR; the config's comments may say which folder",
-            )  # fmt: skip
-        text = text.replace(whole, os.environ[name])
-    return text
+
+    def value_of(variable: re.Match[str]) -> str:
+        name = variable["plain"] or variable["braced"]
+        if name is None:
+            message = f"'{given}' has a '${{' that does not begin a variable; expected '${{NAME}}'"
+            raise lines.error("variable-unclosed", message, at, "close it by '}' after the name")
+        value = os.environ.get(name)
+        if not value:
+            message = f"'{given}' uses ${name}, which is not set or empty"
+            hint = f"for instance: export {name}=DIR; the config's comments may say which folder"
+            raise lines.error("variable-unset", message, at, hint)
+        return value
+
+    home = _HOME.match(given)
+    start = home.end() if home else 0
+    return os.path.expanduser(given[:start]) + _VARIABLE.sub(value_of, given[start:])  # noqa: PTH111
 
 
 def place(given: str, lines: Lines, at: Key) -> Path:
