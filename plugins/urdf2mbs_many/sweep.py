@@ -114,22 +114,50 @@ def _names(keys: Iterable[str]) -> str:
 
 
 def _numbers(given: Range, lines: Lines, at: Key) -> list[int] | list[float]:
-    """The numbers of a range, in decimals: 0.7, 0.8, 0.9, and no 0.7999999999999999."""
+    """Return the numbers of a range, both ends among them.
+
+    They are computed in decimals: 0.7, 0.8, 0.9, and no 0.7999999999999999.
+    """
     first, last = Decimal(str(given.first)), Decimal(str(given.last))
     step, count = Decimal(str(given.step or 0)), given.count or 0
     if count > 1 and given.step is None:
         step = (last - first) / (count - 1)
     elif step and not count and (last - first) / step >= 0:
-        count = int((last - first) / step) + 1
+        count = _count_steps(first, last, step, lines, at) + 1
     else:
-        raise lines.error(
-            "sweep-range", "these numbers are no range", at,
+        message = "these numbers are no range"
+        hint = (
             "a range has 'from', 'to', and a 'step' that leads there, or a 'count' of 2 or more: "
-            "{from: 0.7, to: 0.9, step: 0.1}",
-        )  # fmt: skip
+            "{from: 0.7, to: 0.9, step: 0.1}"
+        )
+        raise lines.error("sweep-range", message, at, hint)
     _check_count(count, lines, at)
     whole = isinstance(given.first, int) and isinstance(given.step, int)
-    return [(int if whole else float)(first + step * n) for n in range(count)]
+    numbers = [(int if whole else float)(first + step * n) for n in range(count)]
+    if not whole:  # the steps may miss the end by their last digit
+        numbers[-1] = float(last)
+    return numbers
+
+
+#: How far the steps of a range may end from its end, relative to a step.
+_MISSED = Decimal("1e-9")
+
+
+def _count_steps(first: Decimal, last: Decimal, step: Decimal, lines: Lines, at: Key) -> int:
+    """Return the number of steps that lead from one end of a range to the other.
+
+    Raises:
+        ConfigError: The steps do not end at the other end.
+    """
+    ratio = (last - first) / step
+    count = int(ratio.to_integral_value())
+    if abs(ratio - count) > _MISSED:
+        reached = first + step * int(ratio)
+        message = f"the steps of {step} from {first} do not end at {last}, but at {reached}"
+        evenly = f"'count: {max(count, 1) + 1}' instead of 'step' divides the range evenly"
+        hint = f"'to: {reached}' ends at a step; {evenly}"
+        raise lines.error("sweep-range", message, at, hint)
+    return count
 
 
 def _check_count(count: int, lines: Lines, at: Key) -> None:

@@ -55,7 +55,7 @@ class Range(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
     first: Number = msgspec.field(name="from")
     """the first number"""
     last: Number = msgspec.field(name="to")
-    """the last number, or a bound that the steps do not reach"""
+    """the last number"""
     step: Number | None = None
     """from one number to the next"""
     count: Annotated[int, Meta(ge=-(10**9), le=10**9)] | None = None

@@ -37,7 +37,16 @@ def test_every_combination_in_its_order() -> None:
     ("given", "values"),
     [
         ("{from: 0.7, to: 0.9, step: 0.1}", ["0.7", "0.8", "0.9"]),
-        ("{from: 0.7, to: 0.89, step: 0.1}", ["0.7", "0.8"]),
+        ("{from: 0.7, to: 0.84, step: 0.07}", ["0.7", "0.77", "0.84"]),
+        (
+            "{from: 0, to: 1, step: 0.3333333333333333}",
+            ["0.0", "0.3333333333333333", "0.6666666666666666", "1.0"],
+        ),
+        (
+            "{from: 0, to: 0.2, step: 0.06666666666666667}",
+            ["0.0", "0.06666666666666667", "0.13333333333333333", "0.2"],
+        ),
+        ("{from: 1, to: 1, step: 5}", ["1"]),
         ("{from: 1, to: 3, step: 1}", ["1", "2", "3"]),
         ("{from: 3, to: 1, step: -1}", ["3", "2", "1"]),
         ("{from: 0, to: 1, count: 4}", ["0.0", "0.3333333333333333", "0.6666666666666666", "1.0"]),
@@ -57,6 +66,9 @@ def test_ranges(given: str, values: list[str]) -> None:
         ("{from: 1, to: 2, step: -1}", "sweep-range"),
         ("{from: 1, to: 2, count: 1}", "sweep-range"),
         ("{from: 1, to: 2, count: 3, step: 0.5}", "sweep-range"),
+        ("{from: 0.7, to: 0.9, step: 0.07}", "sweep-range"),
+        ("{from: 1, to: 4, step: 2}", "sweep-range"),
+        ("{from: 1, to: 1.5, step: 2}", "sweep-range"),
         ("{from: 1, to: .nan, step: 1}", "config-type"),
         ("{from: 1, to: .inf, step: 1}", "value-range"),
         ("{from: 0, to: 1, step: 1.0e-9}", "sweep-long"),
@@ -70,6 +82,17 @@ def test_ranges(given: str, values: list[str]) -> None:
 )
 def test_values_that_are_no_sweep(heights: str, code: str) -> None:
     assert refused(f"{{xacro_args: {{height: {heights}}}}}") == code
+
+
+def test_steps_that_miss_the_end_are_named() -> None:
+    given = "{xacro_args: {height: {from: 0.7, to: 0.9, step: 0.07}}}"
+    with pytest.raises(ConfigError) as caught:
+        swept(given)
+    assert "the steps of 0.07 from 0.7 do not end at 0.9, but at 0.84" in caught.value.message
+    assert "'to: 0.84'" in str(caught.value.hint)
+    assert "'count: 4'" in str(caught.value.hint)
+    again = swept(given.replace("step: 0.07", "count: 4"))
+    assert [one.values["height"] for one in again][::3] == ["0.7", "0.9"]
 
 
 @pytest.mark.parametrize(
