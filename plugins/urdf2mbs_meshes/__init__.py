@@ -11,13 +11,23 @@ if TYPE_CHECKING:
 
 
 def _are_there(conversion: Conversion, given: bool) -> bool:
-    """True if the robot has meshes."""
-    return given or bool(conversion.meshes)
+    """Return True if the robot has meshes."""
+    if given or conversion.meshes:
+        return True
+    from urdf2mbs.urdf.model import Mesh
+
+    collisions = (shape for link in conversion.robot.links.values() for shape in link.collisions)
+    return any(isinstance(shape.geometry, Mesh) for shape in collisions)
 
 
 @hookimpl
 def urdf2mbs_passes() -> list[PassEntry]:
     return [PassEntry("convert-meshes", "urdf2mbs_meshes", ("convert-visuals",), _are_there)]
+
+
+@hookimpl
+def urdf2mbs_api() -> dict[str, str]:
+    return {"warn_of_missing_meshes": "urdf2mbs_meshes.missing:warn_of_missing"}
 
 
 @hookimpl

@@ -1,7 +1,7 @@
 """Meshes."""
 
 CODES = {
-    "mesh-missing": "warning: a mesh file was not found; its shape is left out. Put the file "
+    "mesh-missing": "warning: a mesh file was not found; no shape shows it. Put the file "
     "there, or name its package with `--package`.",
     "mesh-borrowed": "warning: a mesh was found in the folder of another robot only; it is "
     "taken. Name the right folder with `--package`.",

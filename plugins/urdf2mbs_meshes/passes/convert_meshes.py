@@ -26,6 +26,7 @@ from urdf2mbs.messages.diagnostics import counted, some
 from urdf2mbs.plugin import Conversion, Pass
 from urdf2mbs.urdf import model as urdf
 from urdf2mbs_meshes.files import files_of
+from urdf2mbs_meshes.missing import name_with_links, warn_of_missing
 
 if TYPE_CHECKING:  # a robot without meshes has no need of what reads and writes them
     from urdf2mbs_meshes.model import Mesh
@@ -51,6 +52,7 @@ class ConvertMeshes(Pass):
                     f"{counted(len(conversion.meshes), 'mesh file')} not converted: the .mbs "
                     "names .wrl files, which 'output: {project: DIR}' makes",
                 )
+            warn_of_missing(conversion)
             _tell_moved(conversion)
             return
         folder = project / "animationR" / "vrml"
@@ -62,6 +64,8 @@ class ConvertMeshes(Pass):
             left -= self._convert(mesh, left, made)
         conversion.files.update(made)
         _leave_out(conversion, meshes, made)
+        made_by_hand = [mesh.filename for mesh in meshes if mesh.path is None and not mesh.lost]
+        warn_of_missing(conversion, ", and left out", made=made_by_hand)
         _warn_of_lost(conversion, meshes, self.at_most)
         _tell_moved(conversion)
         _warn_of_differences(conversion, meshes)
@@ -245,9 +249,8 @@ def _tell_moved(conversion: Conversion) -> None:
         )
 
 
-#: What the warning says of a mesh that is not converted, and its hint, by its code.
+#: What the warning says of a mesh that exists and is not converted, and its hint, by its code.
 LOST = {
-    "mesh-missing": ("not found, and left out", "{why}"),
     "mesh-not-ours": (
         "not converted, as the .wrl was edited, or written by another program",
         "move away: {why}",
@@ -270,13 +273,9 @@ def _warn_of_lost(conversion: Conversion, meshes: list[ShownMesh], at_most: int)
         lost = [mesh for mesh in meshes if mesh.lost == code]
         if not lost:
             continue
-        named = [
-            f"'{mesh.filename}' (link {mesh.links[0]}"
-            + (f" and {len(mesh.links) - 1} more)" if len(mesh.links) > 1 else ")")
-            for mesh in lost
-        ]
+        named = [name_with_links(mesh.filename, mesh.links) for mesh in lost]
         why = list(dict.fromkeys(line for mesh in lost for line in mesh.why))
-        hint = hints.format(why=some(why, 2 if code == "mesh-missing" else 3), more=4 * at_most)
+        hint = hints.format(why=some(why, 3), more=4 * at_most)
         text = f"{counted(len(lost), 'mesh')} {words.format(at_most=at_most)}: {some(named, 3)}"
         conversion.warn(code, text, link=lost[0].links[0], hint=hint)
 

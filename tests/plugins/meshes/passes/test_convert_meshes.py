@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import urdf2mbs
 from plugins.meshes import wrl
 from plugins.meshes.robot import codes, convert, visual, write
 from plugins.meshes.samples import (
@@ -22,6 +23,7 @@ from plugins.meshes.samples import (
 from plugins.meshes.samples import write as write_sample
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.mbs.model import Shape
+from urdf2mbs.testing import TINY
 from urdf2mbs_meshes.passes.convert_meshes import ConvertMeshes
 
 
@@ -175,6 +177,35 @@ def test_a_shape_whose_mesh_is_lost_is_left_out(tmp_path: Path) -> None:
     conversion = convert(tmp_path, meshes)
     assert codes(conversion) == ["mesh-unreadable"]
     assert names_of(conversion) == ["ascii.wrl", "gone.wrl"]
+
+
+def test_missing_meshes_are_one_warning_without_a_project_too(tmp_path: Path) -> None:
+    """No mesh is read for it: the one that exists is no mesh."""
+    (tmp_path / "there.stl").write_text("no mesh")
+    names = [f"package://gone/meshes/{n}.stl" for n in range(40)]
+    meshes = [visual(name) for name in (*names, *names, "there.stl")]
+    conversion = convert(tmp_path, meshes, [visual(names[0])], project=False)
+    (missing,) = [one for one in conversion.diagnostics if one.level == "warning"]
+    assert (missing.code, missing.link) == ("mesh-missing", "link0")
+    assert missing.message == (
+        f"40 meshes not found: '{names[0]}' (link link0 and 1 more), '{names[1]}' (link link0), "
+        f"'{names[2]}' (link link0) and 37 more"
+    )
+    assert str(missing.hint).count("--package gone=DIR") == 1
+    assert "mesh-not-converted" in {one.code for one in conversion.diagnostics}
+
+
+@pytest.mark.parametrize("project", [False, True])
+def test_a_missing_mesh_of_a_collision_is_named(project: bool, tmp_path: Path) -> None:
+    source = tmp_path / "tiny.urdf"
+    collision = '<collision><geometry><mesh filename="gone.stl"/></geometry></collision>'
+    source.write_text(TINY.replace("</link>", f"{collision}</link>", 1))
+    output = {"project": tmp_path / "p"} if project else tmp_path / "tiny.mbs"
+    found = urdf2mbs.convert(source, output=output, base="fixed").diagnostics
+    missing = [one for one in found if one.level == "warning"]
+    assert [(one.code, one.level) for one in missing] == [("mesh-missing", "warning")]
+    assert "1 mesh not found" in missing[0].message
+    assert "'gone.stl' (link " in missing[0].message
 
 
 def test_missing_texture_is_one_warning_for_all_meshes(tmp_path: Path) -> None:
