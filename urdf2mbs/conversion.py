@@ -124,20 +124,6 @@ def choose(patterns: Iterable[str], names: Collection[str], code: str, what: str
     return list(chosen)
 
 
-def follow(robot: Robot, name: str, free: Collection[str] = ()) -> tuple[str, float, float]:
-    """The first joint up the chain of ``<mimic>`` that follows none or is ``free``, and the
-    multiplier and offset (rad or m) with which the joint ``name`` follows it."""
-    mimic = robot.joints[name].mimic
-    multiplier, offset = 1.0, 0.0
-    # the reader has seen to it that there are no loops
-    while mimic is not None:
-        offset += multiplier * mimic.offset
-        multiplier *= mimic.multiplier
-        name = mimic.joint
-        mimic = None if name in free else robot.joints[name].mimic
-    return name, multiplier, offset
-
-
 class File(bytes):
     """A file that a conversion makes; plain bytes are a file of kind ``ours``."""
 

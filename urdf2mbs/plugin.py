@@ -15,12 +15,13 @@ VERSION = 1
 _NAMES = {
     "conversion": [
         "Conversion", "File", "Names", "Segment", "Settings", "Step", "Summary", "Use", "choose",
-        "fits", "follow",
+        "fits",
     ],
     "hookspecs": ["Command", "Pass", "PassEntry", "always", "asked", "hookimpl", "in_project"],
     "mbs.model": ["LinkFrame"],
     "messages.diagnostics": ["ConfigError", "ConversionError", "Diagnostic", "nearest"],
     "proof.verdict": ["Difference"],
+    "urdf.mimic": ["follow"],
     "states": ["Estimates", "JointModels", "OnPurpose", "Placed"],
 }  # fmt: skip
 #: Modules by the names that they have here.

@@ -9,7 +9,6 @@ from urdf2mbs.conversion import Summary as Summary
 from urdf2mbs.conversion import Use as Use
 from urdf2mbs.conversion import choose as choose
 from urdf2mbs.conversion import fits as fits
-from urdf2mbs.conversion import follow as follow
 from urdf2mbs.hookspecs import Command as Command
 from urdf2mbs.hookspecs import Pass as Pass
 from urdf2mbs.hookspecs import PassEntry as PassEntry
@@ -29,6 +28,7 @@ from urdf2mbs.states import JointModels as JointModels
 from urdf2mbs.states import OnPurpose as OnPurpose
 from urdf2mbs.states import Placed as Placed
 from urdf2mbs.urdf import model as urdf
+from urdf2mbs.urdf.mimic import follow as follow
 from urdf2mbs_project import simulation as simulation
 
 VERSION: int

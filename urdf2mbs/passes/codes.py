@@ -10,6 +10,8 @@ CODES = {
     "links mass; `keep` keeps the joints, but not to simulate.",
     "mimic": "warning: joints that follow others are independent; a project (`mimic`) couples "
     "them. Write a project.",
+    "mimic-locked": "warning: the limits of joints that follow each other leave no motion. Correct "
+    "the limits, or `multiplier` and `offset` of the `<mimic>`.",
     "texture": "warning: textures of materials are left out. Give the material a colour.",
     "joint-dynamics-lost": "warning: damping and springs of joints of several axes are left out. "
     "Write them into user functions.",

@@ -1,7 +1,7 @@
 """Left out: name the parts of the URDF that have no place in an .mbs.
 
-The pass also names mimic joints that are free, and says if the model is too large for Robotran's
-generator of equations.
+The pass also names mimic joints that are free, or locked by their limits, and says if the model is
+too large for Robotran's generator of equations.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from urdf2mbs.conversion import Conversion
 from urdf2mbs.hookspecs import Pass
 from urdf2mbs.messages.diagnostics import some
 from urdf2mbs.states import Placed
+from urdf2mbs.urdf.mimic import find_locked_joints
 
 #: Most accounts of Robotran's generator of equations allow so many.
 JOINTS, CUTS, SENSORS = 80, 30, 30
@@ -26,6 +27,7 @@ class LeftOut(Pass):
         joints = [j for j in conversion.robot.joints.values() if j.moves and j.name in there]
         kept = conversion.state(Placed).joints
         _warn_of_free_followers(conversion)
+        _warn_of_locked_joints(conversion)
         _note_size(conversion)
         lossy = [
             joint
@@ -90,3 +92,10 @@ def _warn_of_free_followers(conversion: Conversion) -> None:
             f"joints that follow others in the URDF are independent in the .mbs: {some(rules)}",
             hint=None if in_project else "a project couples them: 'output: {project: DIR}'",
         )
+
+
+def _warn_of_locked_joints(conversion: Conversion) -> None:
+    """Name the joints that cannot move within the limits of those that follow them."""
+    for locked in find_locked_joints(conversion.robot):
+        message = locked.describe(conversion.robot)
+        conversion.warn("mimic-locked", message, joint=locked.follower.name)

@@ -7,12 +7,13 @@ added in the bodytree".  Neglected are the links, never their frames nor their c
 
 from __future__ import annotations
 
-from urdf2mbs.conversion import Conversion, Segment, Step, fits, follow
+from urdf2mbs.conversion import Conversion, Segment, Step, fits
 from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.model import Body
 from urdf2mbs.messages.diagnostics import counted, some
 from urdf2mbs.spatial import HERE, ZERO, Pose, compose, inverse
 from urdf2mbs.states import Estimates, OnPurpose
+from urdf2mbs.urdf.mimic import follow
 from urdf2mbs.urdf.model import JOINT_TYPES, Joint
 
 

@@ -1,0 +1,154 @@
+"""Joints that follow others by ``<mimic>``: the rule of each, and limits that leave no motion."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from math import inf
+
+import msgspec
+
+from urdf2mbs.urdf.model import JOINT_TYPES, Joint, Robot
+
+#: A common range that is this narrow, relative to the narrower of two ranges, is a single point:
+#: limits are often degrees that were rounded to a few digits.
+SINGLE_POINT = 1e-4
+
+
+def follow(robot: Robot, name: str, free: Collection[str] = ()) -> tuple[str, float, float]:
+    """Return the joint that leads a joint at the end of a chain of ``<mimic>``, and the rule.
+
+    Args:
+        robot: The robot; its ``<mimic>`` form no loop.
+        name: The joint that follows.
+        free: Joints that are treated as if they followed none.
+
+    Returns:
+        The name of the leader, the multiplier, and the offset (rad or m).
+    """
+    mimic = robot.joints[name].mimic
+    multiplier, offset = 1.0, 0.0
+    # the reader has seen to it that there are no loops
+    while mimic is not None:
+        offset += multiplier * mimic.offset
+        multiplier *= mimic.multiplier
+        name = mimic.joint
+        mimic = None if name in free else robot.joints[name].mimic
+    return name, multiplier, offset
+
+
+class Bound(msgspec.Struct, frozen=True):
+    """The range of a leader that the limits of a joint allow."""
+
+    joint: Joint
+    """The leader, or a joint that follows it."""
+    limits: tuple[float, float]
+    """The joint's own limits (rad or m)."""
+    low: float
+    """The lowest position of the leader (rad or m)."""
+    high: float
+    """The highest position of the leader (rad or m)."""
+
+
+class LockedJoints(msgspec.Struct, frozen=True):
+    """A leader and its followers, whose limits leave no motion, or no position, to them."""
+
+    leader: Joint
+    lowest: Bound
+    """The bound that keeps the leader from going lower."""
+    highest: Bound
+    """The bound that keeps the leader from going higher."""
+
+    @property
+    def follower(self) -> Joint:
+        """The joint whose limits or rule are the likely mistake."""
+        highest, lowest = self.highest.joint, self.lowest.joint
+        return lowest if highest is self.leader else highest
+
+    def describe(self, robot: Robot) -> str:
+        """Return the limits of the two joints and what they leave, for a message."""
+        leader, follower = self.leader.name, self.follower.name
+        if self.lowest is self.highest:
+            limits = _in_brackets(self.lowest.limits)
+            rule = _rule(robot, follower)
+            return (
+                f"joint '{follower}' = {rule} is outside of its limits {limits} at any '{leader}'"
+            )
+        bounds = (self.lowest, self.highest)
+        partner = next(bound.joint.name for bound in bounds if bound.joint is not self.follower)
+        gap = self.lowest.low - self.highest.high
+        single = gap <= _tolerance(self.lowest, self.highest)
+        left = f"only {self.lowest.low:.6g}" if single else "no position"
+        stated = "; ".join(self._describe_bound(bound, robot) for bound in bounds)
+        return (
+            f"joint '{follower}': its limits and those of '{partner}' leave '{leader}' {left}: "
+            f"{stated}"
+        )
+
+    def _describe_bound(self, bound: Bound, robot: Robot) -> str:
+        name, limits = bound.joint.name, _in_brackets(bound.limits)
+        if bound.joint is self.leader:
+            return f"'{name}' has the limits {limits}"
+        allowed = _in_brackets((bound.low, bound.high))
+        rule = _rule(robot, name)
+        return f"'{name}' = {rule} has the limits {limits}, and so '{self.leader.name}' {allowed}"
+
+
+def _rule(robot: Robot, name: str) -> str:
+    leader, multiplier, offset = follow(robot, name)
+    sign = "-" if offset < 0.0 else "+"
+    return f"{multiplier:.6g} * {leader}" + (f" {sign} {abs(offset):.6g}" if offset else "")
+
+
+def _in_brackets(limits: tuple[float, float]) -> str:
+    return f"[{limits[0]:.6g}, {limits[1]:.6g}]"
+
+
+def find_locked_joints(robot: Robot) -> list[LockedJoints]:
+    """Return the leaders whose limits, and those of their followers, leave at most one position.
+
+    A follower q = multiplier * leader + offset within its limits holds the leader in a range, too.
+    Followers of followers are taken as followers of the first leader.  Continuous joints have no
+    limits.  A joint whose own limits leave no motion is no matter of ``<mimic>``.
+    """
+    bounds: dict[str, list[Bound]] = {}
+    for joint in robot.joints.values():
+        if joint.mimic is None or JOINT_TYPES[joint.type] != 1:
+            continue
+        leader, multiplier, offset = follow(robot, joint.name)
+        limits = _limits(robot.joints[leader])
+        if JOINT_TYPES[robot.joints[leader].type] != 1:
+            continue
+        if leader not in bounds:
+            bounds[leader] = [Bound(robot.joints[leader], limits, *limits)]
+        bounds[leader].append(_bound(joint, multiplier, offset))
+    locked = []
+    for leader, ranges in bounds.items():
+        lowest = max(ranges, key=lambda bound: bound.low)
+        highest = min(ranges, key=lambda bound: bound.high)
+        if highest.high - lowest.low <= _tolerance(lowest, highest):
+            locked.append(LockedJoints(robot.joints[leader], lowest, highest))
+    return locked
+
+
+def _limits(joint: Joint) -> tuple[float, float]:
+    """Return the limits of a joint; infinite where it has none that leave a motion."""
+    if joint.limit is None or joint.type == "continuous":
+        return -inf, inf
+    low = -inf if joint.limit.lower is None else joint.limit.lower
+    high = inf if joint.limit.upper is None else joint.limit.upper
+    return (low, high) if low < high else (-inf, inf)
+
+
+def _bound(joint: Joint, multiplier: float, offset: float) -> Bound:
+    """Return the range of the leader for which a follower is within its limits."""
+    limits = low, high = _limits(joint)
+    if multiplier == 0.0:  # the follower stands at its offset, whatever its leader does
+        return Bound(joint, limits, *((-inf, inf) if low <= offset <= high else (inf, -inf)))
+    ends = sorted((limit - offset) / multiplier + 0.0 for limit in (low, high))
+    return Bound(joint, limits, ends[0], ends[1])
+
+
+def _tolerance(lowest: Bound, highest: Bound) -> float:
+    """Return the width (rad or m) up to which the common range of two bounds is a single point."""
+    narrower = min(lowest.high - lowest.low, highest.high - highest.low)
+    return SINGLE_POINT * narrower if 0.0 < narrower < inf else 0.0
