@@ -1,7 +1,8 @@
 """`lint`: list the faults of a robot, without converting it.
 
-Reads the robot, and prints each error and warning with its file and line.
-Writes nothing but the file of --sarif.  Exit code 1: there is an error.
+Reads the robot, runs the passes of a config that change it, and prints each
+error and warning with its file and line.  Writes nothing but the file of
+--sarif.  Exit code 1: there is an error.
 """
 
 from __future__ import annotations
@@ -15,10 +16,12 @@ from urdf2mbs.commands.settings import (
     READING,
     add_fields,
     add_json,
+    add_no_plugins,
     add_verbose,
     path,
     robot_or_config,
 )
+from urdf2mbs.config.model import Config
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.messages.diagnostics import ConversionError, counted
 from urdf2mbs_ci.findings import add_sarif, collecting
@@ -30,6 +33,10 @@ EXAMPLES = (
 )
 
 
+#: The pass that warns of the robot's faults: the last one that runs.
+CHECKS = "find-faults"
+
+
 def add_options(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "config", type=path, metavar="ROBOT",
@@ -37,20 +44,19 @@ def add_options(command: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     add_json(command)
     add_verbose(command)
+    add_no_plugins(command)
     add_fields(command, *READING, "packages", "xacro_args", "base")
     add_sarif(command)
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
     config, lines = robot_or_config(arguments)
-    config = msgspec.structs.replace(
-        config, pipeline=["expand"], after={}, before={}, without=[], swap={}, passes={},
-        plugins=[], sweep=None,
-    )  # fmt: skip
+    config = _with_checks(config)
     name = config.source
     try:
         with collecting(arguments.sarif, config.source) as found:
-            conversion = Pipeline(config, lines, installed_plugins=False).run()
+            pipeline = Pipeline(config, lines, installed_plugins=not arguments.no_plugins)
+            conversion = pipeline.run(stop_after=CHECKS)
             found.said += conversion.diagnostics
             name = conversion.robot.name
     except ConversionError as error:
@@ -64,3 +70,21 @@ def carry_out(arguments: argparse.Namespace) -> int:
         found.tell(arguments.verbose)
         print(f"{name}: {', '.join(counted(count, level) for level, count in counts.items())}")
     return ConversionError.exit_code if counts["error"] else 0
+
+
+def _with_checks(config: Config) -> Config:
+    """Return the config with the checks behind all passes that change the robot.
+
+    Those passes come before a base is put under the robot.  A sweep is one robot: its values are
+    left out, and so the defaults of xacro arguments count.
+    """
+    before: dict[str, str | list[str]] = dict(config.before)
+    after: dict[str, str | list[str]] = dict(config.after)
+    names = config.pipeline
+    if "insert-base" not in config.without and (isinstance(names, str) or "insert-base" in names):
+        given = before.get("insert-base", [])
+        before["insert-base"] = [*([given] if isinstance(given, str) else given), CHECKS]
+    else:
+        given = after.get("expand", [])
+        after["expand"] = [*([given] if isinstance(given, str) else given), CHECKS]
+    return msgspec.structs.replace(config, before=before, after=after, sweep=None)

@@ -173,3 +173,86 @@ def test_the_action_runs_as_github_would_run_it(here: Path) -> None:
     assert act(robot="lamp.urdf", model="lamp.mbs", sarif="found.sarif") == [0, 3]
     assert results()
     assert act(robot="nothing.urdf") == [0, 1]
+
+
+NO_MASS = '<robot name="empty"><link name="a"/></robot>'
+
+
+def test_a_robot_without_mass_and_meshes(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Their levels are the user's, and all are told where they are errors."""
+    shape = '<geometry><mesh filename="package://gone/a.stl"/></geometry>'
+    Path("empty.urdf").write_text(
+        NO_MASS.replace("/></robot>", f"><visual>{shape}</visual></link></robot>")
+    )
+    assert main(["lint", "empty.urdf"]) == 0
+    told = capsys.readouterr().out
+    assert told.count("warning[no-mass]") == 1
+    assert told.count("warning[mesh-missing]") == 1
+    assert "1 mesh not found: 'package://gone/a.stl' (link a)" in told
+    assert told.endswith("empty: 0 errors, 2 warnings, 0 notes\n")
+    assert main(["lint", "empty.urdf", "--strict", "--level", "mesh-missing=ignore"]) == 1
+    assert "error[no-mass]" in capsys.readouterr().out
+    assert main(["lint", "empty.urdf", "--strict"]) == 1
+    told = capsys.readouterr().out
+    assert "error[no-mass]" in told
+    assert "error[mesh-missing]" in told
+    assert not list(here.glob("*.mbs"))
+
+
+@pytest.mark.parametrize(
+    "where",
+    [
+        "after: {expand: weigh}",
+        "before: {insert-base: weigh}",
+        "pipeline: [expand, weigh, insert-base]",
+        "pipeline: [expand]\nafter: {expand: weigh}",
+    ],
+)
+def test_the_plugins_of_a_config_take_part(
+    where: str, here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("weigh.py").write_text(
+        "from urdf2mbs.plugin import Pass, hookimpl, urdf\n"
+        "class Weigh(Pass):\n"
+        "    reads = writes = ('robot',)\n"
+        "    def run(self, conversion):\n"
+        "        inertia = (1.0, 0.0, 0.0, 1.0, 0.0, 1.0)\n"
+        "        conversion.robot.links['a'].inertial = urdf.Inertial(2.0, inertia)\n"
+        "        conversion.warn('weighed', 'link a weighs 2 kg', link='a')\n"
+        "@hookimpl\n"
+        "def urdf2mbs_passes(): return [Weigh]\n"
+        "@hookimpl\n"
+        "def urdf2mbs_codes(): return {'weighed': 'warning: a link got a mass'}\n"
+    )
+    Path("empty.urdf").write_text(NO_MASS)
+    config = f"source: empty.urdf\nplugins: [weigh.py]\ndiagnostics: {{weighed: error}}\n{where}\n"
+    Path("empty.yaml").write_text(config)
+    assert main(["lint", "empty.yaml"]) == 1
+    told = capsys.readouterr().out
+    assert "error[weighed]: link a weighs 2 kg" in told
+    assert "no-mass" not in told
+    Path("empty.yaml").write_text(f"source: empty.urdf\nplugins: [gone.py]\n{where}\n")
+    assert main(["lint", "empty.yaml"]) == 2
+
+
+def test_inertias_that_a_config_estimates_are_mass(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    visual = '<visual><geometry><box size="1 1 1"/></geometry></visual>'
+    Path("empty.urdf").write_text(NO_MASS.replace("/></robot>", f">{visual}</link></robot>"))
+    Path("empty.yaml").write_text("source: empty.urdf\npasses: {estimate-inertia: {density: 9}}\n")
+    assert main(["lint", "empty.yaml"]) == 0
+    told = capsys.readouterr().out
+    assert "warning[inertia-estimated]" in told
+    assert "no-mass" not in told
+
+
+def test_a_sweep_and_a_config_with_all_kinds_of_passes(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("family.yaml").write_text(
+        "source: tiny.urdf\noutput: '{contacts.sink}.mbs'\npasses: {contacts: {links: [hand]}}\n"
+        "sweep: {passes: {contacts: {sink: [0.1, 0.2]}}}\n"
+    )
+    assert main(["lint", "family.yaml"]) == 0
+    assert capsys.readouterr().out == "tiny: 0 errors, 0 warnings, 0 notes\n"
