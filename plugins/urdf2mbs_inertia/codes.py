@@ -5,6 +5,8 @@ CODES = {
     "Correct the URDF, if you know better numbers.",
     "inertia-estimated": "warning: links without inertia got an inertia, as the config asks. "
     "State masses in the URDF, if you know them.",
+    "inertia-partial": "warning: an inertia is estimated without a mesh of the link. Put the mesh "
+    "there, or save it anew, as a closed surface.",
     "snapped": "note: angles are taken for exact ones, as the config asks (`snap`)",
     "nothing-estimated": "warning: the config wants inertias, and no link without one has a "
     "shape. State inertias in the URDF.",

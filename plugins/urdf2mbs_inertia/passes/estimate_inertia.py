@@ -1,6 +1,7 @@
 """Estimate inertia: links without any get one from their geometry, if a density or mass is given.
 
-Beyond the method, which neglects such links.  Where a mesh is missing, unreadable or flat, rods of
+Beyond the method, which neglects such links.  A mesh that is missing, unreadable or flat has no
+volume, and the link's other shapes count alone.  Where no shape has a volume, rods of
 ``rod_radius`` from the link's origin to the joints that it carries stand in for the link, or a ball
 if it carries none.  ``repair`` replaces each inertia that no body can have by the nearest possible
 inertia (``nearest`` defines the distance).
@@ -36,6 +37,16 @@ from urdf2mbs_meshes.files import MeshFiles, files_of
 
 #: A solid of density 1 kg/m^3: its volume (m^3), centre (m) and inertia about it (m^5).
 Solid = tuple[float, Vec, Sym]
+
+
+class Estimate(msgspec.Struct):
+    """What the shapes of a link give."""
+
+    solid: Solid
+    means: str
+    """Where the solid comes from, in words."""
+    without: list[str] = []
+    """Shapes without a volume, beside others that have one."""
 
 
 class EstimateInertia(Pass):
@@ -103,14 +114,14 @@ def _estimate(conversion: Conversion, options: EstimateInertia) -> None:
     if options.density is not None and options.total_mass is not None:
         what = "estimate-inertia has both a density and a total_mass: give one"
         raise ConfigError("estimate-inertia", what)
-    solids: dict[str, tuple[Solid, str]] = {}
+    estimates: dict[str, Estimate] = {}
     children = conversion.robot.children()
     for link in conversion.robot.links.values():
         if link.massless and (link.collisions or link.visuals):
-            solid, means = _solid(link, children[link.name], files_of(conversion), options)
-            if solid[0] > 0.0:
-                solids[link.name] = solid, means
-    if not solids:
+            estimate = _solid(link, children[link.name], files_of(conversion), options)
+            if estimate.solid[0] > 0.0:
+                estimates[link.name] = estimate
+    if not estimates:
         conversion.state(Estimates).links = []
         conversion.report["estimate-inertia"] = {"links": {}}
         conversion.warn(
@@ -118,27 +129,44 @@ def _estimate(conversion: Conversion, options: EstimateInertia) -> None:
             "no link got an inertia: no link without one has a shape with a volume",
         )
         return
-    density = options.density or _density(conversion, solids, options.total_mass or 0.0)
+    density = options.density or _density(conversion, estimates, options.total_mass or 0.0)
     links: dict[str, dict[str, Any]] = {}
-    for name, ((volume, centre, tensor), means) in solids.items():
+    for name, estimate in estimates.items():
+        volume, centre, tensor = estimate.solid
         xx, xy, xz, yy, yz, zz = moments = [density * c for c in tensor]
         mass = density * volume
         inertial = Inertial(mass, (xx, xy, xz, yy, yz, zz), Origin(centre))
         conversion.robot.links[name].inertial = inertial
-        links[name] = {"from": means, "mass": mass, "centre": centre, "inertia": moments}
+        links[name] = {
+            "from": estimate.means,
+            "mass": mass,
+            "centre": centre,
+            "inertia": moments,
+        }
     listed = some(f"{n} {link['mass']:.4g} kg ({link['from']})" for n, link in links.items())
     conversion.warn(
         "inertia-estimated",
         f"{counted(len(links), 'link')} got an inertia, estimated at {density:.6g} kg/m^3: "
         f"{listed}",
     )
+    _warn_of_partial_estimates(conversion, estimates)
     conversion.state(Estimates).links = list(links)
     conversion.report["estimate-inertia"] = {"density": density, "links": links}
 
 
-def _density(
-    conversion: Conversion, solids: dict[str, tuple[Solid, str]], total_mass: float
-) -> float:
+def _warn_of_partial_estimates(conversion: Conversion, estimates: dict[str, Estimate]) -> None:
+    """Name the links some of whose shapes have no volume."""
+    partial = [name for name, estimate in estimates.items() if estimate.without]
+    if partial:
+        named = [f"link '{name}' without '{some(estimates[name].without, 1)}'" for name in partial]
+        message = (
+            f"{counted(len(partial), 'inertia')} estimated without meshes that are missing, "
+            f"unreadable or flat: {some(named, 3)}"
+        )
+        conversion.warn("inertia-partial", message, link=partial[0])
+
+
+def _density(conversion: Conversion, estimates: dict[str, Estimate], total_mass: float) -> float:
     links = conversion.robot.links.values()
     known = sum(link.inertial.mass for link in links if link.inertial and not link.massless)
     if known >= total_mass:
@@ -147,27 +175,31 @@ def _density(
             f"estimate-inertia: total_mass is {total_mass} kg, but the links that have a mass "
             f"already weigh {known:.6g} kg",
         )
-    return (total_mass - known) / sum(volume for (volume, _, _), _ in solids.values())
+    return (total_mass - known) / sum(estimate.solid[0] for estimate in estimates.values())
 
 
-def _solid(
-    link: Link, onward: list[Joint], files: MeshFiles, options: EstimateInertia
-) -> tuple[Solid, str]:
-    """A link's geometry as one solid in the link's frame, and where the solid comes from."""
+def _solid(link: Link, onward: list[Joint], files: MeshFiles, options: EstimateInertia) -> Estimate:
+    """Return a link's geometry as one solid in the link's frame."""
     means = "collision geometry" if link.collisions else "visual geometry"
     solids: list[Solid] = []
+    without: list[str] = []
     for shape in link.collisions or link.visuals:
         found = _of_geometry(shape.geometry, files)
         if found is None:
-            name = shape.geometry.filename if isinstance(shape.geometry, Mesh) else "a shape"
-            rods, kind = _rods(onward, options.rod_radius)
-            return rods, f"{kind}: {name} gives no volume"
+            geometry = shape.geometry
+            without.append(geometry.filename if isinstance(geometry, Mesh) else "a shape")
+            continue
         (volume, centre, tensor), how = found
         pose = shape.origin.pose
         at = compose(pose, Pose(centre)).xyz
         solids.append((volume, at, rotate_inertia(pose.rot, tensor)))
         means = how or means
-    return lump(solids), means
+    if not solids:
+        rods, kind = _rods(onward, options.rod_radius)
+        return Estimate(rods, f"{kind}: {without[0]} gives no volume")
+    if without:
+        means += f", without {some(without, 2)}"
+    return Estimate(lump(solids), means, without)
 
 
 def _of_geometry(geometry: Geometry, files: MeshFiles) -> tuple[Solid, str | None] | None:

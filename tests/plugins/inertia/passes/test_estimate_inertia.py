@@ -250,6 +250,39 @@ def test_where_a_mesh_cannot_be_read_rods_stand_in(tmp_path: Path, content: byte
     assert told.message.count("a ball: part.stl gives no volume") == 2
 
 
+@pytest.mark.parametrize("content", [None, b"not a mesh"])
+@pytest.mark.parametrize("first", [False, True])
+def test_a_mesh_without_volume_beside_a_box(
+    tmp_path: Path, content: bytes | None, first: bool
+) -> None:
+    if content is not None:
+        (tmp_path / "part.stl").write_bytes(content)
+    shapes = [
+        shape("collision", '<box size="1 1 1"/>', '<origin xyz="0 0 2"/>'),
+        shape("collision", '<mesh filename="part.stl"/>'),
+    ]
+    source = tmp_path / "robot.urdf"
+    mesh = shape("collision", '<mesh filename="part.stl"/>')
+    alone = link("b", mesh) + joint("a", "b")
+    source.write_text(robot(link("a", *shapes[:: -1 if first else 1]), alone))
+    result = convert(
+        source,
+        pipeline=["expand", "estimate-inertia"],
+        passes={"estimate-inertia": {"density": 1000}},
+    )
+    box = Inertia(1000.0, np.array((0.0, 0.0, 2.0)), 1000 / 6 * np.eye(3))
+    assert_near(inertia_of(result), box)
+    links = result.report.passes["estimate-inertia"]["links"]
+    assert links["a"]["from"] == "collision geometry, without part.stl"
+    assert links["b"]["from"] == "a ball: part.stl gives no volume"
+    (partial,) = [d for d in result.diagnostics if d.code == "inertia-partial"]
+    assert partial.message == (
+        "1 inertia estimated without meshes that are missing, unreadable or flat: "
+        "link 'a' without 'part.stl'"
+    )
+    assert (partial.level, partial.link) == ("warning", "a")
+
+
 def test_nothing_to_estimate_is_told() -> None:
     result = estimated(SOLID, more=link("b") + joint("a", "b"))
     assert [d.code for d in result.diagnostics if d.level == "warning"] == ["nothing-estimated"]
