@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import logging
+import re
 from importlib.util import find_spec
 from typing import Any
 
@@ -12,10 +13,14 @@ import trimesh
 
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs_meshes import gltf
-from urdf2mbs_meshes.model import NO_PILLOW, UP_AXES, Material, Mesh, add
+from urdf2mbs_meshes.model import NO_LINES, NO_PILLOW, UP_AXES, Material, Mesh, add
 
 # What is wrong with a file is said by us; without a handler its log goes to standard error.
 logging.getLogger("trimesh").addHandler(logging.NullHandler())
+
+
+#: A line or a point in a file, by the ending.  A .ply of triangles has no other elements.
+_LINES = {".obj": rb"(?m)^[ \t]*[lp][ \t]+[-\d]", ".ply": rb"\A[^\0]{0,4096}?\nelement edge [1-9]"}
 
 
 def read(mesh: Mesh, data: bytes, ending: str) -> None:
@@ -45,11 +50,14 @@ def read(mesh: Mesh, data: bytes, ending: str) -> None:
         if text
     ):  # trimesh says nothing
         mesh.problems.append(NO_PILLOW)
+    if ending in _LINES and re.search(_LINES[ending], data):  # trimesh drops them beside faces
+        mesh.problems.append(NO_LINES)
     for node in scene.graph.nodes_geometry:
         matrix, name = scene.graph[node]
         geometry = scene.geometry[name]
         if not isinstance(geometry, trimesh.Trimesh):
-            continue  # lines or single points
+            mesh.problems.append(NO_LINES)
+            continue
         try:
             look, colors, uv = _look(mesh, geometry)
         except ConfigError:

@@ -19,7 +19,7 @@ from lxml import etree
 
 from urdf2mbs.disk.xml import safe_parser
 from urdf2mbs.messages.diagnostics import ConfigError
-from urdf2mbs_meshes.model import MOST_PARTS, UP_AXES, Mesh, MeshError, TooLargeError, add
+from urdf2mbs_meshes.model import MOST_PARTS, NO_LINES, UP_AXES, Mesh, MeshError, TooLargeError, add
 from urdf2mbs_meshes.model import Material as Look
 
 #: The elements that say how shapes look.
@@ -33,9 +33,16 @@ NO_SHAPES = (
 )  # fmt: skip
 
 
+#: Elements that hold shapes which are left out, and what is said of them.
+LEFT_OUT = {
+    ("{*}instance_controller",): "its skinned parts (instance_controller) are left out",
+    ("{*}lines", "{*}linestrips"): NO_LINES,
+}
+
+
 def read(mesh: Mesh, data: bytes, up_axis: bool) -> None:
     """Put the file's parts into ``mesh``; ``up_axis``: turn them so that z is up."""
-    document, skinned, problems = load(data)
+    document, left_out, problems = load(data)
     mesh.problems += problems
     if document.scene is None:
         raise MeshError("it has no scene")
@@ -74,8 +81,7 @@ def read(mesh: Mesh, data: bytes, up_axis: bool) -> None:
                 mesh.problems.append(
                     f"a part of geometry '{bound.original.id}' is left out: {error}"
                 )
-    if skinned:
-        mesh.problems.append("its skinned parts (instance_controller) are left out")
+    mesh.problems += left_out
 
 
 def _colors(mesh: Mesh, triangles: Any) -> Any:
@@ -133,14 +139,14 @@ def _material(mesh: Mesh, effect: Any) -> tuple[Look, str | None]:
     return look, channel
 
 
-def load(data: bytes) -> tuple[Collada, bool, list[str]]:
-    """The document, whether it has skinned parts (which are left out), and what is wrong with it.
+def load(data: bytes) -> tuple[Collada, list[str], list[str]]:
+    """Return the document, which of its shapes are left out, and what is wrong with it.
 
     Raises what pycollada and lxml raise, where nothing can be read.
     """
     parser = safe_parser(remove_comments=True, remove_pis=True, huge_tree=True)
     root = etree.fromstring(data, parser)
-    skinned = next(root.iter("{*}instance_controller"), None) is not None
+    left_out = [what for tags, what in LEFT_OUT.items() if next(root.iter(*tags), None) is not None]
     _remove(root, NO_SHAPES)
     _check_copies(root)
     try:
@@ -152,7 +158,7 @@ def load(data: bytes) -> tuple[Collada, bool, list[str]]:
         _remove(root, LOOKS)
         document = _collada(root)
         problems += map(str, document.errors)
-    return document, skinned, problems
+    return document, left_out, problems
 
 
 def _collada(root: Any) -> Collada:

@@ -29,6 +29,9 @@ MOST_PARTS, MOST_TRIANGLES = 100_000, 20_000_000
 
 NO_PILLOW = "textures are left out, as the package 'pillow' is not installed: pip install pillow"
 
+#: What is said of lines and points: a .wrl of ours shows surfaces.
+NO_LINES = "its lines and points are left out"
+
 #: An image of a few bytes can say that it has any number of pixels.
 MOST_PIXELS = 2**26
 
@@ -42,6 +45,12 @@ UP_AXES = {
     "Y_UP": ((1, 0, 0), (0, 0, -1), (0, 1, 0)),
     "Z_UP": ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
 }  # fmt: skip
+
+
+class MeshLimit(msgspec.Struct):
+    """How much of a robot's mesh files is read, as the pass ``convert-meshes`` was told."""
+
+    mebibytes: int = 256
 
 
 class MeshError(Exception):

@@ -25,6 +25,7 @@ from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, counted
 from urdf2mbs.plugin import Conversion, Summary
 from urdf2mbs.summary import of_plugins, report
 from urdf2mbs_meshes.files import files_of
+from urdf2mbs_meshes.model import MeshLimit
 from urdf2mbs_report import around, sections
 from urdf2mbs_report.draw import draw
 from urdf2mbs_report.motion import motion
@@ -64,7 +65,7 @@ def make(conversion: Conversion) -> Page:
             hint="put 'emit' in the pipeline",
         )  # fmt: skip
     model = read(conversion.files[output], str(output))
-    store = Store()
+    store = Store(conversion.state(MeshLimit).mebibytes)
     stand_ins: set[str] = set()
     data = _both_sides(conversion, model, store, stand_ins)
     name = escape(conversion.robot.name)
@@ -108,10 +109,11 @@ def _both_sides(
         "coordinates": list(conversion.names.coordinates.items()),
         "joints": list(conversion.names.joints.items()),
     }
-    for url in list(store.missing):  # a mesh that neither side has is one mesh
-        filename = filenames.get(PurePosixPath(url).stem, url)
-        if filename != url and filename in store.missing:
-            del store.missing[url]
+    for reasons in (store.missing, store.in_part):
+        for url in list(reasons):  # a mesh that neither side has is one mesh
+            filename = filenames.get(PurePosixPath(url).stem, url)
+            if filename != url and filename in reasons:
+                del reasons[url]
     if model.view:
         data |= {"size": 18 * model.view.frame, "frame": model.view.frame}
     return data

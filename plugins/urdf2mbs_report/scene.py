@@ -23,7 +23,7 @@ from urdf2mbs.spatial import add, rotate
 from urdf2mbs.urdf import model as urdf
 from urdf2mbs_meshes import reader as meshes
 from urdf2mbs_meshes import vrml_reader
-from urdf2mbs_meshes.model import MeshError, Part, distinct
+from urdf2mbs_meshes.model import Mesh, MeshError, MeshLimit, Part, distinct
 
 if TYPE_CHECKING:
     import numpy as np
@@ -31,27 +31,29 @@ if TYPE_CHECKING:
 
 IMAGES = {b"\x89PNG": "image/png", b"\xff\xd8\xff": "image/jpeg", b"GIF8": "image/gif"}
 
-#: So many bytes of a URDF's mesh files are read for a page at most.
-MOST = 256 * 2**20
-
 #: Gives a file by its url or name; None: it is not there.
 Fetch = Callable[[str], bytes | None]
 
 
 class Store:
-    """The meshes of one page: each mesh a list of parts, each array stored once."""
+    """The meshes of one page: each mesh a list of parts, each array stored once.
 
-    def __init__(self) -> None:
+    At most ``mebibytes`` of a URDF's mesh files are read.
+    """
+
+    def __init__(self, mebibytes: int = MeshLimit().mebibytes) -> None:
         self.meshes: list[list[dict[str, Any]]] = []
         self.textures: list[str] = []
         self.missing: dict[str, str] = {}
         """Meshes that cannot be drawn, and why."""
         self.in_part: dict[str, str] = {}
-        """The .wrl files that are drawn in part, and what is left out."""
+        """The meshes that are drawn in part, and what is left out."""
         self._arrays: dict[bytes, int] = {}
-        self._known: dict[tuple[str, str], int | None] = {}
+        self._known: dict[tuple[str, str], tuple[int | None, str]] = {}
+        """The number of each file's mesh, and what is left out, or why there is none."""
         self._offset = 0
-        self._left = MOST
+        self._mebibytes = mebibytes
+        self._left = mebibytes * 2**20
 
     def wrl(self, url: str, fetch: Fetch, path: Path | None = None) -> int | None:
         """The number of the mesh that an .mbs's ``url`` shows, None where it cannot be drawn.
@@ -60,46 +62,51 @@ class Store:
         """
         if path is not None and path.suffix.lower() in meshes.FORMATS:
             return self.source(url, path)
-        return self._once("wrl", url, partial(self._read_wrl, url, fetch))
+        return self._once(url, ("wrl", url), partial(self._read_wrl, url, fetch))
 
     def source(self, filename: str, path: Path | None) -> int | None:
-        """The same for a URDF's mesh file, drawn as RViz draws it."""
-        return self._once("source", filename, partial(self._read_source, path))
+        """Return the same for a URDF's mesh file, drawn as RViz draws it."""
+        file = ("source", filename if path is None else str(path))  # it may have several names
+        return self._once(filename, file, partial(self._read_source, path))
 
     def _once(
-        self, kind: str, name: str, make: Callable[[], tuple[list[Part], Fetch]]
+        self, name: str, file: tuple[str, str], make: Callable[[], tuple[Mesh, Fetch]]
     ) -> int | None:
-        if (kind, name) not in self._known:
-            self._known[kind, name] = None
+        """Return the number of a file's mesh, which is made when the file is first asked for."""
+        if file not in self._known:
             try:
-                parts, fetch = make()
-                self.meshes.append([self._part(part, fetch) for part in _joined(parts)])
-                self._known[kind, name] = len(self.meshes) - 1
+                mesh, fetch = make()
+                self.meshes.append([self._part(part, fetch) for part in _joined(mesh.parts)])
+                problems = "; ".join(dict.fromkeys(mesh.problems))
+                self._known[file] = (len(self.meshes) - 1, problems)
             except MeshError as error:
-                self.missing[name] = str(error)
-        return self._known[kind, name]
+                self._known[file] = (None, str(error))
+        number, reason = self._known[file]
+        if reason:
+            (self.missing if number is None else self.in_part)[name] = reason
+        return number
 
-    def _read_wrl(self, url: str, fetch: Fetch) -> tuple[list[Part], Fetch]:
+    def _read_wrl(self, url: str, fetch: Fetch) -> tuple[Mesh, Fetch]:
         data = fetch(url)
         if data is None:
             raise MeshError("the .wrl is not there ('output: {project: DIR}' makes it)")
-        mesh = vrml_reader.read(data)
-        if mesh.problems:
-            self.in_part[url] = "; ".join(dict.fromkeys(mesh.problems))
         folder = PurePosixPath(url.replace("\\", "/")).parent
-        return mesh.parts, lambda name: fetch(str(folder / name))
+        return vrml_reader.read(data), lambda name: fetch(str(folder / name))
 
-    def _read_source(self, path: Path | None) -> tuple[list[Part], Fetch]:
+    def _read_source(self, path: Path | None) -> tuple[Mesh, Fetch]:
         if path is None:
             raise MeshError("the mesh file is not there")
         if size(path) > self._left:
-            raise MeshError(f"the files of all meshes are more than {MOST >> 20} MiB")
+            raise MeshError(
+                f"the files of all meshes are more than {self._mebibytes} MiB, "
+                "'at_most' of convert-meshes"
+            )
         try:
             mesh = meshes.read(path, up_axis=False)
             self._left -= mesh.size
         except ConversionError as error:
             raise MeshError(f"{error.message}; {error.hint}") from None
-        return mesh.parts, mesh.textures.get
+        return mesh, mesh.textures.get
 
     def _part(self, part: Part, fetch: Fetch) -> dict[str, Any]:
         import numpy as np

@@ -27,6 +27,7 @@ from urdf2mbs.plugin import Conversion, Pass
 from urdf2mbs.urdf import model as urdf
 from urdf2mbs_meshes.files import files_of
 from urdf2mbs_meshes.missing import name_with_links, warn_of_missing
+from urdf2mbs_meshes.model import MeshLimit
 
 if TYPE_CHECKING:  # a robot without meshes has no need of what reads and writes them
     from urdf2mbs_meshes.model import Mesh
@@ -44,6 +45,7 @@ class ConvertMeshes(Pass):
     """MiB of all mesh files of the robot that are read: the meshes beyond are left out."""
 
     def run(self, conversion: Conversion) -> None:
+        conversion.state(MeshLimit).mebibytes = self.at_most
         project = conversion.settings.project
         if project is None:
             if conversion.meshes:

@@ -223,6 +223,52 @@ def test_skinned_parts_are_told_of(tmp_path: Path) -> None:
     assert mesh.problems == ["its skinned parts (instance_controller) are left out"]
 
 
+PLY = """ply
+format ascii 1.0
+element vertex 3
+property float x
+property float y
+property float z
+element face 1
+property list uchar int vertex_indices
+element edge {}
+property int vertex1
+property int vertex2
+end_header
+0 0 0
+1 0 0
+0 1 0
+3 0 1 2
+{}
+"""
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "lost"),
+    [
+        ("a.obj", obj_lines(["f 1 2 3", "l 1 2"]), True),
+        ("a.obj", obj_lines(["f 1 2 3", "  l\t-1 -2 -3"]), True),
+        ("a.obj", obj_lines(["f 1 2 3", "p 1"]), True),
+        ("a.obj", obj_lines(["f 1 2 3"], "# l 1 2\no p 1\ng l 1\n"), False),
+        ("a.ply", PLY.format(1, "0 1"), True),
+        ("a.ply", PLY.format(0, ""), False),
+        ("a.dae", replaced(dae_text(), "</mesh>", '<lines count="0"/></mesh>'), True),
+        ("a.dae", dae_text(), False),
+    ],
+)
+def test_lines_and_points_beside_triangles_are_told_of(
+    tmp_path: Path, name: str, text: str, lost: bool
+) -> None:
+    mesh = mesh_of(tmp_path, name, text)
+    assert count(mesh) > 0
+    assert mesh.problems == (["its lines and points are left out"] if lost else [])
+
+
+def test_a_mesh_of_lines_alone_says_so(tmp_path: Path) -> None:
+    with pytest.raises(MeshError, match="no triangles; its lines and points are left out"):
+        mesh_of(tmp_path, "a.obj", obj_lines(["l 1 2 3"]))
+
+
 @pytest.mark.parametrize("name", ["a.obj", "a.mtl"])
 def test_an_obj_in_latin_1(tmp_path: Path, name: str) -> None:
     (tmp_path / "a.mtl").write_bytes(b"newmtl red\nKd 1 0 0\n")

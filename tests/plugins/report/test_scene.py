@@ -11,11 +11,14 @@ import pytest
 from plugins.meshes import wrl
 from plugins.meshes.samples import write
 from plugins.report.shown import data, shown
+from proving import SOLID, joint, link, robot
+from urdf2mbs import convert
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.urdf.packages import Packages
 from urdf2mbs_meshes import reader as meshes
 from urdf2mbs_meshes import vrml_reader
 from urdf2mbs_meshes.files import MeshFiles
+from urdf2mbs_report.page import make
 from urdf2mbs_report.scene import Store, lookup, mbs_side, urdf_side
 
 
@@ -62,11 +65,35 @@ def test_wrl_and_source_are_the_same_triangles(shared: Path, tmp_path: Path, nam
     half = len(store.meshes)
     packed = store.packed()
     packages = Packages(conversion.settings.packages, conversion.settings.source)
-    for link in conversion.robot.links.values():
-        link.collisions = []  # an .mbs has none
+    for each in conversion.robot.links.values():
+        each.collisions = []  # an .mbs has none
     urdf_side(conversion.robot, store, MeshFiles(packages).resolve)
     assert len(store.meshes) == 2 * half > 0
     assert store.packed() == packed
+
+
+def test_what_a_mesh_of_the_urdf_loses_is_told(tmp_path: Path) -> None:
+    (tmp_path / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nl 1 2\n")
+    store = Store()
+    assert store.source("a.obj", tmp_path / "a.obj") is not None
+    assert store.in_part == {"a.obj": "its lines and points are left out"}
+
+
+@pytest.mark.parametrize(("at_most", "read"), [(1, 2), (2, 5)])
+def test_the_page_reads_as_much_as_the_config_says(tmp_path: Path, at_most: int, read: int) -> None:
+    triangle = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
+    links, joints = [], []
+    for n in range(5):
+        (tmp_path / f"{n}.obj").write_bytes(triangle + b"# a comment\n" * 30_000)  # 0.34 MiB
+        mesh = f'<visual><geometry><mesh filename="{n}.obj"/></geometry></visual>'
+        links.append(link(f"l{n}", SOLID, mesh))
+        joints += [joint("l0", f"l{n}")] if n else []
+    (tmp_path / "r.urdf").write_text(robot(*links, *joints))
+    result = convert(tmp_path / "r.urdf", passes={"convert-meshes": {"at_most": at_most}})
+    page = make(result.conversion)
+    assert page.missing == [f"{n}.obj" for n in range(read, 5)]
+    told = f"more than {at_most} MiB, &#x27;at_most&#x27; of convert-meshes".encode()
+    assert (told in page.data) == (read < 5)
 
 
 def test_the_urdf_side_is_drawn_as_rviz_does(tmp_path: Path) -> None:
