@@ -151,9 +151,13 @@ def left_out(conversion: Conversion) -> dict[str, dict[str, dict[str, Any]]]:
 
 
 def of_plugins(conversion: Conversion) -> Summary:
-    """What the plugins have to say of a conversion."""
+    """Return what the plugins have to say of a conversion; warn of those that fail."""
     whole = Summary()
-    for said in conversion.hook.urdf2mbs_summary(conversion=conversion):
+    summaries, failures = conversion.pipeline.plugins.summaries(conversion)
+    # a page and the command line ask both
+    known = {said.message for said in conversion.diagnostics}
+    conversion.diagnostics += [said for said in failures if said.message not in known]
+    for said in summaries:
         whole.lines += said.lines
         whole.uses |= said.uses
         whole.tables += said.tables

@@ -165,6 +165,67 @@ def test_an_exception_in_a_hook(
     ), err  # fmt: skip
 
 
+@pytest.mark.parametrize(
+    "hook", ["urdf2mbs_extension(elements)", "urdf2mbs_read(source)", "urdf2mbs_progress(text)"]
+)
+def test_an_exception_in_a_hook_that_a_pass_calls(hook: str, tmp_path: Path) -> None:
+    file = tmp_path / "mine.py"
+    text = f"{HOOKS}from urdf2mbs.plugin import *\n@hookimpl\ndef {hook}:\n  raise KeyError('no')\n"
+    if "progress" in hook:
+        file.with_name("theirs.py").write_text(text)
+        write(tmp_path, "conversion.progress('at work')")
+        plugins, by, line = [file, file.with_name("theirs.py")], "pass 'a' of plugin 'mine'", None
+        more: dict[str, Any] = {"after": {"expand": "a"}}
+    else:
+        file.write_text(text)
+        plugins, by, line, more = [file], "plugin 'mine', called by pass 'expand',", 5, {}
+    with pytest.raises(ConversionError, match=re.escape(by)) as caught:
+        convert_text(plugins=plugins, **more)
+    assert caught.value.code == "plugin-failed"
+    assert "KeyError: 'no'" in caught.value.message
+    assert line is None or (caught.value.file, caught.value.line) == (str(file), line)
+
+
+def test_an_exception_in_the_hook_that_locates_a_robot(tmp_path: Path, capsys: Any) -> None:
+    plugin = f"{HOOKS}@hookimpl\ndef urdf2mbs_locate(source):\n  raise KeyError('no')\n"
+    (tmp_path / "mine.py").write_text(plugin)
+    (tmp_path / "c.yaml").write_text(
+        "source: robot_descriptions:none\noutput: x.mbs\nplugins: [mine.py]\n"
+    )
+    assert main(["run", str(tmp_path / "c.yaml")]) == 2
+    err = capsys.readouterr().err
+    assert "mine.py:4: error[plugin-failed]: hook 'urdf2mbs_locate' of plugin 'mine'" in err
+
+
+@pytest.mark.parametrize(
+    ("does", "line", "said"),
+    [
+        ("raise KeyError('no')", 5, "KeyError: 'no'"),
+        ("import sys; sys.exit('enough')", 5, "SystemExit: enough"),
+        ("return 3", None, "AttributeError: 'int' object has no attribute 'lines'"),
+        ("return Summary(lines=[3])", None, "ValidationError: Expected `str`, got `int`"),
+    ],
+)
+def test_a_summary_that_fails_is_a_warning(
+    does: str, line: int | None, said: str, tmp_path: Path, capsys: Any
+) -> None:
+    """The conversion is done, and keeps what it has made."""
+    plugin = (
+        f"{HOOKS}from urdf2mbs.plugin import Summary\n@hookimpl\n"
+        f"def urdf2mbs_summary(conversion):\n  {does}\n"
+    )
+    (tmp_path / "tiny.urdf").write_text(TINY)
+    (tmp_path / "mine.py").write_text(plugin)
+    (tmp_path / "c.yaml").write_text("source: tiny.urdf\nplugins: [mine.py]\n")
+    assert main(["run", str(tmp_path / "c.yaml")]) == 0
+    err = capsys.readouterr().err
+    place = f"mine.py:{line}" if line else "mine.py"
+    assert (
+        f"{place}: warning[plugin-summary]: plugin 'mine': urdf2mbs_summary failed: {said}" in err
+    )
+    assert err.count("plugin-summary") == 1
+
+
 def test_an_idle_plugin_is_told(tmp_path: Path) -> None:
     file = write(tmp_path, "pass")
     assert "plugin-idle" in [said.code for said in convert_text(plugins=[file]).diagnostics]

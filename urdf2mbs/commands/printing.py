@@ -25,8 +25,8 @@ def tell(conversion: Conversion, found: Report, done: str, verbose: bool, shown:
     print(f"{found.robot}: {done} ({found.base} base, {bodies}, {free}, {mass})")
     for difference in found.proof.differences if found.proof is not None else ():
         print(f"error[not-the-same]: {difference.message}", file=sys.stderr)
-    tell_diagnostics(conversion.diagnostics, verbose, found.verdict, shown)
     lines = of_plugins(conversion).lines
+    tell_diagnostics(conversion.diagnostics, verbose, found.verdict, shown)
     if verbose:
         links, own = counted(found.links, "link"), counted(joints.urdf, "URDF joint")
         compared = [] if found.proof is None else [found.proof.compared]

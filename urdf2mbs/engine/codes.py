@@ -3,6 +3,8 @@
 CODES = {
     "plugin-idle": "warning: no pass of a plugin is in the pipeline. Name its pass in the "
     "config, or leave the plugin out.",
+    "plugin-summary": "warning: a plugin failed to say what it did; only its lines are left out. "
+    "Correct the plugin.",
     "unknown-preset": "error: there is no such preset. Correct the name.",
     "preset-circle": "error: presets extend each other in a circle. Remove one `extends`.",
     "unknown-code": "error: the level of this code cannot be set. Correct the name.",

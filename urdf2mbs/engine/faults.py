@@ -44,6 +44,14 @@ def hook_failed(
     return _failed("plugin-failed", who, file, conversion, error, _DEBUG)
 
 
+def called_plugin_failed(
+    plugin: str, file: str, caller: str, conversion: Conversion, error: BaseException
+) -> ConversionError:
+    """Return the error for an exception of a plugin that a pass of ours has called by a hook."""
+    who = f"plugin '{plugin}', called by pass '{caller}',"
+    return _failed("plugin-failed", who, file, conversion, error, _DEBUG)
+
+
 def protected_state(conversion: Conversion) -> str:
     """The fields that a plugin must not change, as text that can be compared."""
     c, found = conversion, conversion.checked

@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from time import perf_counter
 from typing import Any
 
@@ -12,6 +13,7 @@ from urdf2mbs.config.model import Config, Lines, expand
 from urdf2mbs.conversion import Conversion, File
 from urdf2mbs.disk.files import is_file
 from urdf2mbs.engine.faults import (
+    called_plugin_failed,
     check_left,
     check_protected,
     hook_failed,
@@ -25,7 +27,7 @@ from urdf2mbs.engine.registered import Registered
 from urdf2mbs.engine.resolve import Configured, resolve
 from urdf2mbs.engine.sections import find_changed, look
 from urdf2mbs.engine.settings import check_output, settings_of
-from urdf2mbs.engine.tracebacks import FAILURES
+from urdf2mbs.engine.tracebacks import FAILURES, in_words, line_in
 from urdf2mbs.engine.version_1 import keep_attributes
 from urdf2mbs.hookspecs import Pass
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, nearest
@@ -66,7 +68,7 @@ class Pipeline:
         if is_name(config.source):
             lines.check()  # before a robot is fetched
             hook = self.plugins.hook
-        with lines.gather():
+        with lines.gather(), self._naming_plugin():
             self.settings = settings_of(config, lines, hook, fresh=fresh)
         lines.check()
         self._hooks: list[Any] = [self.plugins.hook]
@@ -95,6 +97,22 @@ class Pipeline:
                 # what is missing may be in a plugin that was left out
                 broken = map(str, self.plugins.broken)
                 fault.hint = "\n  ".join([fault.hint or "", *broken]).lstrip() or None
+
+    @contextmanager
+    def _naming_plugin(self) -> Iterator[None]:
+        """Raise an exception of a plugin that says where a robot is as a ConfigError."""
+        try:
+            yield
+        except ConversionError:
+            raise
+        except FAILURES as error:
+            plugin = self.plugins.blame(error.__traceback__)
+            if plugin is None:
+                raise
+            name, file = plugin
+            message = f"hook 'urdf2mbs_locate' of plugin '{name}' failed: {in_words(error)}"
+            line = line_in(Path(file), error)
+            raise ConfigError("plugin-failed", message, file=file, line=line) from error
 
     def watch(self, observer: object) -> None:
         """Let an object's own hooks be called too, around every pass."""
@@ -174,7 +192,20 @@ class Pipeline:
         except ConversionError:
             raise
         except FAILURES as error:
-            raise pass_failed(configured.registered, conversion, error, ran) from error
+            raise self._failed(configured.registered, conversion, error, ran) from error
+
+    def _failed(
+        self,
+        registered: Registered,
+        conversion: Conversion,
+        error: BaseException,
+        ran: list[Registered],
+    ) -> ConversionError:
+        """Return the error for an exception of a pass, or of a plugin that the pass has called."""
+        plugin = self.plugins.blame(error.__traceback__) if registered.is_ours else None
+        if plugin is None:
+            return pass_failed(registered, conversion, error, ran)
+        return called_plugin_failed(*plugin, registered.name, conversion, error)
 
     def _run_pass(
         self, configured: Configured, conversion: Conversion, ran: list[Registered]
@@ -197,7 +228,7 @@ class Pipeline:
         except ConversionError:
             raise
         except FAILURES as error:
-            raise pass_failed(registered, conversion, error, ran) from error
+            raise self._failed(registered, conversion, error, ran) from error
         seen = find_changed(sections, look(conversion)) if sections else []
         stale = find_stale(type(pass_), seen, [earlier.kind for earlier in ran])
         if stale:

@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
     from types import TracebackType
 
+    from urdf2mbs.conversion import Conversion, Summary
+
 
 def plugins_of(files: Sequence[Path], *, installed: bool) -> Plugins:
     """The plugins at hand.
@@ -125,6 +127,26 @@ class Plugins:
         """The plugins, ours apart, that have a hook."""
         impls = getattr(self.hook, hook).get_hookimpls()
         return [impl.plugin_name for impl in impls if impl.plugin_name not in (GROUP, *OURS)]
+
+    def summaries(self, conversion: Conversion) -> tuple[list[Summary], list[Diagnostic]]:
+        """Return what plugins have to say of a conversion, and a warning for each that fails."""
+        from urdf2mbs.conversion import Summary  # help needs none
+
+        summaries, failures = list[Summary](), list[Diagnostic]()
+        for impl in reversed(self.hook.urdf2mbs_summary.get_hookimpls()):
+            file = self._files[impl.plugin_name]
+            try:
+                summary = impl.function(**dict.fromkeys(impl.argnames, conversion))
+                if summary is not None:
+                    fields = {name: getattr(summary, name) for name in Summary.__struct_fields__}
+                    summaries.append(msgspec.convert(fields, Summary))
+            except FAILURES as error:
+                message = f"plugin '{impl.plugin_name}': urdf2mbs_summary failed: {in_words(error)}"
+                line = line_in(Path(file), error)
+                failures.append(
+                    Diagnostic("warning", "plugin-summary", message, file=file, line=line)
+                )
+        return summaries, failures
 
     def find(self, name: str) -> Any:
         """The function or class of a plugin that others call by this name; None: no plugin has
