@@ -5,7 +5,7 @@ All is read from the written .mbs; what a point is for is known by the passes.
 
 from __future__ import annotations
 
-from math import dist
+from math import dist, isfinite
 from typing import Any, TypeAlias
 
 from urdf2mbs.mbs.kinematics import place
@@ -25,14 +25,42 @@ def _at(model: Mbs, end: End) -> Vec:
 
 
 def _stops(model: Mbs) -> dict[str, tuple[float | None, float | None]]:
-    """The limits (rad or m) of joints, from the user models ``q_min`` and ``q_max``."""
-    values = {
-        one.name: {p.name: float(p.values[0]) for p in one.parameters if p.values}
+    """Return the limits (rad or m) of joints, from the user models ``q_min`` and ``q_max``."""
+    values = {"q_min": dict[str, float | None](), "q_max": dict[str, float | None]()}
+    for name, joint, text in _limits(model):
+        values[name][joint] = _number(text)
+    low, high = values["q_min"], values["q_max"]
+    return {name: (low.get(name), high.get(name)) for name in model.numbers() if name in low | high}
+
+
+def _limits(model: Mbs) -> list[tuple[str, str, str]]:
+    """Return the name of the user model, the joint, and the value of each limit of a joint."""
+    return [
+        (one.name, parameter.name, parameter.values[0])
         for one in model.user_models
         if one.name in ("q_min", "q_max")
-    }
-    low, high = values.get("q_min", {}), values.get("q_max", {})
-    return {name: (low.get(name), high.get(name)) for name in model.numbers() if name in low | high}
+        for parameter in one.parameters
+        if parameter.values
+    ]
+
+
+def _number(text: str) -> float | None:
+    """Return a finite number; None for other texts."""
+    try:
+        number = float(text)
+    except ValueError:
+        return None
+    return number if isfinite(number) else None
+
+
+def find_unread_limits(model: Mbs) -> list[str]:
+    """Return a sentence for each limit of a joint that is no number, and so is not drawn."""
+    numbers = model.numbers()
+    return [
+        f"joint '{joint}': {name} is '{text}'; expected a number, and no stop is drawn"
+        for name, joint, text in _limits(model)
+        if joint in numbers and _number(text) is None and text.strip().lower().lstrip("+-") != "inf"
+    ]
 
 
 def marks(said: Summary, model: Mbs) -> dict[str, Any]:

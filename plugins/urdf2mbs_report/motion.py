@@ -11,32 +11,40 @@ from typing import Any
 import numpy as np
 
 from urdf2mbs.mbs.model import Mbs
+from urdf2mbs.messages.diagnostics import some
 
 #: Frames a second of the page.
 RATE = 60.0
 
 
-def motion(model: Mbs, project: Path, file: str = "dirdyn.csv") -> dict[str, Any] | None:
-    """Times (s), joint positions (rad, m), forces (N) and energies (J) of a run, by itself the last
-    of the project.
+#: What the page has of a force: the force, and where it acts in the frame of its body.
+FORCE = ("Fx", "Fy", "Fz", "dx", "dy", "dz")
 
-    Numbers are little-endian float32 in base64, a row for each frame.  Forces are the external ones
-    and then the pushes, each with Fx, Fy, Fz in the axes of the base, and dx, dy, dz (m), its point
-    in the axes of its body.  None if there is no file, or if the file is of other joints.
+
+class MotionError(Exception):
+    """A file of results that cannot be played, and why, in plain words."""
+
+
+def motion(model: Mbs, project: Path, file: str = "dirdyn.csv") -> dict[str, Any] | None:
+    """Return the times, positions, forces and energies of a run, by default the last one.
+
+    Numbers are little-endian float32 in base64, a row for each frame: times (s), joint positions
+    (rad, m), forces (N) and energies (J).  Forces are the external ones and then the pushes, each
+    with Fx, Fy, Fz in the axes of the base, and dx, dy, dz (m), its point in the axes of its body.
+
+    Returns:
+        The motion; None if there is no file.
+
+    Raises:
+        MotionError: The file is broken, or of other joints.
     """
-    try:
-        with (project / "resultsR" / file).open(encoding="utf-8", newline="") as text:
-            rows = csv.reader(text)
-            head = {name: k for k, name in enumerate(next(rows, []))}
-            table = np.array([[float(cell) for cell in row] for row in rows])
-    except (OSError, ValueError):
+    read = _read(project / "resultsR" / file)
+    if read is None:
         return None
+    head, table = read
     joints = list(model.numbers())
     if {name for name in head if name.startswith("q.")} != {f"q.{name}" for name in joints}:
-        return None
-    if table.ndim != 2 or not len(table) or not np.isfinite(table[:, head["time"]]).all():
-        return None
-    table = _thinned(table, head["time"])
+        raise MotionError("its joints are not those of the model")
     forces = [
         (body.name, point.extforce.name, False)
         for body in model.bodies
@@ -45,17 +53,42 @@ def motion(model: Mbs, project: Path, file: str = "dirdyn.csv") -> dict[str, Any
     ]
     pushes = (re.fullmatch(r"(push\d+\.(.+))\.Fx", name) for name in head)
     forces += [(push[2], push[1], True) for push in pushes if push]
-    parts = ("Fx", "Fy", "Fz", "dx", "dy", "dz")
-    columns = [head[f"{name}.{part}"] for _, name, _ in forces for part in parts]
+    columns = [f"{name}.{part}" for _, name, _ in forces for part in FORCE]
+    missing = [name for name in ("time", *columns) if name not in head]
+    if missing:
+        raise MotionError(f"it has no column {some([repr(name) for name in missing], 3)}")
+    if not np.isfinite(table[:, head["time"]]).all():
+        raise MotionError("a time is not a finite number")
+    table = _thinned(table, head["time"])
     energies = [head[name] for name in ("energy.kinetic", "energy.potential") if name in head]
     return {
         "joints": joints,
         "forces": forces,
         "time": _packed(table[:, [head["time"]]]),
         "q": _packed(table[:, [head[f"q.{name}"] for name in joints]]),
-        "F": _packed(table[:, columns]),
+        "F": _packed(table[:, [head[name] for name in columns]]),
         "E": _packed(table[:, energies]),
     }
+
+
+def _read(file: Path) -> tuple[dict[str, int], Any] | None:
+    """Return the columns of a file by name, and its numbers (rows, columns); None: no file."""
+    try:
+        with file.open(encoding="utf-8", newline="") as text:
+            rows = csv.reader(text)
+            head = {name: k for k, name in enumerate(next(rows, []))}
+            table = [[float(cell) for cell in row] for row in rows]
+    except (FileNotFoundError, NotADirectoryError):
+        return None
+    except (OSError, ValueError, csv.Error) as error:
+        raise MotionError(
+            f"it cannot be read: {getattr(error, 'strerror', None) or error}"
+        ) from None
+    if not table:
+        raise MotionError("it has no rows")
+    if any(len(row) != len(head) for row in table):
+        raise MotionError("its rows have not as many numbers as the first one has names")
+    return head, np.array(table)
 
 
 def _thinned(table: Any, column: int) -> Any:

@@ -21,14 +21,14 @@ import msgspec
 from urdf2mbs.disk.files import project_of
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.reader import read
-from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, counted
+from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, Diagnostic, counted, some
 from urdf2mbs.plugin import Conversion, Summary
 from urdf2mbs.summary import of_plugins, report
 from urdf2mbs_meshes.files import files_of
 from urdf2mbs_meshes.model import MeshLimit
 from urdf2mbs_report import around, sections
 from urdf2mbs_report.draw import draw
-from urdf2mbs_report.motion import motion
+from urdf2mbs_report.motion import MotionError, motion
 from urdf2mbs_report.scene import Store, extent, lookup, mbs_side, path_of, urdf_side
 
 #: The package that brings three.js, and where in it three.js is.
@@ -48,6 +48,8 @@ class Page(msgspec.Struct):
     """Bytes of the viewer (three.js), of the meshes, textures included, and in all."""
     missing: list[str]
     """Meshes of which only the place is shown."""
+    diagnostics: list[Diagnostic] = []
+    """Warnings of what else the page does not show."""
 
 
 def make(conversion: Conversion) -> Page:
@@ -81,7 +83,9 @@ def make(conversion: Conversion) -> Page:
         "messages": sections.messages(conversion),
     }
     made_from = f"{settings.source.name} → {settings.output.name}"
-    return _fill(model, store, data, made_from, fields, conversion)
+    page = _fill(model, store, data, made_from, fields, conversion)
+    page.diagnostics = _unread_limits(model, str(output))
+    return page
 
 
 def _both_sides(
@@ -139,7 +143,18 @@ def make_of_model(
     project = project_of(file.absolute())
     store = Store()
     drawn = mbs_side(model, store, lookup({}, project), lambda url: path_of(url, project))
-    data = _data(model, store, drawn, Summary()) | {"motion": motion(model, project, results)}
+    data = _data(model, store, drawn, Summary())
+    diagnostics: list[Diagnostic] = []
+    try:
+        data["motion"] = motion(model, project, results)
+    except MotionError as error:
+        played = project / "resultsR" / results
+        message = f"the page plays no motion: {error}"
+        hint = "simulate again; or remove the file"
+        diagnostics.append(
+            Diagnostic("warning", "motion-unreadable", message, file=str(played), hint=hint)
+        )
+        data["motion"] = None
     name = escape(model.name)
     fields = {
         "name": name,
@@ -148,12 +163,24 @@ def make_of_model(
         "facts": _facts_of_model(model),
         "notes": _notes(store, set()),
     }
+    diagnostics += _unread_limits(model, str(file))
     if isinstance(live, Script):
         data["live"] = live.data
         fields["live"] = live.text
     elif live:
         fields["not_live"] = escape(live)
-    return _fill(model, store, data, file.name, fields)
+    page = _fill(model, store, data, file.name, fields)
+    page.diagnostics = diagnostics
+    return page
+
+
+def _unread_limits(model: Mbs, file: str) -> list[Diagnostic]:
+    """Return a warning of the limits that are no numbers, if there are any."""
+    unread = around.find_unread_limits(model)
+    if not unread:
+        return []
+    hint = "write a number into the .mbs"
+    return [Diagnostic("warning", "limit-unreadable", some(unread, 3), file=file, hint=hint)]
 
 
 def _data(model: Mbs, store: Store, mbs: dict[str, Any], said: Summary) -> dict[str, Any]:

@@ -7,11 +7,12 @@ its diagram, tables, and what differs from the URDF.  Writes no .mbs.
 from __future__ import annotations
 
 import argparse
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from urdf2mbs.commands.printing import beside, near, print_json, tell
+from urdf2mbs.commands.printing import beside, near, print_json, tell, with_near_paths
 from urdf2mbs.commands.progress import Progress
 from urdf2mbs.commands.settings import (
     ALONE,
@@ -108,7 +109,14 @@ def _report_model(arguments: argparse.Namespace, save: Save) -> int:
 def _as_json(arguments: argparse.Namespace, page: Page, output: Path) -> bool:
     """Print what is known of the page as JSON, if that is wanted."""
     if arguments.json:
-        print_json({"page": str(output), "sizes": page.sizes, "missing": page.missing})
+        print_json(
+            {
+                "page": str(output),
+                "sizes": page.sizes,
+                "missing": page.missing,
+                "diagnostics": page.diagnostics,
+            }
+        )
     return bool(arguments.json)
 
 
@@ -122,6 +130,8 @@ def _tell_next(page: Page, output: Path, verbose: bool) -> None:
         parts = {"all": "", "viewer": "three.js ", "meshes": "meshes "}
         sizes = [f"{name}{page.sizes[part] / 1e6:.2f} MB" for part, name in parts.items()]
         print(f"  {', '.join(sizes)}")
+    for said in page.diagnostics:
+        print(with_near_paths(str(said)), file=sys.stderr)
     if page.missing:
         print(f"  {counted(len(page.missing), 'mesh')} not drawn; the page names them")
     if not is_stream(output):

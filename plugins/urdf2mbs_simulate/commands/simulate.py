@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 import msgspec
 
-from urdf2mbs.commands.printing import near, print_json, tell_diagnostics
+from urdf2mbs.commands.printing import near, print_json, tell_diagnostics, with_near_paths
 from urdf2mbs.commands.settings import (
     ALONE,
     add_fields,
@@ -159,6 +159,8 @@ def _write_page(model: Path, results: Results, arguments: argparse.Namespace) ->
         live = f"the robot cannot be pulled and dropped: {error.message}"
     script = live if isinstance(live, str) else live.script()
     page = make_of_model(results.data.mbs, model, live=script)
+    for said in page.diagnostics:
+        print(with_near_paths(str(said)), file=sys.stderr)
     write_files({arguments.output: page.data}, force=arguments.force)
     return Path(arguments.output)
 

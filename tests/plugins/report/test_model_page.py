@@ -8,10 +8,21 @@ import pytest
 from plugins.meshes import wrl
 from plugins.report.test_page import Html
 from urdf2mbs.cli import main
-from urdf2mbs.mbs.model import Base, Body, Connection, Joint, Mbs, Point, Sensor, Shape
+from urdf2mbs.mbs.model import (
+    Base,
+    Body,
+    Connection,
+    Joint,
+    Mbs,
+    Parameter,
+    Point,
+    Sensor,
+    Shape,
+    UserModel,
+)
 from urdf2mbs.mbs.writer import write
 from urdf2mbs.testing import TINY
-from urdf2mbs_report.page import make_of_model
+from urdf2mbs_report.page import Page, make_of_model
 
 TEXTURED = (
     wrl.SQUARE + b" texCoord TextureCoordinate { point [0 0 1 0 1 1 0 1] }",
@@ -110,3 +121,67 @@ def test_all_samples_have_a_page(shared: Path) -> None:
         model = read(file.read_bytes(), str(file))
         bodies = Html(make_of_model(model, file).data).island["mbs"]["bodies"]
         assert len(bodies) == len(model.bodies), file.name
+
+
+@pytest.mark.parametrize("word", ["low", "1,5"])
+def test_a_limit_that_is_no_number_is_told(
+    word: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    model = tmp_path / "sketch.mbs"
+    robot = slider()
+    robot.user_models = [
+        UserModel(
+            "q_min", [Parameter("turn", "scalar", (word,)), Parameter("shift", "scalar", ("-1",))]
+        ),
+        UserModel("q_max", [Parameter("turn", "scalar", ("2",)), Parameter("none", "x", ("y",))]),
+    ]
+    page = make_of_model(robot, model)
+    assert dict(Html(page.data).island["marks"]["stops"]) == {
+        "turn": [None, 2.0],
+        "shift": [-1.0, None],
+    }
+    model.write_bytes(write(robot))
+    assert main(["report", str(model)]) == 0
+    err = capsys.readouterr().err
+    assert f"sketch.mbs: warning[limit-unreadable]: joint 'turn': q_min is '{word}'" in err
+    assert err.count("expected a number") == 1
+
+
+def results(folder: Path, text: str) -> Page:
+    """The page of a project whose results are this text."""
+    (folder / "resultsR").mkdir()
+    (folder / "resultsR" / "dirdyn.csv").write_text(text, "utf-8")
+    return make_of_model(slider(), folder / "dataR" / "m.mbs")
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ("q.turn,q.shift\n1,2\n", "it has no column 'time'"),
+        ("time,q.turn\n0,1\n", "its joints are not those of the model"),
+        ("time,q.turn,q.shift\n0,1,low\n", "could not convert string to float: 'low'"),
+        ("time,q.turn,q.shift\n0,1\n", "not as many numbers as the first one has names"),
+        ("time,q.turn,q.shift\n", "it has no rows"),
+        ("", "it has no rows"),
+        ("time,q.turn,q.shift\nnan,1,2\n", "a time is not a finite number"),
+        (
+            "time,q.turn,q.shift,push1.rod.Fx\n0,1,2,3\n",
+            "it has no column 'push1.rod.Fy', 'push1.rod.Fz', 'push1.rod.dx' and 2 more",
+        ),
+    ],
+)
+def test_results_that_cannot_be_played_are_told(text: str, why: str, tmp_path: Path) -> None:
+    page = results(tmp_path, text)
+    (said,) = page.diagnostics
+    assert (said.code, said.level) == ("motion-unreadable", "warning")
+    assert said.file == str(tmp_path / "resultsR" / "dirdyn.csv")
+    assert said.message.startswith("the page plays no motion: ")
+    assert why in said.message
+    assert Html(page.data).island["motion"] is None
+
+
+def test_results_that_can_be_played_and_none(tmp_path: Path) -> None:
+    assert make_of_model(slider(), tmp_path / "dataR" / "m.mbs").diagnostics == []
+    page = results(tmp_path, "q.turn,time,q.shift\n1,0,2\n")
+    assert page.diagnostics == []
+    assert Html(page.data).island["motion"]["joints"] == ["turn", "shift"]
