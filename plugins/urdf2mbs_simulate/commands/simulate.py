@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import re
 import sys
 from pathlib import Path
 from time import perf_counter
@@ -31,6 +32,7 @@ from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, counted
 
 if TYPE_CHECKING:
     from urdf2mbs.config.model import Config
+    from urdf2mbs.mbs.model import Joint, Mbs
     from urdf2mbs.plugin import Conversion
     from urdf2mbs_simulate.results import Results
 
@@ -39,6 +41,9 @@ EXAMPLES = (
     "urdf2mbs simulate project --time 5 --push chest:20,0,0@0.5..0.6",
     "urdf2mbs simulate robot.urdf -o robot_project --language python",
 )
+
+#: How insert-base calls the joint of a floating base; a number ends it where the name is taken.
+INSERTED_BASE = "floating_base"
 
 
 def add_options(command: argparse.ArgumentParser) -> None:
@@ -244,10 +249,8 @@ def _tell(results: Results, files: list[Path], preparing: float, moving: float) 
         joint = data.mbs.joints()[name]
         unit = "m" if joint.type.startswith("T") else "rad"
         print(f"  joint '{name}' moved most: {moved.max():.3g} {unit}")
-        base = [joint for body in data.mbs.bodies if body.parent is None for joint in body.joints]
-        if joint in base and joint.nature == "independent" and not data.extforce_id:
-            print("  nothing holds it: 'base: fixed' bolts it down, "
-                  "'passes: {contacts: {links: [FOOT]}}' gives it a ground")  # fmt: skip
+        if joint in find_floating_base(data.mbs) and not data.extforce_id:
+            print(f"  nothing holds it: {_what_holds(joint)}")
     for file in files:
         if file.suffix in (".csv", ".anim", ".html") and "equil" not in file.name:
             print(f"  {near(file)}")
@@ -255,3 +258,29 @@ def _tell(results: Results, files: list[Path], preparing: float, moving: float) 
     see = f"open {near(files[0])}" if page else "add '-o PAGE.html' to see it move"
     print(f"Next: {see}; plot {near(files[-1])}; MBSysPad plays the .anim")
     print(f"      other results are in {os.path.relpath(files[-1].parent)}")
+
+
+def find_floating_base(model: Mbs) -> list[Joint]:
+    """Return the six free joints of a base that nothing holds; none of a base that is held.
+
+    A floating base is a body on the ground with three shifts and three turns.  A cut, or a force
+    element, between the ground and another body holds it.
+    """
+    ends = [end for one in (*model.cuts, *model.links) for end in (one.endpoint1, one.endpoint2)]
+    if any(body is None for body, _ in ends):
+        return []
+    for body in model.bodies:
+        joints = [joint for joint in body.joints if joint.nature != "driven"][:6]
+        kinds = sorted(joint.type[0] for joint in joints)
+        free = all(joint.nature == "independent" for joint in joints)
+        if body.parent is None and free and kinds == ["R", "R", "R", "T", "T", "T"]:
+            return joints
+    return []
+
+
+def _what_holds(joint: Joint) -> str:
+    """Return what a config can say to hold a base; ``joint`` is one of its joints."""
+    ground = "'passes: {contacts: {links: [FOOT]}}' gives it a ground"
+    # only a base that insert-base has put in is an option of the config
+    inserted = re.fullmatch(rf"{INSERTED_BASE}(_\d+)?_[TR]\d", joint.name)
+    return f"'base: fixed' bolts it down, {ground}" if inserted else ground

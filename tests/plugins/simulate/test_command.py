@@ -3,9 +3,13 @@
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import pytest
 
+from proving import SOLID, link, robot
 from urdf2mbs.cli import main
+from urdf2mbs.mbs.model import Body, Connection, Joint, Mbs
+from urdf2mbs_simulate.commands.simulate import find_floating_base
 
 
 @pytest.mark.parametrize(
@@ -21,6 +25,55 @@ def test_a_robot_that_falls_is_told_what_holds_it(
     assert main(["convert", "tiny.urdf", "-o", "tiny.mbs", "--base", base]) == 0
     assert main(["simulate", "tiny.mbs", "-o", "alone/", "--time", "0.02"]) == 0
     assert said in capsys.readouterr().out
+
+
+#: A pendulum on the world; its joint is of another kind and name in some tests.
+PENDULUM = robot(
+    '<link name="world"/>',
+    link("a", SOLID),
+    '<joint name="swing" type="continuous"><parent link="world"/><child link="a"/>'
+    '<axis xyz="0 1 0"/></joint>',
+)
+
+
+@pytest.mark.parametrize(
+    ("kind", "held", "words"),
+    [
+        ("continuous", True, ""),
+        ("prismatic", True, ""),
+        ("planar", True, ""),
+        # its own floating joint: no config makes the base fixed
+        ("floating", False, "nothing holds it: 'passes: {contacts: {links: [FOOT]}}' gives"),
+    ],
+)
+def test_what_hangs_on_the_world_is_held(
+    kind: str, held: bool, words: str, here: Path, capsys: Any
+) -> None:
+    limit = '<limit lower="-9" upper="9" effort="1" velocity="1"/></joint>'
+    text = PENDULUM.replace("continuous", kind).replace("</joint>", limit)
+    Path("r.urdf").write_text(text.replace('xyz="0 1 0"', 'xyz="1 0 1"'))
+    assert main(["convert", "r.urdf", "-o", "r.mbs"]) == 0
+    assert main(["simulate", "r.mbs", "-o", "r/", "--time", "0.02", "--language", "python"]) == 0
+    out = capsys.readouterr().out
+    assert "moved most" in out
+    assert ("nothing holds it" not in out) == held
+    assert words in out
+
+
+def test_a_base_that_floats_unless_something_holds_it() -> None:
+    base = [Joint(f"floating_base_{kind}", kind) for kind in ("T1", "T2", "T3", "R1", "R2", "R3")]
+    arm = Body("arm", "trunk", None, [Joint("elbow", "R2")])
+    model = Mbs("m", bodies=[Body("trunk", joints=base), arm])
+    assert find_floating_base(model) == base
+    held = Connection("rod", "rope", (None, "hook"), ("arm", None))
+    assert find_floating_base(msgspec.structs.replace(model, cuts=[held])) == []
+    assert find_floating_base(msgspec.structs.replace(model, links=[held])) == []
+    inner = Connection("rod", "rope", ("trunk", None), ("arm", None))
+    assert find_floating_base(msgspec.structs.replace(model, links=[inner])) == base
+    base[2].nature = "driven"
+    assert find_floating_base(model) == []
+    gantry = [Body("x", joints=base[:1]), Body("y", "x", None, [Joint("y", "T2")])]
+    assert find_floating_base(Mbs("m", bodies=gantry)) == []
 
 
 def test_a_robot_without_feet_rests_on_the_ground(here: Path, capsys: Any) -> None:
