@@ -103,7 +103,8 @@ def init(
     """
     lines = Lines()
     asked = typed(Config, {"source": source, "pipeline": "compact", **fields}, lines)
-    conversion = Pipeline(asked, lines, installed_plugins=False).run()
+    # what people changed in an .mbs that lies there is no fact of the robot
+    conversion = Pipeline(asked, lines, installed_plugins=False, fresh=True).run()
     found = find(conversion)
     name = stem(conversion.settings.source)
     config = Path(f"{name}.yaml") if config is None else config

@@ -183,6 +183,7 @@ def make_project(arguments: argparse.Namespace) -> Path:
     A robot alone is converted, and stands, as ``init`` proposes.
     """
     from urdf2mbs.commands.progress import Progress
+    from urdf2mbs.disk.files import absolute
     from urdf2mbs.urdf.reader import stem
     from urdf2mbs_project.commands.init import find
     from urdf2mbs_simulate.project import make, with_project
@@ -194,15 +195,20 @@ def make_project(arguments: argparse.Namespace) -> Path:
     before = None
     with Progress(arguments) as progress:
 
-        def run(config: Config, before: Conversion | None = None) -> Conversion:
-            converter = Pipeline(config, lines, installed_plugins=not arguments.no_plugins)
+        def run(
+            config: Config, before: Conversion | None = None, *, fresh: bool = False
+        ) -> Conversion:
+            installed = not arguments.no_plugins
+            converter = Pipeline(config, lines, installed_plugins=installed, fresh=fresh)
             converter.watch(progress)
             return converter.run(before=before)
 
         if alone:
             if "pipeline" not in choose_fields(arguments, ALONE):
                 config = msgspec.structs.replace(config, pipeline="compact")
-            before = run(config)
+            # an .mbs that lies beside the robot is neither read nor written
+            model = absolute(folder) / "dataR" / f"{stem(Path(config.source))}.mbs"
+            before = run(msgspec.structs.replace(config, output=str(model)), fresh=True)
             found = find(before)
             config = msgspec.structs.replace(config, passes=found.passes)
             if found.feet and not arguments.json:

@@ -92,3 +92,29 @@ def test_an_mbs_alone_becomes_a_project(here: Path, capsys: Any) -> None:
     assert not Path("resultsR").exists()
     assert main(["simulate", "alone", *words[2:]]) == 2
     assert "is a project already" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("what", ["truncated", "folder", "not XML"])
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["simulate", "tiny.urdf", "--time", "0.02", "--language", "python"],
+        ["modes", "tiny.urdf", "--drawn", "--language", "python"],
+        ["init", "tiny.urdf"],
+    ],
+)
+def test_an_mbs_beside_the_robot_is_not_used(
+    words: list[str], what: str, here: Path, capsys: Any
+) -> None:
+    assert main(["convert", "tiny.urdf"]) == 0
+    file = Path("tiny.mbs")
+    broken = file.read_text() + "more" if what == "truncated" else "a note"
+    if what == "folder":
+        file.unlink()
+        file.mkdir()
+        if words[0] == "init":
+            pytest.skip("init proposes this very output")
+    else:
+        file.write_text(broken)
+    assert main(words) == 0, capsys.readouterr().err
+    assert file.is_dir() or file.read_text() == broken
