@@ -196,7 +196,7 @@ def _verify(
         frames=found.frames, frozen=found.frozen, weightless=[*found.frozen], orders=found.orders,
         driven=driven,
         models=None if other is None else mbs.user_models,
-        gravity=gravity, tolerance=tolerance,
+        gravity=gravity, tolerance=tolerance, drawn=mbs,
     )  # fmt: skip
     for change in conversion.checked.changed:
         changed = f"what {change.by} changed: {describe(change.changes)}"

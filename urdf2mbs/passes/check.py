@@ -3,7 +3,8 @@ pictures).
 
 It reads the file's bytes and compares them with the URDF by the second route of ``verify``:
 the pose of every link at several random positions, zero included, and mass, centre and inertia
-of every rigid group.  A file that differs never takes the place of a good file; what
+of every rigid group.  Shapes are those of the model: to read the graphics of the file would take
+half as long again.  A file that differs never takes the place of a good file; what
 differs because people edited the mechanics is named.  If a plugin writes
 another format, the pass compares the model instead of the file.
 """
@@ -65,7 +66,7 @@ def prove(
         frames=conversion.frames, frozen=conversion.frozen,
         weightless=sorted(meant.weightless & conversion.frozen.keys()),
         driven=[joint.name for joint in meant.driven], models=models,
-        gravity=conversion.settings.config.gravity, tolerance=tolerance,
+        gravity=conversion.settings.config.gravity, tolerance=tolerance, drawn=conversion.mbs,
     )  # fmt: skip
     proof.count_frames()
     proof.differ(

@@ -12,6 +12,7 @@ What is compared are the *rigid groups*: all that no moving joint separates.
   how the joint goes on from there, seen from the group that it moves.
 * Inertia: seen through that constant pose, mass, centre and inertia must be equal.
 * Frames: each link's frame, and the anchor point of its name, must be where they are said to be.
+* Shapes: where the .mbs has a visual's shape elsewhere, the verdict names it; it has no mass.
 
 Why this suffices: where the same inertias move the same way at every position, the kinetic
 energy is the same function of positions and velocities, and with equal gravity so is the
@@ -44,7 +45,7 @@ def compare(
     frames: Mapping[str, LinkFrame] | None = None, frozen: Mapping[str, str] | None = None,
     orders: Mapping[str, tuple[str, ...]] | None = None, weightless: Collection[str] = (),
     driven: Collection[str] = (), models: Sequence[UserModel] | None = None,
-    gravity: Vec = (0.0, 0.0, -9.81), tolerance: float = TOLERANCE,
+    gravity: Vec = (0.0, 0.0, -9.81), tolerance: float = TOLERANCE, drawn: Mbs | None = None,
 ) -> Proof:  # fmt: skip
     """Compare a URDF with an .mbs.
 
@@ -54,7 +55,8 @@ def compare(
     as that is known; without it only the physics is compared.  ``frozen`` joints are held at
     zero on the URDF's side; those of them that are ``weightless`` may move no mass.  ``driven``
     are the .mbs joints that are driven on purpose, though the URDF has them follow others;
-    ``models`` the user models as they should be, where that is known.
+    ``models`` the user models as they should be, where that is known.  ``drawn`` is the model
+    whose shapes are compared; without it they are not.
     """
     frames, frozen, orders = frames or {}, frozen or {}, orders or {}
     known = coordinates(robot, mbs, joints, frozen, orders, driven)
@@ -70,7 +72,10 @@ def compare(
     comparison.compare_frames()
     comparison.compare_points(mbs)
     held = {f"joint '{name}'": f"held at zero: {why}" for name, why in frozen.items()}
-    return comparison.proof(held | known.but_for | missing, known.not_compared | not_compared)
+    shifted, not_drawn = ({}, {}) if drawn is None else comparison.compare_shapes(robot, drawn)
+    return comparison.proof(
+        held | known.but_for | missing | shifted, known.not_compared | not_compared | not_drawn
+    )
 
 
 def _heavy(robot: Robot, weightless: Collection[str]) -> list[Difference]:

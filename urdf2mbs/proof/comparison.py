@@ -7,14 +7,28 @@ from functools import partial
 from math import dist
 from typing import Any
 
-from urdf2mbs.mbs.model import LinkFrame, Mbs
+from urdf2mbs.mbs.model import Base, Body, LinkFrame, Mbs
 from urdf2mbs.mbs.names import identifiers
 from urdf2mbs.proof import rigid
 from urdf2mbs.proof.groups import Group, Side
 from urdf2mbs.proof.pair import POSITIONS, Pair, settle
 from urdf2mbs.proof.rigid import HERE, ORIGIN, UNTURNED, Frame, Inertia
+from urdf2mbs.proof.shapes import (
+    Solid,
+    describe_deviation,
+    find_nearest,
+    solid_of_shape,
+    solid_of_visual,
+)
+from urdf2mbs.proof.urdf_side import at_origin
 from urdf2mbs.proof.verdict import Difference, Proof
 from urdf2mbs.spatial import fewest_turns
+from urdf2mbs.urdf.model import Robot
+
+#: Why a shape that is elsewhere makes no other robot.
+MASSLESS_SHAPE = "a shape has no mass"
+#: Why a visual is not compared.
+NOT_DRAWN = "the .mbs has no shape of their kind and size there"
 
 
 class Comparison:
@@ -298,6 +312,38 @@ class Comparison:
                 told = f"link '{link}': point '{point.name}' of body '{body}' is "
                 told += f"{dist(ours, theirs):.3g} m off its frame"
                 self.elsewhere.append(Difference("point", told, off, link=link))
+
+    def compare_shapes(self, robot: Robot, mbs: Mbs) -> tuple[dict[str, str], dict[str, str]]:
+        """Compare where the shapes of an .mbs are with the visuals of the URDF.
+
+        Args:
+            robot: The robot of the URDF.
+            mbs: The model whose shapes are compared; its bodies are those of the .mbs.
+
+        Returns:
+            Visuals that are elsewhere, and links with visuals that the .mbs does not have, each
+            with the reason.
+        """
+        drawn: dict[int, list[Solid]] = {}
+        holders: list[Base | Body] = [mbs.base, *mbs.bodies]
+        for holder in holders:
+            name = holder.name if isinstance(holder, Body) else ""
+            group, at = self.two.frames.get(name, (-1, HERE))
+            solids = (solid_of_shape(shape, at) for shape in holder.shapes)
+            drawn.setdefault(group, []).extend(solid for solid in solids if solid is not None)
+        elsewhere: dict[str, str] = {}
+        missing: dict[str, str] = {}
+        for link, (group, pose) in self.one.frames.items():
+            scale = self.scales[group]
+            for visual in robot.links[link].visuals:
+                at = rigid.compose(self.apart[group], at_origin(pose, visual.origin))
+                solid = solid_of_visual(visual.geometry, at)
+                found = solid and find_nearest(solid, drawn.get(self.pairs[group], []), scale)
+                if solid is None or found is None:
+                    missing[f"visuals of link '{link}'"] = NOT_DRAWN
+                elif said := describe_deviation(solid, found, scale):
+                    elsewhere[f"visual of link '{link}' {said}"] = MASSLESS_SHAPE
+        return elsewhere, missing
 
 
 def _one_spelling(links: Iterable[str]) -> dict[str, str | None]:

@@ -33,7 +33,7 @@ def urdf_side(
     free: set[str] = set()
     for joint in robot.depth_first():
         group, at = frames[joint.parent]
-        at = _at_origin(at, joint.origin)
+        at = at_origin(at, joint.origin)
         if joint.moves:
             order = orders.get(joint.name, SIX)
             for own, kind, along in own_coordinates(joint, order):
@@ -52,13 +52,14 @@ def urdf_side(
             group, at = frames[name]
             centre, rpy = link.inertial.origin.xyz, link.inertial.origin.rpy
             if rpy != ORIGIN:
-                centre, at = ORIGIN, _at_origin(at, link.inertial.origin)
+                centre, at = ORIGIN, at_origin(at, link.inertial.origin)
             side.put(name, group, seen((link.inertial.mass, centre, link.inertial.inertia), at))
             side.mass += link.inertial.mass if name in free else 0.0
     return side
 
 
-def _at_origin(at: Frame, origin: Origin) -> Frame:
+def at_origin(at: Frame, origin: Origin) -> Frame:
+    """Return the frame of an ``<origin>`` that is given in a frame."""
     if origin.rpy != ORIGIN:
         return compose(at, _turned(origin.rpy, origin.xyz))
     if origin.xyz != ORIGIN:
