@@ -207,8 +207,8 @@ class Extensions:
             elif child.tag == "static":
                 if is_true and extension.reference:
                     message = "<static> of <gazebo> is of the whole robot: one link has none"
-                    owner, line = self.find_owner(extension.reference), child.sourceline
-                    self.reading.warn("mechanics-unread", message, line, owner=owner)
+                    place, line = self.find_owner(extension.reference), child.sourceline
+                    self.reading.warn("mechanics-unread", message, line, owner=place)
                 elif is_true:
                     self.robot.fixed_by = "<static> of <gazebo>"
             else:

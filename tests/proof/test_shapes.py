@@ -43,6 +43,26 @@ def test_shapes_at_their_places(pipeline: str) -> None:
     assert proof.in_words() == "the same robot"
 
 
+@pytest.mark.parametrize("pipeline", PRESETS)
+def test_a_capsule_is_three_shapes(pipeline: str, tmp_path: Path) -> None:
+    """All three are compared: a sphere that is missing is named."""
+    text = robot(
+        link("base", SOLID),
+        link("rod", SOLID, visual('<capsule radius="0.1" length="0.5"/>')),
+        joint("base", "rod", axis="1 2 3"),
+    )
+    result = convert_text(text, pipeline=pipeline)
+    assert result.report.proof.in_words() == "the same robot"
+    mbs = result.mbs
+    next(body for body in mbs.bodies if body.name == "rod").shapes.pop()
+    source, drawn = tmp_path / "rod.urdf", tmp_path / "rod.mbs"
+    source.write_text(text)
+    drawn.write_bytes(write(mbs))
+    verdict = verify(source, drawn)
+    assert verdict.same
+    assert "visual of link 'rod' shifted by 0.5 m" in verdict.in_words()
+
+
 def test_cylinders_that_a_pass_turns_wrongly_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(convert_visuals, "Y_ONTO_Z", IDENTITY)
     proof = convert_text(ROBOT).conversion.checked.proof

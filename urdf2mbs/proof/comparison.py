@@ -18,7 +18,7 @@ from urdf2mbs.proof.shapes import (
     describe_deviation,
     find_nearest,
     solid_of_shape,
-    solid_of_visual,
+    solids_of_visual,
 )
 from urdf2mbs.proof.urdf_side import at_origin
 from urdf2mbs.proof.verdict import Difference, Proof
@@ -337,12 +337,12 @@ class Comparison:
             scale = self.scales[group]
             for visual in robot.links[link].visuals:
                 at = rigid.compose(self.apart[group], at_origin(pose, visual.origin))
-                solid = solid_of_visual(visual.geometry, at)
-                found = solid and find_nearest(solid, drawn.get(self.pairs[group], []), scale)
-                if solid is None or found is None:
-                    missing[f"visuals of link '{link}'"] = NOT_DRAWN
-                elif said := describe_deviation(solid, found, scale):
-                    elsewhere[f"visual of link '{link}' {said}"] = MASSLESS_SHAPE
+                for solid in solids_of_visual(visual.geometry, at):
+                    found = find_nearest(solid, drawn.get(self.pairs[group], []), scale)
+                    if found is None:
+                        missing[f"visuals of link '{link}'"] = NOT_DRAWN
+                    elif deviation := describe_deviation(solid, found, scale):
+                        elsewhere[f"visual of link '{link}' {deviation}"] = MASSLESS_SHAPE
         return elsewhere, missing
 
 

@@ -4,6 +4,7 @@ A shape has no mass, so a shape elsewhere is no other robot; the verdict names i
 same up to the symmetry of their geometry:
 
 * a sphere is its centre;
+* a capsule is a cylinder and two spheres, as an .mbs has no capsules;
 * a cylinder is its centre and half of its axis, up to the sign (along z in URDF, along y in .mbs);
 * a box is its centre and its three half edges, up to their signs and order;
 * a mesh is its origin and its three scaled axes.  Negative scales count as positive: a mirrored
@@ -20,7 +21,7 @@ import msgspec
 from urdf2mbs.mbs import model as mbs
 from urdf2mbs.proof.rigid import AXES, HERE, Frame, X, Y, Z, angle, compose, moved, spin, turned
 from urdf2mbs.spatial import Vec
-from urdf2mbs.urdf.model import Box, Cylinder, Geometry, Mesh, Sphere
+from urdf2mbs.urdf.model import Box, Capsule, Cylinder, Geometry, Sphere
 
 #: A turn (rad), or a shift relative to the reach of the group, that nobody sees.
 UNSEEN = 1e-6
@@ -71,20 +72,24 @@ def _negative(v: Vec) -> Vec:
     return (-v[0], -v[1], -v[2])
 
 
-def solid_of_visual(geometry: Geometry, at: Frame) -> Solid | None:
-    """Return a visual's geometry that stands in a frame; None if an .mbs has no such shape."""
+def solids_of_visual(geometry: Geometry, at: Frame) -> list[Solid]:
+    """Return the shapes by which an .mbs shows a visual's geometry that stands in a frame."""
     centre = at[9:]
     if isinstance(geometry, Sphere):
-        return Solid("sphere", (geometry.radius,), centre, ())
-    if isinstance(geometry, Cylinder):
-        return Solid("cylinder", (geometry.radius, geometry.length), centre, (turned(at, Z),))
+        return [Solid("sphere", (geometry.radius,), centre, ())]
+    if isinstance(geometry, Cylinder | Capsule):
+        sizes = (geometry.radius, geometry.length)
+        cylinder = Solid("cylinder", sizes, centre, (turned(at, Z),))
+        if isinstance(geometry, Cylinder):
+            return [cylinder]
+        ends = ((0.0, 0.0, side * geometry.length / 2) for side in (-1, 1))
+        balls = (Solid("sphere", (geometry.radius,), moved(at, end), ()) for end in ends)
+        return [cylinder, *balls]
     directions = tuple(turned(at, axis) for axis in AXES)
     if isinstance(geometry, Box):
-        return Solid("box", geometry.size, centre, directions)
-    if isinstance(geometry, Mesh):
-        x, y, z = geometry.scale
-        return Solid("inline", (abs(x), abs(y), abs(z)), centre, directions)
-    return None
+        return [Solid("box", geometry.size, centre, directions)]
+    x, y, z = geometry.scale
+    return [Solid("inline", (abs(x), abs(y), abs(z)), centre, directions)]
 
 
 def solid_of_shape(shape: mbs.Shape, body: Frame) -> Solid | None:
