@@ -16,7 +16,7 @@ import msgspec
 import pluggy
 
 if TYPE_CHECKING:
-    from urdf2mbs.conversion import Conversion, Settings, Summary
+    from urdf2mbs.conversion import Conversion, Summary
     from urdf2mbs.urdf.model import Extension, Robot
     from urdf2mbs.urdf.packages import Packages
     from urdf2mbs.urdf.reader import Expansion, Located
@@ -171,19 +171,14 @@ def urdf2mbs_presets() -> dict[str, dict[str, Any]]:
 
 
 @hookspec
-def urdf2mbs_codes() -> dict[str, str] | list[str]:
+def urdf2mbs_codes() -> dict[str, str]:
     """The codes of this plugin's messages, and what each means: ``{"links-dropped": "warning: links
     are left out"}``.  A config may set the level of each, unless the text begins with ``error:``.
 
-    A list names the codes alone.  The hook is called when a config sets levels, or a warning has no
-    hint: the second sentence of the text is the hint then.
+    The hook is called when a config sets levels, or a warning has no hint: the second sentence of
+    the text is the hint then.
     """
     raise NotImplementedError
-
-
-@hookspec
-def urdf2mbs_before_run(settings: Settings) -> None:
-    """Called once, before the source is read: to fetch or make what it needs."""
 
 
 @hookspec

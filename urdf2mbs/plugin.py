@@ -35,10 +35,6 @@ def __getattr__(name: str) -> object:
 
     if name in _MODULES:
         value: object = import_module(f"urdf2mbs.{_MODULES[name]}")
-    elif name == "simulation":  # of the plugin ``project``; the module was part of the door before
-        from urdf2mbs.engine.plugins import of_ours
-
-        value = of_ours(name)
     else:
         module = next((module for module, names in _NAMES.items() if name in names), None)
         if module is None:

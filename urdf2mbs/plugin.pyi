@@ -29,7 +29,6 @@ from urdf2mbs.states import OnPurpose as OnPurpose
 from urdf2mbs.states import Placed as Placed
 from urdf2mbs.urdf import model as urdf
 from urdf2mbs.urdf.mimic import follow as follow
-from urdf2mbs_project import simulation as simulation
 
 VERSION: int
 __all__ = ["mbs", "urdf"]

@@ -1,6 +1,5 @@
 """The one door for plugins, and what a config may do with passes: place, leave out, run twice."""
 
-import re
 from pathlib import Path
 from typing import Any
 
@@ -8,11 +7,10 @@ import pytest
 
 import urdf2mbs
 from presets import PRESETS
-from urdf2mbs import convert, plugin, states
+from urdf2mbs import convert, plugin
 from urdf2mbs.cli import main
 from urdf2mbs.config.model import config_of
 from urdf2mbs.engine.pipeline import Pipeline
-from urdf2mbs.engine.version_1 import MOVED
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
 from urdf2mbs.testing import convert_text
@@ -113,26 +111,6 @@ def test_an_entry_that_fails_is_the_plugin_s_fault(
         convert_text(plugins=[file])
 
 
-def test_what_version_1_offered_still_works_and_warns(tmp_path: Path) -> None:
-    conversion = convert_text().conversion
-    with pytest.warns(DeprecationWarning, match=r"conversion.starters goes: write .*'starter'"):
-        conversion.starters[tmp_path / "mine.txt"] = b"mine"
-    assert conversion.files_of("starter") == {tmp_path / "mine.txt": b"mine"}
-
-
-@pytest.mark.parametrize(("name", "now"), MOVED.items())
-def test_a_field_that_moved_is_read_and_written_by_its_old_name(name: str, now: str) -> None:
-    """And the warning names the line that asks, not ours."""
-    conversion, sought = convert_text().conversion, object()
-    says = re.escape(f"conversion.{name} goes: write conversion.{now}")
-    with pytest.warns(DeprecationWarning, match=says) as written:
-        setattr(conversion, name, sought)
-    assert eval(f"conversion.{now}", {**vars(states), "conversion": conversion}) is sought
-    with pytest.warns(DeprecationWarning, match=says) as read:
-        assert getattr(conversion, name) is sought
-    assert {warning.filename for warning in [*written, *read]} == {__file__}
-
-
 def test_a_plugin_keeps_a_state_and_tells_it_in_the_summary(
     here: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -166,8 +144,8 @@ def test_a_plugin_keeps_what_it_knows_on_the_conversion(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif("compact" not in PRESETS, reason="the plugin compact is away")
-@pytest.mark.parametrize("name", ["ours", "compact"])
-def test_a_preset_of_a_plugin_extends_compact(name: str, tmp_path: Path) -> None:
+def test_a_preset_of_a_plugin_extends_compact(tmp_path: Path) -> None:
+    name = "ours"
     preset = {name: {"extends": "compact", "after": {"expand": "scale"}}}
     more = f"@hookimpl\ndef urdf2mbs_presets(): return {preset}\n"
     usual = names(pipeline="compact")
@@ -190,21 +168,6 @@ def test_a_broken_preset_is_told(preset: str, said: str, tmp_path: Path) -> None
     with pytest.raises(ConfigError, match="plugin-broken") as wrong:
         convert_text(plugins=[file])
     assert said in wrong.value.message
-
-
-def test_a_hook_before_the_source_is_read(tmp_path: Path) -> None:
-    file = write(
-        tmp_path,
-        "from urdf2mbs.plugin import hookimpl\n@hookimpl\n"
-        "def urdf2mbs_before_run(settings):\n"
-        "    from urdf2mbs.testing import TINY\n"
-        "    settings.source.write_text(TINY)\n",
-    )
-    result = convert(tmp_path / "made.urdf", plugins=[file])
-    assert "arm" in result.robot.links
-    file.write_text(file.read_text().replace("settings.source", "settings.sauce"))
-    with pytest.raises(ConversionError, match="called before the source is read"):
-        convert(tmp_path / "made.urdf", plugins=[file])
 
 
 def test_what_the_door_shows() -> None:

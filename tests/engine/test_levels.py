@@ -59,7 +59,7 @@ from urdf2mbs.plugin import hookimpl
 
 @hookimpl
 def urdf2mbs_codes():
-    return ["bearing-hot"]
+    return {"bearing-hot": "warning: a bearing is hot. Oil it."}
 
 @hookimpl
 def urdf2mbs_after_pass(pass_, conversion):
@@ -79,14 +79,23 @@ def test_a_plugin_names_its_codes(folder: Path) -> None:
 
 def test_a_plugin_says_what_its_codes_mean(folder: Path) -> None:
     codes = '{"bearing-hot": "warning: it glows", "bearing-lost": "error: it is gone", "x": None}'
-    (folder / "lab.py").write_text(PLUGIN.replace('["bearing-hot"]', codes))
+    text = PLUGIN.replace('{"bearing-hot": "warning: a bearing is hot. Oil it."}', codes)
+    (folder / "lab.py").write_text(text)
     assert levels(plugins=["lab.py"], diagnostics={"bearing-hot": "note"})["bearing-hot"] == "note"
     with pytest.raises(ConfigError, match="unknown-code"):
         levels(plugins=["lab.py"], diagnostics={"bearing-lost": "note"})
 
 
+def test_codes_without_their_meaning_are_refused(folder: Path) -> None:
+    (folder / "lab.py").write_text(PLUGIN.replace(': "warning: a bearing is hot. Oil it."', ""))
+    with pytest.raises(
+        ConfigError, match=r"urdf2mbs_codes returned {'bearing-hot'}; expected a dict"
+    ):
+        levels(plugins=["lab.py"])
+
+
 def test_a_plugin_that_cannot_say_its_codes_is_named(folder: Path) -> None:
-    (folder / "lab.py").write_text(PLUGIN.replace('return ["bearing-hot"]', "return 1 / 0"))
+    (folder / "lab.py").write_text(PLUGIN.replace("return {", "return 1 / 0; {"))
     with pytest.raises(ConfigError, match="plugin 'lab': urdf2mbs_codes failed: ZeroDivision"):
         levels(plugins=["lab.py"], diagnostics={"bearing-hot": "note"})
 

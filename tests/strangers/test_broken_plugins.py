@@ -53,7 +53,7 @@ def run_config(folder: Path, plugin: str | None, capsys: Any, config: str = "") 
          r"mine.py: .*unknown hook 'urdf2mbs_pass'.*\n.*the hooks are: urdf2mbs_passes\(\),"),
         (HOOKS + "@hookimpl\ndef urdf2mbs_before_pass(robot): pass\n",
          r"mine.py: .*\{'robot'\}.*\n.*before_pass\(pass_, conversion\)"),
-        (PASS + "None\n", r"urdf2mbs_passes returned nothing\n.*list of the classes"),
+        (PASS + "None\n", r"urdf2mbs_passes returned nothing; expected a list\n.*of the classes"),
         (PASS + "['a']\n", r"gave 'a', which is no subclass of Pass"),
         (PASS + "[][0]\n", r"mine.py:4: .*urdf2mbs_passes failed: IndexError"),
         (PASS + "[make('', run)]\n", r"pass '': its name"),

@@ -100,6 +100,8 @@ def _leave_stdout() -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
+#: Words that ask for help: ``-h``, also among other short options, ``--help`` or its beginning.
+HELP = re.compile(r"-\w*h\w*|--h(e(lp?)?)?")
 #: Options of the program, which may stand before the command, too.
 _ANYWHERE = ("-v", "--verbose", "-q", "--quiet", "--no-plugins", "--debug", "--color")
 
@@ -111,7 +113,7 @@ def parse(words: Sequence[str]) -> argparse.Namespace:
     known = {command.name: command for command in CORE}
     if name not in known:
         known = commands_of(plugins_of((), installed="--no-plugins" not in words))
-    may_ask_for_help = any(word.startswith("-") and "h" in word for word in words)
+    may_ask_for_help = any(HELP.fullmatch(word) for word in words)
     whole = parser(known, words[:1], texts=may_ask_for_help or not words)
     if not words:
         whole.print_help()
@@ -132,9 +134,6 @@ def _command_first(words: Sequence[str]) -> list[str]:
     while count < len(words) and words[count].partition("=")[0] in _ANYWHERE:
         count += 2 if words[count] == "--color" else 1
     command, before, behind = words[count : count + 1], words[:count], words[count + 1 :]
-    if [*command] == ["passes"]:
-        print("'passes' is called 'explain' now", file=sys.stderr)
-        command = ["explain"]
     return [*command, *before, *behind]
 
 

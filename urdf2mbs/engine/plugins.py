@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 import sys
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from functools import cache, cached_property
 from importlib import import_module
 from pathlib import Path
@@ -113,7 +113,8 @@ class Plugins:
 
         codes = of_engine.CODES | of_passes.CODES | of_urdf.CODES
         for name in self._files:
-            codes |= self._brought(name, "urdf2mbs_codes", _with_meaning, _CODES)
+            brought = self._brought(name, "urdf2mbs_codes", dict)
+            codes |= {code: str(meaning) for code, meaning in brought.items()}
         return codes
 
     def blame(self, tb: TracebackType | None) -> tuple[str, str] | None:
@@ -249,8 +250,8 @@ class Plugins:
         try:
             self._register(plugin, name)
             passes = self._passes_of(name, package)
-            commands = self._brought(name, "urdf2mbs_commands", list, _COMMANDS)
-            api = self._brought(name, "urdf2mbs_api", dict, _API)
+            commands = self._brought(name, "urdf2mbs_commands", list)
+            api = self._brought(name, "urdf2mbs_api", dict)
             presets = self._presets_of(name)
         except ConfigError:
             del self._files[name]
@@ -262,9 +263,6 @@ class Plugins:
         self.commands |= {command.name: command for command in commands}
         self.api |= api
         for key, preset in presets.items():
-            if preset.extends == key and key in self.presets:
-                preset.extends = f"{key} before {name}"
-                self.presets[preset.extends] = self.presets[key]
             self.presets[key] = preset
 
     def _register(self, plugin: Any, name: str) -> None:
@@ -285,7 +283,7 @@ class Plugins:
 
     def _presets_of(self, name: str) -> dict[str, Preset]:
         presets = {}
-        for key, given in self._brought(name, "urdf2mbs_presets", dict, _PRESET).items():
+        for key, given in self._brought(name, "urdf2mbs_presets", dict).items():
             try:
                 preset: Preset = typed(Preset, given, Lines())
                 if not preset.pipeline and not preset.extends:
@@ -293,34 +291,40 @@ class Plugins:
                         "config-key-missing", "it has neither 'pipeline' nor 'extends'"
                     )
             except ConfigError as error:
-                raise self._broken(name, f"preset {key!r}: {error.message}", _PRESET) from None
+                fault, hint = f"preset {key!r}: {error.message}", EXPECTED["urdf2mbs_presets"]
+                raise self._broken(name, fault, hint) from None
             presets[key] = preset
         return presets
 
-    def _brought(self, name: str, hook: str, kind: Callable[..., Any], hint: str) -> Any:
-        """What a plugin's hook gives; raises ConfigError."""
+    def _brought(self, name: str, hook: str, kind: type[list[Any] | dict[str, Any]]) -> Any:
+        """Return what a plugin's hook returns, a list or a dict.
+
+        Raises:
+            ConfigError: ``plugin-broken``, the hook fails or returns something else.
+        """
         for impl in getattr(self.hook, hook).get_hookimpls():
             if impl.plugin_name == name:
                 try:
                     brought = impl.function()
-                    if brought is not None:
-                        return kind(brought)
                 except FAILURES as error:
-                    raise self._broken(
-                        name, f"{hook} failed: {in_words(error)}", "", error
-                    ) from error
-                raise self._broken(name, f"{hook} returned nothing", hint)
+                    fault = f"{hook} failed: {in_words(error)}"
+                    raise self._broken(name, fault, "", error) from error
+                if not isinstance(brought, kind):
+                    returned = "nothing" if brought is None else repr(brought)
+                    fault = f"{hook} returned {returned}; expected a {kind.__name__}"
+                    raise self._broken(name, fault, EXPECTED[hook])
+                return brought
         return kind()
 
     def _passes_of(self, name: str, package: str) -> Iterable[Registered]:
         found: dict[str, Registered] = {}
-        for kind in self._brought(name, "urdf2mbs_passes", list, _LIST):
+        for kind in self._brought(name, "urdf2mbs_passes", list):
             if isinstance(kind, PassEntry):
                 found[kind.name] = Registered(kind, name, package, self._files[name])
                 continue
             if not isinstance(kind, type) or not issubclass(kind, Pass):
                 fault = f"urdf2mbs_passes gave {kind!r}, which is no subclass of Pass"
-                raise self._broken(name, fault, _LIST)
+                raise self._broken(name, fault, EXPECTED["urdf2mbs_passes"])
             fault, hint = ("", "") if name in (GROUP, *OURS) else _fault(kind)
             if fault:
                 raise self._broken(name, f"pass {kind.name!r}: {fault}", hint)
@@ -346,18 +350,15 @@ def _import(place: str | None) -> Any:
     return getattr(import_module(module), thing) if thing else import_module(module)
 
 
-#: What the hooks of a plugin give.
-_LIST = "return a list of the classes of your passes, such as [MyPass]"
-_CODES = "return the codes, such as {'links-dropped': 'warning: links are left out'}"
-_COMMANDS = "return a list, such as [Command('weigh', 'weigh a robot', 'my_package.weigh')]"
-_API = "return names and places, such as {'weigh': 'my_package.weigh:weigh'}"
-_PRESET = "{'my-preset': {'extends': 'compact', 'after': {'expand': 'my-pass'}}}"
-
-
-def _with_meaning(codes: Iterable[str] = ()) -> dict[str, str]:
-    """The codes of a plugin; those of a list say nothing of their meaning."""
-    meanings = codes if isinstance(codes, Mapping) else dict.fromkeys(codes, "")
-    return {code: str(meaning) for code, meaning in meanings.items()}
+#: What each hook of a plugin returns.
+EXPECTED = {
+    "urdf2mbs_passes": "return a list of the classes of your passes, such as [MyPass]",
+    "urdf2mbs_codes": "return the codes, such as {'links-dropped': 'warning: links are left out'}",
+    "urdf2mbs_commands": "return a list, such as [Command('weigh', 'weigh a robot', "
+    "'my_package.weigh')]",
+    "urdf2mbs_api": "return names and places, such as {'weigh': 'my_package.weigh:weigh'}",
+    "urdf2mbs_presets": "{'my-preset': {'extends': 'compact', 'after': {'expand': 'my-pass'}}}",
+}
 
 
 @cache

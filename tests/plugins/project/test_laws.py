@@ -16,7 +16,8 @@ from urdf2mbs.testing import TINY
 from urdf2mbs_simulate.c_code import compiler
 
 PLUGIN = '''
-from urdf2mbs.plugin import Pass, hookimpl, mbs, simulation
+from urdf2mbs.plugin import Pass, hookimpl, mbs
+from urdf2mbs_project import simulation
 
 class Laws(Pass):
     """A torque in a joint, and a force at a point."""
@@ -101,7 +102,8 @@ def test_the_laws_move_the_robot_the_same_way_in_c(tmp_path: Path) -> None:
 
 
 AT_CONTACT = '''
-from urdf2mbs.plugin import Pass, hookimpl, simulation
+from urdf2mbs.plugin import Pass, hookimpl
+from urdf2mbs_project import simulation
 
 class Lift(Pass):
     """4 N at a point that touches the ground."""
