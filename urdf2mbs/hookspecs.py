@@ -32,15 +32,15 @@ class Pass(msgspec.Struct, forbid_unknown_fields=True):
     A subclass is a pass.  Its fields are the pass's options, filled from the config: a field
     without a default must be given there.  ``run`` changes the conversion in place.
 
-    The sections of a conversion are listed in ``engine.sections``.  A pass that reads a section
-    stands behind a pass that writes the section, and before no pass that writes the section anew.
+    The sections of a conversion are listed in ``engine.sections``, and the rules in
+    ``engine.order``.
     """
 
     name: ClassVar[str] = ""
     """How a config calls the pass; by default the name of the class: ``LockJoints`` is
     ``lock-joints``."""
     reads: ClassVar[tuple[str, ...]] = ()
-    """The sections that the pass needs."""
+    """The sections that the pass uses for what it writes, or says."""
     writes: ClassVar[tuple[str, ...]] = ()
     """The sections that the pass fills or changes."""
     after: ClassVar[tuple[str, ...]] = ()

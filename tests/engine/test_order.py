@@ -14,7 +14,7 @@ from urdf2mbs.engine.plugins import Plugins
 from urdf2mbs.engine.sections import SECTIONS
 from urdf2mbs.hookspecs import Pass
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
-from urdf2mbs.testing import run_pass
+from urdf2mbs.testing import convert_text, run_pass
 
 CONFIGS = Path(__file__).resolve().parents[2] / "configs"
 BUILT_IN = {name: found[0].kind for name, found in Plugins(installed=False).passes.items()}
@@ -22,13 +22,15 @@ BUILT_IN = {name: found[0].kind for name, found in Plugins(installed=False).pass
 
 def test_sections_are_the_words_of_the_passes() -> None:
     words = {section for kind in BUILT_IN.values() for section in (*kind.reads, *kind.writes)}
-    assert words == set(SECTIONS)
+    of_plugins = {"couplings", "base-position"}
+    assert words | of_plugins == set(SECTIONS)
 
 
 A = make("a", lambda c, o: None, writes=("robot",))
 B = make("b", lambda c, o: None, reads=("robot",), writes=("bodies",))
 C = make("c", lambda c, o: None, reads=("bodies",), writes=("joints",))
 D = make("d", lambda c, o: None, reads=("robot",))
+E = make("e", lambda c, o: None, writes=("posture",))
 
 
 @pytest.mark.parametrize(
@@ -37,11 +39,17 @@ D = make("d", lambda c, o: None, reads=("robot",))
         ([A, B, C], "", ""),
         ([A, B, C, D], "", ""),
         ([A, A, B, C], "", ""),
-        ([A, D, A, B], "", "a pass that only looks is never stale"),
+        ([A, D, A, B], "", ""),
+        ([A, B, A], "", "what a pass really changes is seen in the run"),
         ([B], "need-not-given", "pass 'b' reads the robot, which no pass of this pipeline writes"),
         ([B, A], "wrong-order", "pass 'b' reads the robot, which 'a' writes only later"),
-        ([A, B, A], "stale", "pass 'a' changes the robot after pass 'b' has made the bodies"),
-        ([A, B, C, B], "stale", "pass 'b' changes the bodies after pass 'c' has made the joints"),
+        (
+            [A, E],
+            "need-not-given",
+            "writes the posture of the joints and so reads the joints",
+        ),
+        ([A, E, B, C], "wrong-order", "the joints, which 'c' writes only later"),
+        ([A, B, C, E], "", ""),
     ],
 )
 def test_places_of_passes_of_plugins(passes: list[type[Pass]], code: str, said: str) -> None:
@@ -71,7 +79,7 @@ def urdf2mbs_passes():
     ("after", "change", "section", "reader"),
     [
         ("emit", "conversion.mbs.user_models.clear()", "forces", "assign-names"),
-        ("emit", "conversion.mbs.bodies[0].mass = 3.0", "inertias", "joint-parameters"),
+        ("emit", "conversion.mbs.bodies[0].mass = 3.0", "inertias", "emit"),
         ("layout", "conversion.mbs.bodies[0].points.clear()", "anchors", "assign-names"),
         ("decompose-joints", "conversion.segments['arm'].parts.clear()", "bodies", "reframe-"),
         ("check", "conversion.mbs.view = None", "view", "emit"),
@@ -93,6 +101,73 @@ def test_a_change_in_time_is_none_of_the_order_s_business(tmp_path: Path) -> Non
     file = tmp_path / "late.py"
     file.write_text(LATE.format(change="conversion.mbs.bodies[0].points[0].name = 'socket'"))
     assert b"socket" in run_pass("late", file, after="collect-anchors").data
+
+
+BEND = """
+from urdf2mbs.plugin import Pass, hookimpl
+
+class Bend(Pass):
+    reads = ("joints",)
+    writes = ("posture",)
+
+    def run(self, conversion):
+        for step, joint in conversion.single_coordinates():
+            joint.q = 0.25
+
+@hookimpl
+def urdf2mbs_passes():
+    return [Bend]
+"""
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+def test_an_honest_pass_is_refused_only_where_its_change_is_too_late(
+    preset: str, tmp_path: Path
+) -> None:
+    """It changes a posture: where there are joints, and before the diagram is drawn of it."""
+    file = tmp_path / "bend.py"
+    file.write_text(BEND)
+    outcomes: dict[str, str] = {}
+    messages: dict[str, str] = {}
+    for place in passes_of(preset):
+        try:
+            result = run_pass("bend", file, after=place, pipeline=preset)
+            assert result.mbs.joints()["shoulder"].q == 0.25
+            assert "undeclared" not in {found.code for found in result.diagnostics}
+            outcomes[place] = "taken"
+        except ConversionError as error:
+            outcomes[place], messages[place] = error.code, error.message
+    names = list(outcomes)
+    first, last = names.index("decompose-joints"), names.index("layout")
+    assert {outcomes[name] for name in names[:first]} == {"wrong-order"}
+    assert {outcomes[name] for name in names[first:last]} == {"taken"}
+    assert {outcomes[name] for name in names[last:]} <= {"stale", "plugin-output-broken"}
+    assert "pass 'bend' changes the posture after pass 'layout' made" in messages["layout"]
+
+
+def test_a_pass_that_does_not_declare_what_it_changes_is_named(tmp_path: Path) -> None:
+    file = tmp_path / "bend.py"
+    file.write_text(BEND.replace('writes = ("posture",)', ""))
+    found = run_pass("bend", file, after="collect-anchors").diagnostics
+    (told,) = [one for one in found if one.code == "undeclared"]
+    assert "pass 'bend' of plugin 'bend' changes the posture" in told.message
+    assert told.hint == "add to its 'writes': 'posture'"
+
+
+@pytest.mark.skipif("posture" not in BUILT_IN, reason="the plugin project is away")
+def test_our_own_pass_that_changes_what_a_strangers_pass_used_is_refused(tmp_path: Path) -> None:
+    """A stranger's pass that makes forces from a posture stands before the pass 'posture'."""
+    file = tmp_path / "early.py"
+    text = BEND.replace('reads = ("joints",)', 'reads = ("joints", "posture")')
+    text = text.replace('writes = ("posture",)', 'writes = ("forces",)').replace("Bend", "Early")
+    file.write_text(text.replace("joint.q = 0.25", "joint.q"))
+    options = {"posture": {"joints": {"shoulder": 0.5}}}
+    late = {"plugins": [file], "passes": options, "after": {"posture": "early"}}
+    convert_text(**late)
+    with pytest.raises(ConversionError) as wrong:
+        convert_text(**late | {"after": {"decompose-joints": "early"}})
+    assert wrong.value.code == "stale"
+    assert "pass 'posture' changes the posture after pass 'early' made" in wrong.value.message
 
 
 PRESET = """

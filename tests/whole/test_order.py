@@ -6,10 +6,13 @@ from typing import Any
 import pytest
 
 from making import passes_of
+from oracle.rich import PASSES, RICH
+from touches import NAME, record
 from urdf2mbs.config.model import Config, Lines, typed
+from urdf2mbs.engine.order import find_stale
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.engine.plugins import Plugins
-from urdf2mbs.engine.sections import find_changed, look
+from urdf2mbs.engine.sections import IMPLIED, compare, take_snapshot
 from urdf2mbs.hookspecs import Pass, hookimpl
 from urdf2mbs.messages.diagnostics import ConfigError
 
@@ -70,19 +73,24 @@ def pipeline(robot: str, preset: str | list[str], folder: Path) -> Pipeline:
 
 
 class Seen:
-    """What each pass changes."""
+    """What each pass changes, and what of that came too late."""
 
     def __init__(self) -> None:
         self.sections: dict[str, set[str]] = {}
+        self.ran: list[type[Pass]] = []
+        self.stale: list[str] = []
 
     @hookimpl
     def urdf2mbs_before_pass(self, pass_: Pass, conversion: Any) -> None:
-        self.before = look(conversion)
+        self.before = take_snapshot(conversion)
 
     @hookimpl
     def urdf2mbs_after_pass(self, pass_: Pass, conversion: Any) -> None:
-        now = find_changed(self.before, look(conversion))
-        self.sections.setdefault(pass_.name, set()).update(now)
+        change = compare(self.before, take_snapshot(conversion))
+        self.sections.setdefault(pass_.name, set()).update(change.changed)
+        found = find_stale(type(pass_), change.altered, self.ran)
+        self.stale += [found[0]] if found else []
+        self.ran.append(type(pass_))
 
 
 #: Passes that change no section: they look, write files, or say how to simulate.
@@ -100,15 +108,52 @@ def test_built_in_passes_say_what_they_change(
     text = (CONFIGS / "lamp.urdf").read_text().replace("meshes/", f"{CONFIGS}/meshes/")
     mirrored.write_text(text.replace('shade.obj"', 'shade.obj" scale="1 -1 1"'))
     monkeypatch.setitem(ROBOTS, "mirrored", (mirrored, {}))
+    rich = tmp_path / "rich.urdf"
+    rich.write_text(RICH)
+    monkeypatch.setitem(ROBOTS, "rich", (rich, PASSES))
     for robot in ROBOTS:
         whole = pipeline(robot, preset, tmp_path / robot)
         whole.watch(seen)
+        seen.ran = []
         whole.run()
+    assert seen.stale == [], "our own passes keep the contract among themselves"
     for name, sections in seen.sections.items():
         if name == "merge":  # which has nothing to do where nobody has edited
             continue
-        assert sections == set(BUILT_IN[name].writes), name
+        writes = set(BUILT_IN[name].writes)
+        implied = {IMPLIED[section] for section in writes if section in IMPLIED}
+        assert sections - implied == writes, name
         assert bool(sections) == (name not in ONLY_LOOK), name
+
+
+#: Passes behind ``emit`` read the file, and with it all that it was made of.
+OF_THE_FILE = {"mbs-file", "couplings", "base-position", *BUILT_IN["emit"].reads}
+
+
+def test_built_in_passes_say_what_they_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """All that they use for another section, and nothing that they never use.
+
+    What a pass uses only for what it writes itself, it need not say.
+    """
+    rich = tmp_path / "rich.urdf"
+    rich.write_text(RICH)
+    monkeypatch.setitem(ROBOTS, "rich", (rich, PASSES))
+    used: dict[str, set[str]] = {}
+    for preset in PRESETS:
+        for robot in ROBOTS:
+            for name, sections in record(pipeline(robot, preset, tmp_path / robot)).items():
+                used.setdefault(name, set()).update(sections)
+    for name, sections in used.items():
+        kind = BUILT_IN[name]
+        reads = set(kind.reads)
+        implied = OF_THE_FILE if "mbs-file" in reads else set()
+        assert sections - {NAME} <= {*reads, *kind.writes} | implied, name
+        if NAME in sections:
+            sections.add("names")
+        if not implied:
+            assert reads <= sections, name
 
 
 @pytest.mark.parametrize("preset", PRESETS)

@@ -15,6 +15,7 @@ CODES = {
     "need-not-given": "error: a pass reads a section that no pass writes. Add a pass.",
     "wrong-order": "error: a pass reads a section that a later pass writes. Exchange the two.",
     "stale": "error: a pass changes the source of an earlier result. Move the pass.",
+    "undeclared": "warning: a pass changes a section that is not in its `writes`. Add it there.",
     "plugin-verdict": "error: a plugin changes settings or a result of `check`. Correct it.",
     "package-missing": "error: `packages` names a folder that does not exist. Correct the path.",
     "output-is-source": "error: the output would replace the robot. Name another output.",

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from time import perf_counter
@@ -24,7 +25,7 @@ from urdf2mbs.engine.order import check_order, find_stale
 from urdf2mbs.engine.plugins import hooks_of, plugins_of
 from urdf2mbs.engine.registered import Registered
 from urdf2mbs.engine.resolve import Configured, resolve
-from urdf2mbs.engine.sections import find_changed, look
+from urdf2mbs.engine.sections import IMPLIED, compare, take_snapshot
 from urdf2mbs.engine.settings import check_output, settings_of
 from urdf2mbs.engine.tracebacks import FAILURES, in_words, line_in
 from urdf2mbs.hookspecs import Pass
@@ -204,14 +205,25 @@ class Pipeline:
     def _run_pass(
         self, configured: Configured, conversion: Conversion, ran: list[Registered]
     ) -> None:
-        """Run a pass; check what a plugin's pass leaves.  ``ran`` are the passes before it."""
+        """Run a pass, and check what a plugin's pass leaves.
+
+        Args:
+            configured: The pass, with its options.
+            conversion: What the pass changes.
+            ran: The passes that ran before it.
+
+        Raises:
+            ConversionError: The pass failed, or broke the contract of ``engine.order``.
+        """
         registered, pass_ = configured.registered, configured.pass_
         plugin = registered.plugin
         strange = not registered.is_ours
         known = bool(conversion.robot.links)
         robot = encode(conversion.robot) if known and _may_change(configured) else None
         ours = protected_state(conversion) if strange else ""
-        sections = look(conversion) if strange else {}
+        # Our own passes keep the contract among themselves, as the tests show.
+        is_checked = strange or not all(earlier.is_ours for earlier in ran)
+        before = take_snapshot(conversion) if is_checked else None
         try:
             pass_.run(conversion)
             if strange:
@@ -223,13 +235,36 @@ class Pipeline:
             raise
         except FAILURES as error:
             raise self._failed(registered, conversion, error, ran) from error
-        seen = find_changed(sections, look(conversion)) if sections else []
-        stale = find_stale(type(pass_), seen, [earlier.kind for earlier in ran])
+        if before is not None:
+            self._check_change(registered, conversion, before, ran)
+
+    def _check_change(
+        self,
+        registered: Registered,
+        conversion: Conversion,
+        before: dict[str, Counter[bytes]],
+        ran: Sequence[Registered],
+    ) -> None:
+        """Check what a pass changed of the sections, by the contract of ``engine.order``."""
+        change = compare(before, take_snapshot(conversion))
+        readers = ran if not registered.is_ours else [one for one in ran if not one.is_ours]
+        stale = find_stale(registered.kind, change.altered, [reader.kind for reader in readers])
         if stale:
-            raise ConversionError(
-                "stale", f"{stale[0]} (plugin '{plugin}')", file=registered.file,
-                hint=f"{stale[1]}: a pass of that place uses the change",
-            )  # fmt: skip
+            message, hint = stale
+            strangers = [one for one in (registered, *readers) if not one.is_ours]
+            message += f" (plugin '{strangers[0].plugin}')"
+            hint += ": a pass of that place uses the change"
+            raise ConversionError("stale", message, file=strangers[0].file, hint=hint)
+        writes = registered.kind.writes
+        declared = {*writes, *(IMPLIED[name] for name in writes if name in IMPLIED)}
+        undeclared = [name for name in change.changed if name not in declared]
+        if undeclared and not registered.is_ours:
+            conversion.warn(
+                "undeclared",
+                f"pass '{registered.name}' of plugin '{registered.plugin}' changes the "
+                f"{' and the '.join(undeclared)}, and does not declare it",
+                hint=f"add to its 'writes': {', '.join(map(repr, undeclared))}",
+            )
 
     def _check_levels(self, config: Config, lines: Lines) -> None:
         """Note each code that neither urdf2mbs nor a plugin has, or whose level is fixed."""

@@ -1,109 +1,171 @@
-"""The sections of a conversion: what passes read and write, and what a pass has changed of them.
+"""The sections of a conversion: what passes read and write, and what a pass changed of them.
 
-A section leaves out what has not been filled yet, so that a new body changes the section
-``bodies`` alone.
+A section is a list of parts, such as points or joints.  Most passes only add parts; what was there
+before stays as it was.  So a snapshot of a section tells added parts from changed ones.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Iterable
 from typing import Any
+
+import msgspec
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.mbs import model as mbs
 from urdf2mbs.urdf.changes import encode
 
 
-def _holders(c: Conversion) -> list[mbs.Base | mbs.Body]:
-    return [c.mbs.base, *c.mbs.bodies]
+def _list_holders(conversion: Conversion) -> list[mbs.Base | mbs.Body]:
+    return [conversion.mbs.base, *conversion.mbs.bodies]
 
 
-def _joints_of(c: Conversion) -> list[mbs.Joint]:
-    return [joint for body in c.mbs.bodies for joint in body.joints]
+def _list_joints(conversion: Conversion) -> list[mbs.Joint]:
+    return [joint for body in conversion.mbs.bodies for joint in body.joints]
 
 
-def _bodies(c: Conversion) -> Any:
-    segments = [
-        (segment.link, segment.parent, segment.parts, [
-            (step.joint.name, step.xyz, step.turns, step.axis, step.measured,
-             step.frames)
+def _robot(conversion: Conversion) -> Iterable[Any]:
+    robot = conversion.robot
+    yield robot.name, robot.materials, robot.fixed_by
+    yield from robot.extensions
+    yield from robot.links.values()
+    yield from robot.joints.values()
+
+
+def _bodies(conversion: Conversion) -> Iterable[Any]:
+    yield conversion.aligned
+    for segment in conversion.segments.values():
+        steps = [
+            (step.joint.name, step.xyz, step.turns, step.axis, step.measured, step.frames)
             for step in segment.steps
-        ])
-        for segment in c.segments.values()
-    ]  # fmt: skip
-    return c.aligned, segments
+        ]
+        yield segment.link, segment.parent, segment.parts, steps
 
 
-def _anchors(c: Conversion) -> Any:
-    return [
-        (number, point.coordinates, point.sensor, point.extforce)
-        for number, holder in enumerate(_holders(c))
-        for point in holder.points
-    ]
+def _anchors(conversion: Conversion) -> Iterable[Any]:
+    for number, holder in enumerate(_list_holders(conversion)):
+        for place, point in enumerate(holder.points):
+            yield number, place, point.coordinates
+            yield from filter(None, (point.sensor, point.extforce))
 
 
-def _forces(c: Conversion) -> Any:
-    model = c.mbs
-    return (
-        [(connection.kind, connection.length) for connection in (*model.cuts, *model.links)],
-        len(model.user_constraints), model.user_models, model.user_variables,
-    )  # fmt: skip
+def _forces(conversion: Conversion) -> Iterable[Any]:
+    model = conversion.mbs
+    yield from ((link.kind, link.length) for link in (*model.cuts, *model.links))
+    yield from (("constraint", number) for number in range(len(model.user_constraints)))
+    yield from model.user_models
+    yield from model.user_variables
 
 
-def _names(c: Conversion) -> Any:
-    if not c.names.bodies:
-        return None
-    holders = [(holder.name, [point.name for point in holder.points]) for holder in _holders(c)]
-    return c.names, c.frames, holders, [joint.name for joint in _joints_of(c)]
+def _shapes(conversion: Conversion) -> Iterable[Any]:
+    yield conversion.meshes
+    for holder in _list_holders(conversion):
+        yield from holder.shapes
 
 
-def _layout(c: Conversion) -> Any:
-    points = [point.position for holder in _holders(c) for point in holder.points]
-    joints = [joint.position for joint in _joints_of(c)]
-    places = [holder.drawing for holder in _holders(c)]
-    return [place for place in (*places, *points, *joints) if place]
+def _names(conversion: Conversion) -> Iterable[Any]:
+    if conversion.names.bodies:
+        yield conversion.names
+        yield conversion.frames
+        yield [joint.name for joint in _list_joints(conversion)]
+        for holder in _list_holders(conversion):
+            yield holder.name, [point.name for point in holder.points]
 
 
-#: Each section, and what of a conversion stands in it.
-SECTIONS: dict[str, Callable[[Conversion], Any]] = {
-    "robot": lambda c: c.robot,
-    "base": lambda c: (c.base.floating, c.base.inserted, c.mbs.base.gravity),
+def _layout(conversion: Conversion) -> Iterable[Any]:
+    holders = _list_holders(conversion)
+    points = [point.position for holder in holders for point in holder.points]
+    joints = [joint.position for joint in _list_joints(conversion)]
+    return filter(None, (*(holder.drawing for holder in holders), *points, *joints))
+
+
+def _list_base_joints(conversion: Conversion) -> list[mbs.Joint]:
+    steps = (step for step in conversion.steps() if step.joint.name == conversion.base.inserted)
+    return [joint for step in steps for joint in step.joints]
+
+
+def _posture(conversion: Conversion) -> Iterable[Any]:
+    of_base = set(map(id, _list_base_joints(conversion)))
+    for number, joint in enumerate(_list_joints(conversion)):
+        if id(joint) not in of_base:
+            yield number, joint.q or 0.0
+
+
+#: Each section, and its parts in a conversion; a section leaves out what has not been filled yet.
+SECTIONS: dict[str, Callable[[Conversion], Iterable[Any]]] = {
+    "robot": _robot,
+    "base": lambda c: [(c.base.floating, c.base.inserted, c.mbs.base.gravity)],
     "bodies": _bodies,
-    "inertias": lambda c: [
+    "inertias": lambda c: (
         (body.mass, body.com, body.inertia) for body in c.mbs.bodies if body.mass is not None
-    ],
-    "joints": lambda c: [
-        (joint.type, joint.nature, joint.symbols, joint.actuated) for joint in _joints_of(c)
-    ],
-    "couplings": lambda c: (),
+    ),
+    "joints": lambda c: (
+        (number, joint.type, joint.nature == "driven", joint.symbols, joint.actuated)
+        for number, joint in enumerate(_list_joints(c))
+    ),
+    "couplings": lambda c: (
+        number for number, joint in enumerate(_list_joints(c)) if joint.nature == "dependent"
+    ),
     "anchors": _anchors,
-    "posture": lambda c: [joint.q for joint in _joints_of(c) if joint.q],
+    "posture": _posture,
+    "base-position": lambda c: ((joint.name, joint.q or 0.0) for joint in _list_base_joints(c)),
     "forces": _forces,
-    "shapes": lambda c: ([shape for holder in _holders(c) for shape in holder.shapes], c.meshes),
+    "shapes": _shapes,
     "names": _names,
     "layout": _layout,
-    "view": lambda c: c.mbs.view,
-    "mbs-file": lambda c: c.files.get(c.written),
+    "view": lambda c: [c.mbs.view],
+    "mbs-file": lambda c: [c.files.get(c.written)],
 }
 
 #: The sections that may be empty: a pass that reads them needs no pass that writes them.
-OPTIONAL = frozenset(["base", "couplings", "posture", "forces", "view"])
+OPTIONAL = frozenset(["base", "couplings", "posture", "base-position", "forces", "view"])
+#: The section that a pass may change, too, if it writes another one.
+IMPLIED = {"posture": "base-position"}
+#: The section that holds what another one is about: a posture is of joints, a mass of a body.
+ABOUT = {
+    "base": "robot",
+    "bodies": "robot",
+    "inertias": "bodies",
+    "joints": "bodies",
+    "couplings": "joints",
+    "anchors": "bodies",
+    "posture": "joints",
+    "base-position": "joints",
+    "shapes": "bodies",
+    "names": "bodies",
+    "layout": "bodies",
+}
 
 
-def look(conversion: Conversion) -> dict[str, bytes]:
-    """What each section holds now, as bytes that can be compared.
+class Change(msgspec.Struct, frozen=True):
+    """What a pass changed of the sections."""
 
-    Raises TypeError or ValueError where a section holds what no file can hold.
+    changed: list[str]
+    """The sections that differ."""
+    altered: list[str]
+    """Those of them of which something that was there is changed or gone."""
+
+
+def take_snapshot(conversion: Conversion) -> dict[str, Counter[bytes]]:
+    """Return the parts of each section, as bytes that can be compared.
+
+    Raises:
+        TypeError: A section holds what no file can hold.
+        ValueError: Likewise.
     """
-    of_plugins = [
+    states = [
         state.sections() for state in conversion.states.values() if hasattr(state, "sections")
     ]
     return {
-        name: encode((take(conversion), [own[name] for own in of_plugins if own.get(name)]))
+        name: Counter(
+            map(encode, (*take(conversion), *(state[name] for state in states if state.get(name))))
+        )
         for name, take in SECTIONS.items()
     }
 
 
-def find_changed(before: dict[str, bytes], after: dict[str, bytes]) -> list[str]:
-    """The sections that differ."""
-    return [name for name in SECTIONS if before[name] != after[name]]
+def compare(before: dict[str, Counter[bytes]], after: dict[str, Counter[bytes]]) -> Change:
+    """Return which sections differ between two snapshots."""
+    changed = [name for name in SECTIONS if before[name] != after[name]]
+    return Change(changed, [name for name in changed if before[name] - after[name]])

@@ -14,7 +14,7 @@ from urdf2mbs.mbs.names import identifiers, rename
 
 
 class AssignNames(Pass):
-    reads = ("robot", "bodies", "joints", "couplings", "anchors", "forces")
+    reads = ("bodies", "joints", "anchors", "forces")
     writes = ("names",)
 
     def run(self, conversion: Conversion) -> None:

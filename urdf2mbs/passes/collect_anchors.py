@@ -16,7 +16,7 @@ from urdf2mbs.spatial import IDENTITY, ZERO
 
 
 class CollectAnchors(Pass):
-    reads = ("bodies",)
+    reads = ("robot", "bodies")
     writes = ("anchors",)
 
     def run(self, conversion: Conversion) -> None:

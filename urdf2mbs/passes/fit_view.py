@@ -16,7 +16,7 @@ HUMAN = 1.8
 
 
 class FitView(Pass):
-    reads = ("robot", "bodies", "posture")
+    reads = ("robot",)
     writes = ("view",)
 
     def run(self, conversion: Conversion) -> None:

@@ -27,7 +27,7 @@ DYNAMICS = ("damping", "friction", "spring_stiffness")
 
 
 class JointParameters(Pass):
-    reads = ("robot", "inertias", "joints", "couplings", "posture")
+    reads = ("robot", "bodies", "joints")
     writes = ("forces",)
 
     stops: bool = True

@@ -14,7 +14,7 @@ from urdf2mbs.hookspecs import Pass
 
 
 class Layout(Pass):
-    reads = ("joints", "anchors", "forces", "names")
+    reads = ("bodies", "joints", "anchors", "posture", "names")
     writes = ("layout",)
 
     style: Literal["robot", "tree"] = "robot"

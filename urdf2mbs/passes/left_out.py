@@ -19,7 +19,7 @@ JOINTS, CUTS, SENSORS = 80, 30, 30
 
 
 class LeftOut(Pass):
-    reads = ("robot", "bodies", "names")
+    reads = ("robot", "bodies", "joints", "anchors", "forces", "names")
 
     def run(self, conversion: Conversion) -> None:
         # a fixed joint has no motion that could be damped or limited

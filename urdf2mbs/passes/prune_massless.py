@@ -18,7 +18,7 @@ from urdf2mbs.urdf.model import JOINT_TYPES, Joint
 
 
 class PruneMassless(Pass):
-    reads = ("robot", "base")
+    reads = ("robot",)
     writes = ("bodies",)
 
     keep: list[str] = []

@@ -29,7 +29,7 @@ _INERTIAL = ("mass", "centre", "inertia")
 
 
 class Certificate(Pass):
-    reads = ("mbs-file",)
+    reads = ("robot", "mbs-file")
 
     write: Literal["project", "always", "never"] = "project"
     """Where one is written: in a project, beside a lone .mbs too, or nowhere."""

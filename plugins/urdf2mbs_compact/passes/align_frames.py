@@ -44,7 +44,7 @@ AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
 class AlignFrames(Pass):
-    reads = ("robot", "bodies")
+    reads = ("bodies",)
     writes = ("bodies",)
 
     tolerance: Tolerance = ROUNDING

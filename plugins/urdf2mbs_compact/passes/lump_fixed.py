@@ -13,7 +13,7 @@ from urdf2mbs.spatial import HERE, Pose, compose, fewest_turns, from_turns
 
 
 class LumpFixed(Pass):
-    reads = ("robot", "bodies")
+    reads = ("bodies",)
     writes = ("bodies",)
 
     keep: list[str] = []

@@ -20,7 +20,7 @@ from urdf2mbs_edits.merge import base
 
 
 class Merge(Pass):
-    reads = ("mbs-file", "names")
+    reads = ("robot", "mbs-file", "names")
     writes = ("mbs-file",)
 
     prefer: Literal["urdf", "edited"] | dict[str, Literal["urdf", "edited"]] = "urdf"

@@ -19,7 +19,7 @@ from urdf2mbs.urdf.model import JOINT_TYPES, Inertial, Joint, Link, Mimic
 
 
 class Rotors(Pass):
-    reads = ("robot", "base")
+    reads = ("robot",)
     writes = ("robot",)
 
     armature: dict[str, Annotated[float, msgspec.Meta(gt=0.0, le=1e6)]] = {}

@@ -34,7 +34,7 @@ if TYPE_CHECKING:  # a robot without meshes has no need of what reads and writes
 
 
 class ConvertMeshes(Pass):
-    reads = ("robot", "shapes")
+    reads = ("robot", "bodies", "shapes")
     writes = ("shapes",)
 
     up_axis: Literal["apply", "ignore"] = "ignore"

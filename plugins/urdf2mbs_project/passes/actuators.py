@@ -10,7 +10,7 @@ from urdf2mbs.plugin import Conversion, Pass, Placed, choose
 
 
 class Actuators(Pass):
-    reads = ("robot", "joints", "couplings")
+    reads = ("robot", "bodies", "joints")
     writes = ("joints",)
 
     joints: list[str] = []

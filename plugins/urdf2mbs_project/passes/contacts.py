@@ -48,7 +48,7 @@ FEET = 4
 
 class Contacts(Pass):
     reads = ("robot", "base", "bodies", "inertias", "joints", "posture")
-    writes = ("anchors", "posture", "forces")
+    writes = ("anchors", "base-position", "forces")
 
     links: list[str] = []
     """Patterns (``*_foot``) of the links that touch the ground; ``*``: all that move and have

@@ -24,7 +24,7 @@ TIME = 1.5 / FASTEST
 
 
 class JointLaws(Pass):
-    reads = ("robot", "inertias", "joints", "couplings", "posture")
+    reads = ("bodies", "inertias", "joints", "couplings", "anchors", "posture")
     writes = ("forces",)
 
     def run(self, conversion: Conversion) -> None:

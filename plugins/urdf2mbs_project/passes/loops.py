@@ -55,8 +55,8 @@ class Cut(msgspec.Struct, forbid_unknown_fields=True):
 
 
 class Loops(Pass):
-    reads = ("robot", "bodies", "joints", "couplings", "posture")
-    writes = ("anchors", "joints", "forces")
+    reads = ("robot", "bodies", "inertias", "joints", "couplings", "anchors", "posture")
+    writes = ("couplings", "anchors", "forces")
 
     cuts: dict[str, Cut] = {}
     """Name: ``{kind: ball, rod or solid, ends: [{link, at}, {link, at}], length}``."""

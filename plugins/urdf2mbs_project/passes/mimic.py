@@ -20,8 +20,8 @@ Nature = Literal["dependent", "independent", "driven"]
 
 
 class Mimic(Pass):
-    reads = ("robot", "joints")
-    writes = ("couplings", "joints", "forces")
+    reads = ("robot", "bodies", "joints")
+    writes = ("couplings", "joints", "posture", "forces")
 
     joints: dict[str, Nature] = {}
     """Pattern of followers: ``dependent`` (a constraint), ``independent`` (free) or ``driven``

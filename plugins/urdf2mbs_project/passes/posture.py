@@ -44,7 +44,7 @@ class HoldOptions(Gains, forbid_unknown_fields=True):
 
 
 class Posture(Pass):
-    reads = ("robot", "joints", "couplings")
+    reads = ("robot", "bodies", "joints", "couplings")
     writes = ("posture",)
 
     joints: dict[str, Coordinate] = {}

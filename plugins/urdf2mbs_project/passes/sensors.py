@@ -25,7 +25,7 @@ CLOSE = 1e-6
 
 
 class Sensors(Pass):
-    reads = ("robot", "bodies")
+    reads = ("robot", "bodies", "joints")
     writes = ("anchors",)
 
     links: list[str] = []

@@ -62,9 +62,7 @@ Models = dict[str, dict[str, float]]
 
 
 class TimeStep(Pass):
-    reads = (
-        "robot", "base", "bodies", "inertias", "joints", "couplings", "anchors", "posture", "forces"
-    )  # fmt: skip
+    reads = ("base", "bodies", "inertias", "joints", "couplings", "anchors", "posture", "forces")
     writes = ("forces",)
 
     def run(self, conversion: Conversion) -> None:
