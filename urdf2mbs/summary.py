@@ -155,12 +155,12 @@ def of_plugins(conversion: Conversion) -> Summary:
     whole = Summary()
     summaries, failures = conversion.pipeline.plugins.summaries(conversion)
     # a page and the command line ask both
-    known = {said.message for said in conversion.diagnostics}
-    conversion.diagnostics += [said for said in failures if said.message not in known]
-    for said in summaries:
-        whole.lines += said.lines
-        whole.uses |= said.uses
-        whole.tables += said.tables
+    messages = {diagnostic.message for diagnostic in conversion.diagnostics}
+    conversion.diagnostics += [failure for failure in failures if failure.message not in messages]
+    for summary in summaries:
+        whole.lines += summary.lines
+        whole.uses |= summary.uses
+        whole.tables += summary.tables
     return whole
 
 

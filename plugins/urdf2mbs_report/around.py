@@ -36,10 +36,10 @@ def _stops(model: Mbs) -> dict[str, tuple[float | None, float | None]]:
 def _limits(model: Mbs) -> list[tuple[str, str, str]]:
     """Return the name of the user model, the joint, and the value of each limit of a joint."""
     return [
-        (one.name, parameter.name, parameter.values[0])
-        for one in model.user_models
-        if one.name in ("q_min", "q_max")
-        for parameter in one.parameters
+        (user_model.name, parameter.name, parameter.values[0])
+        for user_model in model.user_models
+        if user_model.name in ("q_min", "q_max")
+        for parameter in user_model.parameters
         if parameter.values
     ]
 

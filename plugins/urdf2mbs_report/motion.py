@@ -38,10 +38,10 @@ def motion(model: Mbs, project: Path, file: str = "dirdyn.csv") -> dict[str, Any
     Raises:
         MotionError: The file is broken, or of other joints.
     """
-    read = _read(project / "resultsR" / file)
-    if read is None:
+    results = _read(project / "resultsR" / file)
+    if results is None:
         return None
-    head, table = read
+    head, table = results
     joints = list(model.numbers())
     if {name for name in head if name.startswith("q.")} != {f"q.{name}" for name in joints}:
         raise MotionError("its joints are not those of the model")

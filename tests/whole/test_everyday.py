@@ -60,7 +60,7 @@ SHARED = {
     "--color": set(COMMANDS),
     "--json": set(COMMANDS) - {"schema", "completion"},  # what these print is no table of words
     "--quiet": {*CONVERTING, *WRITING, "init", "verify"},
-    "--no-plugins": PLUGINS,
+    "--no-plugins": {*PLUGINS, "lint"},
     "--level": {*CONVERTING, "explain", "lint", "verify"},
     "--strict": {*CONVERTING, "explain", "lint", "verify"},
     "--verbose": {*CONVERTING, "explain", "lint", "verify"},
@@ -221,7 +221,7 @@ def test_the_package_imports_what_is_asked_for() -> None:
 
 
 @pytest.mark.parametrize(
-    "words", [["explain"], ["report"], ["run", "--plan"], ["simulate", "--time", "0.01"]]
+    "words", [["explain"], ["lint"], ["report"], ["run", "--plan"], ["simulate", "--time", "0.01"]]
 )
 def test_no_plugins_leaves_out_those_of_a_config(words: list[str], here: Path) -> None:
     (here / "lab.py").write_text("open('ran', 'w').close()\n")

@@ -100,14 +100,16 @@ def write_files(
     for folder in (*folders, *(file.parent for file in (*files, *once))):
         with _naming(folder):
             folder.mkdir(parents=True, exist_ok=True)
-    streams = [path for path in files if path.exists() and not (path.is_file() or path.is_dir())]
+    streams: list[Path] = []
     places: dict[Path, bytes] = {}
     for path in files:
-        if path not in streams:
-            with _naming(path):
+        with _naming(path):
+            if path.exists() and not (path.is_file() or path.is_dir()):
+                streams.append(path)
+            else:
                 place = _place(path)
                 _check_place(place)
-            places[place] = files[path]
+                places[place] = files[path]
     if not force:
         check_ours(places, {_place(path): data for path, data in replaces.items()})
     places |= _untouched(once)
@@ -118,8 +120,8 @@ def write_files(
             with _naming(place):
                 os.replace(file, place)  # noqa: PTH105  tests stand in for it
     for path in obsolete:
-        if path.is_file() and _place(path) not in places and record.is_ours(path):
-            with _naming(path):
+        with _naming(path):
+            if path.is_file() and _place(path) not in places and record.is_ours(path):
                 path.unlink(missing_ok=True)
     for path in streams:
         with _naming(path):

@@ -328,20 +328,20 @@ class Comparison:
         holders: list[Base | Body] = [mbs.base, *mbs.bodies]
         for holder in holders:
             name = holder.name if isinstance(holder, Body) else ""
-            group, at = self.two.frames.get(name, (-1, HERE))
-            solids = (solid_of_shape(shape, at) for shape in holder.shapes)
+            group, frame = self.two.frames.get(name, (-1, HERE))
+            solids = (solid_of_shape(shape, frame) for shape in holder.shapes)
             drawn.setdefault(group, []).extend(solid for solid in solids if solid is not None)
         elsewhere: dict[str, str] = {}
         missing: dict[str, str] = {}
         for link, (group, pose) in self.one.frames.items():
             scale = self.scales[group]
             for visual in robot.links[link].visuals:
-                at = rigid.compose(self.apart[group], at_origin(pose, visual.origin))
-                for solid in solids_of_visual(visual.geometry, at):
-                    found = find_nearest(solid, drawn.get(self.pairs[group], []), scale)
-                    if found is None:
+                frame = rigid.compose(self.apart[group], at_origin(pose, visual.origin))
+                for solid in solids_of_visual(visual.geometry, frame):
+                    nearest = find_nearest(solid, drawn.get(self.pairs[group], []), scale)
+                    if nearest is None:
                         missing[f"visuals of link '{link}'"] = NOT_DRAWN
-                    elif deviation := describe_deviation(solid, found, scale):
+                    elif deviation := describe_deviation(solid, nearest, scale):
                         elsewhere[f"visual of link '{link}' {deviation}"] = MASSLESS_SHAPE
         return elsewhere, missing
 

@@ -72,20 +72,20 @@ def _negative(v: Vec) -> Vec:
     return (-v[0], -v[1], -v[2])
 
 
-def solids_of_visual(geometry: Geometry, at: Frame) -> list[Solid]:
+def solids_of_visual(geometry: Geometry, frame: Frame) -> list[Solid]:
     """Return the shapes by which an .mbs shows a visual's geometry that stands in a frame."""
-    centre = at[9:]
+    centre = frame[9:]
     if isinstance(geometry, Sphere):
         return [Solid("sphere", (geometry.radius,), centre, ())]
     if isinstance(geometry, Cylinder | Capsule):
         sizes = (geometry.radius, geometry.length)
-        cylinder = Solid("cylinder", sizes, centre, (turned(at, Z),))
+        cylinder = Solid("cylinder", sizes, centre, (turned(frame, Z),))
         if isinstance(geometry, Cylinder):
             return [cylinder]
         ends = ((0.0, 0.0, side * geometry.length / 2) for side in (-1, 1))
-        balls = (Solid("sphere", (geometry.radius,), moved(at, end), ()) for end in ends)
+        balls = (Solid("sphere", (geometry.radius,), moved(frame, end), ()) for end in ends)
         return [cylinder, *balls]
-    directions = tuple(turned(at, axis) for axis in AXES)
+    directions = tuple(turned(frame, axis) for axis in AXES)
     if isinstance(geometry, Box):
         return [Solid("box", geometry.size, centre, directions)]
     x, y, z = geometry.scale
@@ -97,16 +97,16 @@ def solid_of_shape(shape: mbs.Shape, body: Frame) -> Solid | None:
 
     The shape stands at T Rx Ry Rz in the body frame, each turn about a current axis.
     """
-    at: Frame = HERE
+    frame: Frame = HERE
     for axis, amount in zip((X, Y, Z), shape.rotation, strict=True):
-        at = compose(at, spin(axis, amount))
-    at = compose(body, (*at[:9], *shape.position))
+        frame = compose(frame, spin(axis, amount))
+    frame = compose(body, (*frame[:9], *shape.position))
     centre = moved(body, shape.position)
     if shape.kind == "sphere" and shape.radius is not None:
         return Solid("sphere", (shape.radius,), centre, ())
     if shape.kind == "cylinder" and shape.radius is not None and shape.height is not None:
-        return Solid("cylinder", (shape.radius, shape.height), centre, (turned(at, Y),))
-    directions = tuple(turned(at, axis) for axis in AXES)
+        return Solid("cylinder", (shape.radius, shape.height), centre, (turned(frame, Y),))
+    directions = tuple(turned(frame, axis) for axis in AXES)
     if shape.kind == "box" and shape.size is not None:
         return Solid("box", shape.size, centre, directions)
     if shape.kind == "inline":

@@ -130,8 +130,8 @@ def _tell_next(page: Page, output: Path, verbose: bool) -> None:
         parts = {"all": "", "viewer": "three.js ", "meshes": "meshes "}
         sizes = [f"{name}{page.sizes[part] / 1e6:.2f} MB" for part, name in parts.items()]
         print(f"  {', '.join(sizes)}")
-    for said in page.diagnostics:
-        print(with_near_paths(str(said)), file=sys.stderr)
+    for diagnostic in page.diagnostics:
+        print(with_near_paths(str(diagnostic)), file=sys.stderr)
     if page.missing:
         print(f"  {counted(len(page.missing), 'mesh')} not drawn; the page names them")
     if not is_stream(output):

@@ -164,8 +164,8 @@ def _write_page(model: Path, results: Results, arguments: argparse.Namespace) ->
         live = f"the robot cannot be pulled and dropped: {error.message}"
     script = live if isinstance(live, str) else live.script()
     page = make_of_model(results.data.mbs, model, live=script)
-    for said in page.diagnostics:
-        print(with_near_paths(str(said)), file=sys.stderr)
+    for diagnostic in page.diagnostics:
+        print(with_near_paths(str(diagnostic)), file=sys.stderr)
     write_files({arguments.output: page.data}, force=arguments.force)
     return Path(arguments.output)
 
@@ -272,9 +272,9 @@ def find_floating_base(model: Mbs) -> list[Joint]:
     A floating base is a body on the ground with three shifts and three turns.  A cut, or a force
     element, between the ground and another body holds it.
     """
-    ends = [end for one in (*model.cuts, *model.links) for end in (one.endpoint1, one.endpoint2)]
-    if any(body is None for body, _ in ends):
-        return []
+    for connection in (*model.cuts, *model.links):
+        if None in (connection.endpoint1[0], connection.endpoint2[0]):
+            return []
     for body in model.bodies:
         joints = [joint for joint in body.joints if joint.nature != "driven"][:6]
         kinds = sorted(joint.type[0] for joint in joints)
