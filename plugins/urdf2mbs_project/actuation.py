@@ -7,14 +7,20 @@ from typing import TYPE_CHECKING, Any
 
 from urdf2mbs.messages.diagnostics import ConversionError, nearest
 from urdf2mbs.urdf.elements import split_tag
-from urdf2mbs_project.followers import get_text, read_ros2_control
+from urdf2mbs_project.followers import get_text
 
 if TYPE_CHECKING:
     from urdf2mbs.urdf.model import Extension, Robot
     from urdf2mbs.urdf.values import Reading
 
-#: Types of transmissions that couple several joints.
-COUPLING = re.compile(r"differential|four_?bar|pushrod|wrist|gripper", re.IGNORECASE)
+#: Types of transmissions that couple several joints, and parts that only such ones have.
+COUPLING = re.compile(r"differential|four_?bar|pushrod", re.IGNORECASE)
+COUPLING_PARTS = ("leftActuator", "rightActuator", "gap_joint", "passive_joint", "rollJoint")
+#: Parts of a transmission with a mechanics of their own, which no pass reads.
+UNREAD_PARTS = ("compensator", "flexJoint", "friction", "damping", "stiffness", "springStiffness")
+#: Names of the inertia of a rotor and of its reduction, in ROS 1, ROS 2 and Drake.
+ROTOR_INERTIA = ("motorInertia", "motor_inertia", "rotorInertia", "rotor_inertia")
+REDUCTION = ("mechanicalReduction", "mechanical_reduction", "gear_ratio")
 
 
 class ActuationReader:
@@ -37,7 +43,6 @@ class ActuationReader:
             self._read_rotor(transmission, extension)
             self._warn_of_coupling(transmission)
         if extension.tag == "ros2_control":
-            read_ros2_control(self.reading, self.robot, element)
             self._read_starts(element, extension)
 
     def _read_motors(self, element: Any, extension: Extension) -> None:
@@ -80,18 +85,24 @@ class ActuationReader:
             for child in parent.iterchildren():
                 if isinstance(child.tag, str):
                     parts.setdefault(split_tag(child.tag)[0], child)
-        inertia = parts.get("motorInertia", parts.get("rotor_inertia"))
+        inertia = next((parts[name] for name in ROTOR_INERTIA if name in parts), None)
         if inertia is None:
             return
-        reduction = parts.get("mechanicalReduction", parts.get("gear_ratio"))
+        reduction = next((parts[name] for name in REDUCTION if name in parts), None)
         what = "the inertia of a rotor"
-        rotor_inertia = self._read_number(inertia, what) or 0.0
-        ratio = 1.0 if reduction is None else self._read_number(reduction, what) or 0.0
+        rotor_inertia = self._read_number(inertia, what)
+        ratio = 1.0 if reduction is None else self._read_number(reduction, what)
+        if rotor_inertia is None or ratio is None:
+            return
         name = joints[0].get("name")
         if rotor_inertia < 0.0:
             message = "the inertia of a rotor is below zero, and is left out"
             line = inertia.sourceline
             self.reading.warn("number-negative", message, line, owner=("joint", name))
+        elif rotor_inertia > 0.0 and ratio == 0.0:
+            message = "the reduction of a transmission is 0, and its rotor is left out"
+            line = element.sourceline
+            self.reading.warn("number-left-out", message, line, owner=("joint", name))
         elif rotor_inertia * ratio**2 > 0.0:
             extension.rotors[name] = rotor_inertia * ratio**2
 
@@ -101,7 +112,10 @@ class ActuationReader:
         actuators = [actuator.get("name") or "" for actuator in element.findall("actuator")]
         kind = get_text(element.find("type")) or get_text(element.find("plugin"))
         kind = kind or element.get("type") or ""
-        if len(set(names)) > 1 or len(actuators) > 1 or COUPLING.search(kind):
+        unread = [child for child in element if child.tag in UNREAD_PARTS]
+        self.reading.unknown_children("transmission", unread, ())
+        couples = any(element.find(part) is not None for part in COUPLING_PARTS)
+        if len(set(names)) > 1 or len(actuators) > 1 or couples or COUPLING.search(kind):
             kind = kind.rpartition("/")[2].rpartition("::")[2] or "of several joints"
             message = f"a <transmission> ({kind}) couples joints, which is not read"
             for name in names or [""]:

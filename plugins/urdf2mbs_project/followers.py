@@ -4,7 +4,7 @@
 
     <joint name="right"><param name="mimic">left</param><param name="multiplier">-1</param></joint>
 
-and the plugins of Gazebo Classic whose file is called ``mimic`` by elements::
+and plugins of Gazebo Classic by elements::
 
     <plugin filename="libroboticsgroup_gazebo_mimic_joint_plugin.so">
       <joint>left</joint> <mimicJoint>right</mimicJoint> <multiplier>-1</multiplier>
@@ -23,80 +23,102 @@ if TYPE_CHECKING:
     from urdf2mbs.urdf.values import Reading
 
 
-def read_ros2_control(reading: Reading, robot: Robot, element: Any) -> None:
-    """Couple the joints of a ``<ros2_control>`` that have a parameter or attribute ``mimic``."""
-    for joint in element.iterchildren("joint"):
-        name = joint.get("name") or ""
-        parameters = {parameter.get("name"): parameter for parameter in joint.iterchildren("param")}
-        if "mimic" in parameters:
-            leader = get_text(parameters["mimic"])
-            rule = _read_rule(
-                reading, leader, parameters.get("multiplier"), parameters.get("offset")
-            )
-            couple(reading, robot, name, rule, joint, "<ros2_control>")
-        switch = (joint.get("mimic") or "").lower()
-        if name in robot.joints and switch in ("true", "false"):
-            has_rule = robot.joints[name].mimic is not None
-            if has_rule != (switch == "true"):
-                has = "has a <mimic>" if has_rule else "has no <mimic>"
-                message = f'<ros2_control> says mimic="{switch}" of a joint that {has} in the URDF'
-                reading.warn("mimic-conflict", message, joint.sourceline, owner=("joint", name))
+class FollowerReader:
+    """Couples the joints of a robot, once its links and joints are known."""
 
+    def __init__(self, reading: Reading, robot: Robot) -> None:
+        self.reading = reading
+        self.robot = robot
+        self.sources: dict[str, str] = {}
+        """What coupled each joint that the URDF does not couple, as a message names it."""
 
-def read_mimic_plugin(reading: Reading, robot: Robot, plugin: Any) -> None:
-    """Couple the joints of a Gazebo plugin; warn if it does not name them."""
-    follower, leader = plugin.find("mimicJoint"), plugin.find("joint")
-    if follower is None or leader is None:
-        message = "a mimic plugin in <gazebo> has no <joint> or no <mimicJoint>, and is not read"
-        reading.warn("mimic-left-out", message, plugin.sourceline)
-        return
-    rule = _read_rule(reading, get_text(leader), plugin.find("multiplier"), plugin.find("offset"))
-    couple(reading, robot, get_text(follower), rule, plugin, "a plugin of <gazebo>")
+    def read_ros2_control(self, element: Any) -> None:
+        """Couple the joints of a ``<ros2_control>`` with a parameter or attribute ``mimic``."""
+        for joint in element.iterchildren("joint"):
+            name = joint.get("name") or ""
+            parameters = {part.get("name"): part for part in joint.iterchildren("param")}
+            if "mimic" in parameters:
+                leader = get_text(parameters["mimic"])
+                numbers = (parameters.get("multiplier"), parameters.get("offset"))
+                self.couple(name, leader, numbers, joint, "<ros2_control>")
+            switch = (joint.get("mimic") or "").lower()
+            if name in self.robot.joints and switch in ("true", "false"):
+                has_rule = self.robot.joints[name].mimic is not None
+                if has_rule != (switch == "true"):
+                    has = "has a <mimic>" if has_rule else "has no <mimic>"
+                    message = (
+                        f'<ros2_control> says mimic="{switch}" of a joint that {has} in the URDF'
+                    )
+                    owner, line = ("joint", name), joint.sourceline
+                    self.reading.warn("mimic-conflict", message, line, owner=owner)
 
+    def read_plugin(self, plugin: Any) -> None:
+        """Couple the joints of a mimic plugin of Gazebo; warn if it does not name them."""
+        follower, leader = get_text(plugin.find("mimicJoint")), get_text(plugin.find("joint"))
+        if not follower or not leader:
+            message = "a mimic plugin in <gazebo> has no <joint> or no <mimicJoint>: it is not read"
+            self.reading.warn("mimic-left-out", message, plugin.sourceline)
+            return
+        numbers = (plugin.find("multiplier"), plugin.find("offset"))
+        self.couple(follower, leader, numbers, plugin, "a plugin of <gazebo>")
 
-def _read_rule(reading: Reading, leader: str, multiplier: Any, offset: Any) -> Mimic | None:
-    """Return how a joint follows its leader; None, after a warning, if a number is unreadable."""
-    rule = Mimic(leader)
-    try:
+    def couple(
+        self, follower: str, leader: str, numbers: tuple[Any, Any], element: Any, source: str
+    ) -> None:
+        """Let a joint follow another, unless the URDF says otherwise.
+
+        The reader of the URDF warns of a leader that does not exist.
+
+        Args:
+            follower: The name of the joint that follows.
+            leader: The name of the joint that it follows.
+            numbers: The elements with the multiplier and the offset, None where there is none.
+            element: The element of lxml that says so.
+            source: The element, as a message names it.
+        """
+        owner, line = ("joint", follower), element.sourceline
+        joint = self.robot.joints.get(follower)
+        if joint is None:
+            hint = nearest(follower, self.robot.joints)
+            message = f"{source} couples a joint that does not exist to '{leader}'"
+            self.reading.warn("mimic-left-out", message, line, owner=owner, hint=hint)
+            return
+        try:
+            rule = self._read_rule(leader, *numbers)
+        except ConversionError as error:
+            message = f"{source} does not couple a joint: {error.message}"
+            hint = "write a number, such as -1.0"
+            self.reading.warn("mimic-left-out", message, line, owner=owner, hint=hint)
+            return
+        if joint.mimic is None:
+            joint.mimic = rule
+            self.sources[follower] = source
+        elif self._resolve(joint.mimic) != self._resolve(rule):
+            first = self.sources.get(follower, "<mimic>")
+            message = f"{first} and {source} contradict one another: {first} is used"
+            detail = f"{follower} = {joint.mimic}, and {follower} = {rule}"
+            self.reading.warn("mimic-conflict", message, line, owner=owner, detail=detail)
+
+    def _read_rule(self, leader: str, multiplier: Any, offset: Any) -> Mimic:
+        """Return how a joint follows its leader; raises ConversionError."""
+        rule = Mimic(leader)
         if multiplier is not None:
-            rule.multiplier = reading.number(multiplier, "the text", get_text(multiplier))
+            rule.multiplier = self.reading.number(multiplier, "multiplier", get_text(multiplier))
         if offset is not None:
-            rule.offset = reading.number(offset, "the text", get_text(offset))
-    except ConversionError as error:
-        reading.warn("mimic-left-out", f"a joint moves freely: {error.message}", error.line)
-        return None
-    return rule
+            rule.offset = self.reading.number(offset, "offset", get_text(offset))
+        return rule
 
-
-def couple(
-    reading: Reading, robot: Robot, follower: str, rule: Mimic | None, element: Any, source: str
-) -> None:
-    """Let a joint follow another, unless the URDF says otherwise.
-
-    The reader of the URDF warns of a leader that does not exist.
-
-    Args:
-        reading: The file being read.
-        robot: The robot, whose joint gets the rule.
-        follower: The name of the joint that follows.
-        rule: How it follows; None: unreadable.
-        element: The element of lxml that says so.
-        source: The element, as a message names it.
-    """
-    if rule is None:
-        return
-    joint = robot.joints.get(follower)
-    owner, line = ("joint", follower), element.sourceline
-    if joint is None:
-        hint = nearest(follower, robot.joints)
-        message = f"{source} lets a joint follow '{rule.joint}' that does not exist"
-        reading.warn("mimic-left-out", message, line, owner=owner, hint=hint)
-    elif joint.mimic is None:
-        joint.mimic = rule
-    elif joint.mimic != rule:
-        message = f"<mimic> of the joint and {source} contradict one another: <mimic> is used"
-        detail = f"{follower} = {joint.mimic}, and {follower} = {rule}"
-        reading.warn("mimic-conflict", message, line, owner=owner, detail=detail)
+    def _resolve(self, rule: Mimic) -> Mimic:
+        """Return a rule by the leader at the end of its chain, or by the first one of a circle."""
+        passed: set[str] = set()
+        while rule.joint not in passed and rule.joint in self.robot.joints:
+            passed.add(rule.joint)
+            above = self.robot.joints[rule.joint].mimic
+            if above is None:
+                break
+            offset = rule.offset + rule.multiplier * above.offset
+            rule = Mimic(above.joint, rule.multiplier * above.multiplier, offset)
+        return rule
 
 
 def get_text(element: Any) -> str:

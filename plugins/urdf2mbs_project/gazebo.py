@@ -20,11 +20,13 @@ from contextlib import contextmanager
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from urdf2mbs.messages.diagnostics import ConversionError, nearest
+from urdf2mbs.messages.diagnostics import ConversionError, nearest, some
 from urdf2mbs.spatial import HERE, ZERO, Pose, compose, from_rpy, inverse, rotate, transpose
+from urdf2mbs.urdf.elements import quote
+from urdf2mbs.urdf.harmless import OFF, ON
 from urdf2mbs.urdf.model import ClosingJoint, Dynamics, Extension, Sensor
 from urdf2mbs_project.actuation import ActuationReader
-from urdf2mbs_project.followers import get_text, read_mimic_plugin
+from urdf2mbs_project.followers import FollowerReader, get_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -44,6 +46,8 @@ NUMBERS = (
     "gravity",
     "static",
 )
+#: Those that are true or false.
+SWITCHES = ("turnGravityOff", "gravity", "static")
 #: The other children of ``<gazebo>`` that are read.
 READ = frozenset((*NUMBERS, "sensor", "joint", "plugin"))
 #: Children of ``<gazebo>`` for appearance, for collisions, and for the solver of Gazebo.
@@ -81,7 +85,16 @@ HARMLESS = frozenset(
         "allow_auto_disable",
         "audio",
         "light",
+        "cfmDamping",
     ]
+)
+#: Attributes of MuJoCo's ``<compiler>`` that change masses and inertias.
+COMPILER_OF_MASSES = (
+    "settotalmass",
+    "balanceinertia",
+    "boundmass",
+    "boundinertia",
+    "inertiafromgeom",
 )
 HARMLESS_OF_MUJOCO = frozenset(["compiler", "size", "visual", "asset", "statistic"])
 #: Children of Bullet's ``<contact>`` that are read, or that are for its solver.
@@ -95,7 +108,8 @@ OF_AXIS = frozenset(["xyz", "use_parent_model_frame", "initial_position"])
 MIMIC = re.compile(r"mimic", re.IGNORECASE)
 MECHANICAL = re.compile(
     r"underactuated|lift_?-?drag|buoyan|hydrodynamic|thrust|propeller|spring|damper|gearbox"
-    r"|differential(?!_?-?drive)|harness|tendon|freeze|detachable",
+    r"|differential(?!_?-?drive)|harness|tendon|freeze|detachable|motor_?model|underwater|uuv"
+    r"|gravity|wind|wheel_?-?slip|link_?attach|fixed_?base|disable_?link|closed_?loop|vacuum",
     re.IGNORECASE,
 )
 #: What of them is a number of the joint's dynamics.
@@ -114,6 +128,7 @@ class Extensions:
         self.reading = reading
         self.robot = robot
         self.actuation = ActuationReader(reading, robot)
+        self.followers = FollowerReader(reading, robot)
 
     @cached_property
     def rigid_with_root(self) -> set[str]:
@@ -142,6 +157,10 @@ class Extensions:
                     self.read_sensor(sensor, extension)
         if tag == "gazebo":
             self.reading.owner = self.find_owner(extension.reference)
+            unread = [name for name in element.attrib if name not in ("reference", "name")]
+            if unread:
+                message = f"the attributes {some(unread)} of <gazebo> are not read"
+                self.reading.warn("mechanics-unread", message, element.sourceline)
             for plugin in element.iterchildren("plugin"):
                 self.read_plugin(plugin)
             self.reading.owner = ("robot", "")
@@ -151,10 +170,11 @@ class Extensions:
             self.reading.owner = self.find_owner(extension.reference)
             self.report_unread(element)
         elif tag == "mujoco":
-            unread = [child for child in element if child.tag not in HARMLESS_OF_MUJOCO]
-            self.reading.unknown_children("mujoco", unread, ())
+            self.report_unread_of_mujoco(element)
         elif tag in ("transmission", "ros2_control"):
             self.actuation.read(element, extension)
+            if tag == "ros2_control":
+                self.followers.read_ros2_control(element)
         self.reading.owner = ("robot", "")
 
     def find_owner(self, reference: str | None) -> tuple[str, str]:
@@ -176,12 +196,25 @@ class Extensions:
 
     def read_plugin(self, element: Any) -> None:
         """Read a plugin that couples joints, and warn of others that change the mechanics."""
-        name = (element.get("filename") or element.get("name") or "").rpartition("/")[2]
-        if MIMIC.search(name):
-            read_mimic_plugin(self.reading, self.robot, element)
-        elif MECHANICAL.search(name) or element.find(".//joint/parent") is not None:
+        names = [element.get(key, "").rpartition("/")[2] for key in ("filename", "name")]
+        name = next(filter(None, names), "")
+        joins = any(end.getparent().find("child") is not None for end in element.iter("parent"))
+        joins = joins or element.find(".//joint/parent") is not None
+        if element.find("mimicJoint") is not None or MIMIC.search(name):
+            self.followers.read_plugin(element)
+        elif joins or any(map(MECHANICAL.search, names)):
             message = f"the plugin '{name}' in <gazebo> changes the mechanics, and is not read"
             self.reading.warn("mechanics-unread", message, element.sourceline)
+
+    def report_unread_of_mujoco(self, element: Any) -> None:
+        """Warn of what a ``<mujoco>`` says of mechanics: options, equalities, balanced masses."""
+        unread = [child for child in element if child.tag not in HARMLESS_OF_MUJOCO]
+        self.reading.unknown_children("mujoco", unread, ())
+        for compiler in element.iterchildren("compiler"):
+            names = [name for name in COMPILER_OF_MASSES if compiler.get(name, "false") != "false"]
+            if names:
+                message = f"<compiler> of <mujoco> changes masses by {some(names)}: it is not read"
+                self.reading.warn("mechanics-unread", message, compiler.sourceline)
 
     def report_unread(self, element: Any) -> None:
         """Warn of what a ``<gazebo>`` says of mechanics, and nothing reads."""
@@ -198,9 +231,14 @@ class Extensions:
         """Add what a ``<gazebo>`` says in elements of one number or truth value."""
         for child in element.iterchildren(*NUMBERS):
             written = child.get("value") or get_text(child)
-            is_true = written.lower() in ("true", "1")
-            if child.tag == "gravity":
-                if written.lower() in ("false", "0"):
+            is_true = written.lower() in ON
+            if child.tag in SWITCHES and written.lower() not in ON | OFF:
+                message = f"<{child.tag}> of <gazebo> is {quote(written)}; expected true or false"
+                hint = "'gravity' of the config has the vector" if child.tag == "gravity" else None
+                place, line = self.find_owner(extension.reference), child.sourceline
+                self.reading.warn("mechanics-unread", message, line, owner=place, hint=hint)
+            elif child.tag == "gravity":
+                if not is_true:
                     extension.numbers["turnGravityOff"] = 1.0
             elif child.tag == "turnGravityOff":
                 extension.numbers[child.tag] = float(is_true)
@@ -283,14 +321,14 @@ class Extensions:
 
     def read_closing_joint(self, element: Any, extension: Extension) -> None:
         """Add an SDF ``<joint>``, which closes a loop of the robot, or welds it to the world."""
-        parent, child = get_text(element.find("parent")), get_text(element.find("child"))
+        parent, child = (
+            "" if end is None else get_text(end) or end.get("link", "")
+            for end in (element.find("parent"), element.find("child"))
+        )
         name, kind = element.get("name") or "", element.get("type") or ""
-        ends = {parent, child}
-        if (
-            kind == "fixed"
-            and "world" in ends - self.robot.links.keys()
-            and (not self.rigid_with_root.isdisjoint(ends))
-        ):
+        ends = {end.rpartition("::")[2] for end in (parent, child)}  # without the model
+        is_weld = kind.lower() == "fixed" and "world" in ends - self.robot.links.keys()
+        if is_weld and not self.rigid_with_root.isdisjoint(ends):
             self.robot.fixed_by = f"joint '{name}' of <gazebo>"
             return
         self.reading.owner = ("joint", name)
@@ -358,7 +396,7 @@ class Extensions:
             what = f"it is {how} '{name}', which does not exist"
             hint = nearest(name, known)
             if name == "world":
-                hint = "'base: fixed' ties the root link to the world"
+                hint = "only a fixed joint of the root link to the world is read"
             what = what if name else f"it names no {how[3:]}"
             self.reading.fail("link-unknown", what, element, hint)
 

@@ -1,5 +1,7 @@
 """What a URDF says of mechanics in words that are not read is a warning, which names the words."""
 
+import re
+
 import pytest
 
 from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic
@@ -203,11 +205,25 @@ def test_what_says_nothing_of_the_mechanics_is_a_note(link: str, joint: str, rob
     assert {one.level for one in found} == {"note"}
 
 
-def test_zero_gravity_is_no_zero() -> None:
-    assert (
-        "'gravity' of <inertial>"
-        in read_warning(link=SOLID.replace("<inertial>", '<inertial gravity="0">')).message
-    )
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ("<gravity>0</gravity>", "<gravity> in <link>"),
+        ("<use_gravity>false</use_gravity>", "<use_gravity> in <link>"),
+        ("<gravity_scale>0</gravity_scale>", "<gravity_scale> in <link>"),
+        ("<dynamic>false</dynamic>", "<dynamic> in <link>"),
+        ("<pose><!-- metres -->0 0 0.85 0 0 0</pose>", "<pose> in <link>"),
+        ("<pose>0 0 <!-- metres --> 0.85</pose>", "<pose> in <link>"),
+        ("<damping><!-- none --></damping>", "<damping> in <link>"),
+        (
+            '<visual><geometry><sphere radius="1"/></geometry><material name="steel">'
+            '<color rgba="1 1 1 1"/><density>7850</density></material></visual>',
+            "<density> in <material>",
+        ),
+    ],
+)
+def test_zero_and_comments_hide_nothing(words: str, message: str) -> None:
+    assert message in read_warning(link=SOLID + words).message
 
 
 def test_each_kind_is_said_once_with_its_places() -> None:
@@ -234,12 +250,16 @@ def test_numbers_that_no_joint_has_below_zero(joint: str, message: str) -> None:
     assert message in warning.message
 
 
-@pytest.mark.parametrize("numbers", ['lower="0" upper="0"', "", 'upper="0"', 'lower="-0.0"'])
+@pytest.mark.parametrize(
+    "numbers",
+    ['lower="0" upper="0"', "", 'upper="0"', 'lower="-0.0"', 'lower="0.5" upper="0.5"'],
+)
 @pytest.mark.parametrize("kind", ["revolute", "prismatic"])
 def test_limits_from_zero_to_zero_have_two_meanings(numbers: str, kind: str) -> None:
     warning = read_warning(joint=f'<limit {numbers} effort="1" velocity="1"/>', kind=kind)
     assert (warning.code, warning.joint) == ("limit-zero", "turn")
-    assert "locked at 0" in warning.message
+    assert "locked there" in warning.message
+    assert "(at " in warning.message
     assert "no limits" in warning.message
     assert "zero_limits: locked" in (warning.hint or "")
 
@@ -268,6 +288,24 @@ def test_bounds_of_urdf_1_2_and_of_drake_are_read() -> None:
     assert (limit.acceleration, limit.deceleration, limit.jerk) == (2.0, 3.0, 4.0)
 
 
+def test_the_harmless_list_has_its_limits() -> None:
+    still = '<joint name="j" type="fixed"><parent link="arm"/><child link="b"/></joint>'
+    told = read_warning(robot=f'<link name="b" type="static"/>{still}')
+    assert "the attribute 'type' of <link>" in told.message
+    found = read(robot="<author>x</author><date>y</date><meta><a/></meta>")[1]
+    assert [(one.level, one.code) for one in found] == [("note", "unknown-element")]
+
+
+@pytest.mark.parametrize("words", [words for words, _ in IN_JOINT if "stray" not in words])
+def test_a_comment_changes_no_message(words: str) -> None:
+    """Wherever it stands: behind each opening tag, or before each closing tag."""
+    plain = [(one.code, one.message) for one in read(joint=LIMIT + words)[1]]
+    opened = re.sub(r"(<\w[^<>]*[^/<>]>)", r"\1<!-- c -->", words)
+    closed = re.sub(r"(</)", r"<!-- c -->\1", words)
+    for text in (opened, closed):
+        assert [(one.code, one.message) for one in read(joint=LIMIT + text)[1]] == plain
+
+
 DRAKE = (
     '<robot name="r" xmlns:drake="http://drake.mit.edu"><link name="base"/><link name="arm"/>'
     '<drake:joint name="turn" type="{}"><drake:parent link="base"/><child link="arm"/>'
@@ -285,7 +323,8 @@ DRAKE = (
     ],
 )
 def test_joints_with_the_prefix_of_drake_are_joints(kind: str, types: dict[str, str]) -> None:
-    for text in (DRAKE, DRAKE.replace(' xmlns:drake="http://drake.mit.edu"', "")):
+    declared = ' xmlns:drake="http://drake.mit.edu"'
+    for text in (DRAKE, DRAKE.replace(declared, ""), DRAKE.replace("http:", "https:")):
         robot, _ = parse(text.format(kind).encode(), "r.urdf")
         assert {joint.name: joint.type for joint in robot.joints.values()} == types
         first = next(iter(robot.joints.values()))

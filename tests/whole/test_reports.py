@@ -20,7 +20,7 @@ WARNINGS = {
     "k_spring_neg": ("number-negative", "<springStiffness> of <gazebo>"),
     "lim_neg_eff": ("number-negative", "effort of <limit>"),
     "lim_only_upper": ("limit-zero", "lower of <limit> is missing, which means 0"),
-    "lim_zero": ("limit-zero", "by URDF, the joint is locked at 0"),
+    "lim_zero": ("limit-zero", "by URDF, the joint is locked there"),
     "link_in_link": ("mechanics-unread", "<link> in <link>"),
     "mass_unit": ("mechanics-unread", "'unit' of <mass>"),
     "mimic_sdf": ("mechanics-unread", "<multiplier>, <offset> in <mimic>"),

@@ -36,8 +36,9 @@ class JointParameters(Pass):
     """Stiffness of the stops, as a frequency (Hz): the moved inertia would swing on the stop so
     fast."""
     zero_limits: Literal["free", "locked"] = "free"
-    """What limits from 0 to 0 mean, also where a number is missing: ``free``, a joint without
-    limits, as many files mean it; ``locked``, a joint that stays at 0, as URDF defines it."""
+    """What limits mean of which lower and upper are equal, as 0 and 0, or both missing: ``free``, a
+    joint without limits, as many files mean it; ``locked``, a joint that stays there, as URDF
+    defines it."""
 
     def run(self, conversion: Conversion) -> None:
         held = [(step.joint, joint) for step, joint in conversion.single_coordinates()]
@@ -99,7 +100,7 @@ def _kinds(
         values: dict[str, float | None] = {}
         if limit is not None:
             low, high = limit.lower, limit.upper
-            has_room = low is None or high is None or low < high or (locked and limit.is_zero)
+            has_room = low is None or high is None or low < high or (locked and limit.is_single)
             if joint.type != "continuous" and has_room:
                 values |= {"q_min": low, "q_max": high}
             values |= {kind: getattr(limit, kind) for kind in ("effort", *RATES)}

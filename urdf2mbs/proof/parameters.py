@@ -54,7 +54,7 @@ def compare_parameters(
             text, value = there.get(kind, {}).get(names[0]), numbers.get(kind)
             if text is None:
                 # A URDF's limits from 0 to 0 may mean that there are none.
-                may_be_none = joint.limit is not None and joint.limit.is_zero
+                may_be_none = joint.limit is not None and joint.limit.is_single
                 if value is not None and not (kind in ("q_min", "q_max") and may_be_none):
                     missing[kind] = missing.get(kind, 0) + 1
             elif value is None or _number(text) != value:
@@ -110,7 +110,7 @@ def stated(joint: Joint) -> dict[str, float]:
         for kind in ("effort", *RATES):
             numbers[kind] = getattr(limit, kind)
         has_room = limit.lower is None or limit.upper is None or limit.lower < limit.upper
-        if joint.type != "continuous" and (has_room or limit.is_zero):
+        if joint.type != "continuous" and (has_room or limit.is_single):
             numbers |= {"q_min": limit.lower, "q_max": limit.upper}
     if joint.dynamics is not None:
         numbers["damping"] = joint.dynamics.damping or None

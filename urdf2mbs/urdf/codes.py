@@ -54,7 +54,7 @@ CODES = {
     "world-implied": "warning: a joint's parent `world` is no link. Add `<link name='world'/>`.",
     "link-unattached": "warning: a link has no joint and no content. Remove it, or add its joint.",
     "joint-limit-missing": "warning: a joint has no `<limit>`. State it, or use `continuous`.",
-    "limit-zero": "warning: a limit is 0 to 0, or one of its numbers is missing, which means 0. "
+    "limit-zero": "warning: both limits are equal, or one is missing, which means 0. "
     "State both, or choose by `zero_limits`.",
     "number-negative": "warning: a number of a joint is below zero. Write one of zero or more.",
     "limit-order": "warning: a lower limit is above the upper limit. Exchange or remove the two.",

@@ -90,13 +90,15 @@ _BLANKS = re.compile(r"[ \t\r\n]+")
 SLIP = 0.75
 #: Elements of other programs that are usual in URDF files: kept, and read by plugins.
 FOREIGN = frozenset(("gazebo", "transmission", "sensor", "ros2_control", "mujoco"))
-#: The namespace of Drake's extensions of URDF, and the prefix of them.
-DRAKE = ("{http://drake.mit.edu}", "drake:")
+#: The namespaces of Drake's extensions of URDF, and their prefix; Drake goes by the prefix.
+DRAKE = ("{http://drake.mit.edu}", "{https://drake.mit.edu}", "drake:")
 #: Words for a place or a rotation; in URDF, only ``<origin>`` states them.
 PLACES = frozenset(
     ("pose", "position", "orientation", "rotation", "translation", "xyz", "rpy", "pos", "quat",
      "x", "y", "z", "roll", "pitch", "yaw", "quat_xyzw", "origin", "rrpy", "ypr", "com")
 )  # fmt: skip
+#: Elements in which, or beside which, an ``<origin>`` may stand.
+HAVE_ORIGIN = ("joint", "inertial", "visual", "collision", "origin", "link", "geometry")
 HINT_PLACE = 'state a place as <origin xyz="x y z" rpy="roll pitch yaw"/>, in m and rad'
 HINT_UNIT = "URDF is in m, kg, rad, s and N: convert the number"
 
@@ -126,23 +128,23 @@ class Elements(Messages):
         names_by_meaning: dict[Meaning, list[str]] = {}
         for attribute, text in element.items():
             name, namespace = split_tag(attribute)
-            if attribute in known or (namespace in DRAKE and name in known):
+            if attribute in known or (is_drake(attribute) and name in known):
                 continue
-            if harmless.is_harmless_attribute(tag, name, namespace.strip("{}:")):
+            if harmless.is_harmless_attribute(tag, name, namespace.strip("{}:"), text):
                 meaning: Meaning = "other"
             elif name in TRANSPOSED and text == element.get(TRANSPOSED[name]):
                 meaning = "other"
             elif _is_slip(name, tuple(sorted(missing))):
                 meaning = "slip"
             else:
-                meaning = "other" if harmless.is_zero(name, [text]) else "mechanics"
+                meaning = "other" if harmless.is_default(name, text) else "mechanics"
             names_by_meaning.setdefault(meaning, []).append(_write_name(element, attribute))
         for meaning, names in names_by_meaning.items():
             listed = some(f"'{name}'" for name in names)
             text = f"the attribute {listed} of <{tag}> is not read, and has no effect"
             if len(names) > 1:
                 text = f"the attributes {listed} of <{tag}> are not read, and have no effect"
-            self._report_unread("unknown-attribute", meaning, text, names, missing, element)
+            self._report_unread("unknown-attribute", meaning, text, names, missing, element, tag)
 
     def unknown_child(self, parent: str, child: Any, known: Iterable[str]) -> None:
         """Report an element that is not read; comments are passed over."""
@@ -159,7 +161,9 @@ class Elements(Messages):
         children_by_meaning: dict[Meaning, list[Any]] = {}
         for child in children:
             # The tag of a comment or of a processing instruction is a function.
-            if isinstance(child.tag, str) and not self.report_xacro(child):
+            if not isinstance(child.tag, str):
+                continue
+            if not (self.report_xacro(child) if parent in ATTRIBUTES else is_xacro(child)):
                 meaning = _find_meaning(parent, child, known)
                 children_by_meaning.setdefault(meaning, []).append(child)
         for meaning, unread in children_by_meaning.items():
@@ -182,7 +186,7 @@ class Elements(Messages):
         """Report what is not read: a warning, or a note where it says nothing of mechanics."""
         line = element.sourceline
         if meaning == "slip":
-            self.warn("misspelt", text, line, like=(names[0], known))
+            self.warn("misspelt", text, line, like=(names[0].lower(), known))
         elif meaning == "other":
             self.warn(note_code, text, line, level="note")
         else:
@@ -252,18 +256,32 @@ def _find_meaning(parent: str, child: Any, known: Iterable[str]) -> Meaning:
     name, namespace = split_tag(child.tag)
     if harmless.is_harmless_child(parent, name, namespace.strip("{}:")):
         return "other"
-    if _is_slip(name, tuple(sorted(known))):
+    if not namespace and _is_slip(name, tuple(sorted(known))):
         return "slip"
-    statements = [[*leaf.values(), leaf.text or ""] for leaf in child.iter("*") if not len(leaf)]
-    says_nothing = all(harmless.is_zero(name, texts) for texts in statements)
-    return "other" if says_nothing and not (len(child) and child.attrib) else "mechanics"
+    return "other" if _is_default(child) else "mechanics"
+
+
+def _is_default(element: Any) -> bool:
+    """Return True if all that an element and its children say holds without them."""
+    name = split_tag(element.tag)[0]
+    children = list(element.iterchildren("*"))
+    text = " ".join(element.xpath("text()")).strip()
+    statements = [(name if key == "value" else key, value) for key, value in element.items()]
+    statements += [(name, text)] if text else []
+    if not statements and not children:
+        return False
+    return all(harmless.is_default(*statement) for statement in statements) and all(
+        map(_is_default, children)
+    )
 
 
 @cache  # a name that is not known stands in most elements of its kind
 def _is_slip(name: str, known: tuple[str, ...]) -> bool:
     """Return True if a name is nearly one that is known."""
-    if name in PLACES:
+    if name.lower() in PLACES:
         return False
+    if name.lower() in known:  # in capital letters
+        return True
     from difflib import get_close_matches
 
     return bool(get_close_matches(name, known, n=1, cutoff=SLIP))
@@ -273,9 +291,10 @@ def _hint(names: list[str], parent: str) -> str | None:
     """Return what to write in place of words that are not read."""
     if "quat_xyzw" in names:
         return 'quat_xyzw is read if the file says <robot version="1.1">; else write rpy'
-    if not PLACES.isdisjoint(names):
+    words = {split_tag(name)[0].lower() for name in names}
+    if not PLACES.isdisjoint(words) and parent in HAVE_ORIGIN:
         return HINT_PLACE
-    if not {"unit", "units"}.isdisjoint(names):
+    if not {"unit", "units"}.isdisjoint(words):
         return HINT_UNIT
     attributes = [name for name in names if name in ATTRIBUTES.get(parent, ())]
     return suggest_attributes(parent, dict.fromkeys(attributes, "...")) if attributes else None

@@ -6,11 +6,6 @@ warning (``mechanics-unread``), unless this file lists it: then it is a note.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
 #: Elements that describe appearance: nothing in them is mechanics.
 APPEARANCE = frozenset(("material", "color", "texture", "ambient", "diffuse", "specular"))
 #: Elements of a file's own bookkeeping, of controllers, planners and drawing programs, by parent.
@@ -18,13 +13,15 @@ CHILDREN: dict[str, frozenset[str]] = {
     parent: frozenset(names.split())
     for parent, names in {
         "robot": "frame collision_filter_group collision_filter disable_collisions group_state "
-        "schedule_topic_creator_file author version license description name",
+        "schedule_topic_creator_file end_effector passive_joint disabled_collisions "
+        "collision_group collision_checking camera light lidar audio_source author version "
+        "license description name copyright date url software created_by meta metadata info",
         "link": "self_collision_checking collision_checking self_filter selfCollide "
-        "self_collide enable_wind must_be_base_link description",
-        "joint": "controller_gains description",
+        "self_collide enable_wind must_be_base_link description verbose audio_source",
+        "joint": "controller_gains hardwareInterface interface description",
         "visual": "meta cast_shadows transparency laser_retro lighting visible layer "
         "accepting_renderer perception_properties plugin verbose",
-        "collision": "verbose laser_retro max_contacts self_collide meta",
+        "collision": "verbose laser_retro max_contacts self_collide meta sdf",
         "mesh": "declare_convex",
         "transmission": "motorTorqueConstant robotNamespace",
     }.items()
@@ -34,12 +31,12 @@ ATTRIBUTES: dict[str, frozenset[str]] = {
     element: frozenset(names.split())
     for element, names in {
         "robot": "author license description",
-        "link": "type concave description",
+        "link": "concave description",
         "joint": "dont_collapse description",
         "visual": "group mask visible alpha description",
-        "collision": "group mask concave margin description",
+        "collision": "group mask concave convex margin description",
         "geometry": "name",
-        "mesh": "name convexdecomposition convex_decomposition",
+        "mesh": "name convex convexdecomposition convex_decomposition",
         "calibration": "reference_position",
     }.items()
 }
@@ -57,8 +54,63 @@ NAMESPACES = (
 )
 #: Prefixes of the same, where a file does not declare them.
 PREFIXES = frozenset(("xml", "xsi", "xmlns", "sensor", "controller", "interface", "rendering"))
-#: Elements of which zero says something: gravity that does not act on a link.
-ZERO_MATTERS = frozenset(("gravity", "enable_gravity"))
+#: Names of numbers that are zero where nothing states them, in small letters.
+ZERO_BY_DEFAULT = frozenset(
+    [
+        "damping",
+        "friction",
+        "stiffness",
+        "armature",
+        "offset",
+        "xyz",
+        "rpy",
+        "pos",
+        "position",
+        "orientation",
+        "rotation",
+        "translation",
+        "pose",
+        "origin",
+        "anchor",
+        "x",
+        "y",
+        "z",
+        "roll",
+        "pitch",
+        "yaw",
+        "k",
+        "d",
+        "kp",
+        "kd",
+        "ki",
+        "k_velocity",
+        "mu",
+        "mu_coulomb",
+        "mu_viscous",
+        "mu_static",
+        "spring_k",
+        "spring_stiffness",
+        "spring_reference",
+        "springreference",
+        "reference",
+        "rest",
+        "restitution",
+        "rolling_friction",
+        "spinning_friction",
+        "backlash",
+    ]
+)
+#: Names of switches that are off, and of others that are on, where nothing states them.
+OFF_BY_DEFAULT = frozenset(
+    ["kinematic", "static", "fixed", "locked", "self_collide", "selfcollide"]
+)
+ON_BY_DEFAULT = frozenset(["gravity", "enable_gravity", "use_gravity", "enablegravity", "enabled"])
+#: Words for on and off, in small letters.
+ON = frozenset(("1", "1.0", "true", "yes", "on"))
+OFF = frozenset(("0", "0.0", "false", "no", "off"))
+#: What a material, a ``type`` of a link or MuJoCo's ``<compiler>`` says of mechanics all the same.
+OF_MATTER = frozenset(["density", "mass", "friction", "mu", "restitution", "stiffness", "damping"])
+OF_MOTION = frozenset(["static", "kinematic", "fixed", "dynamic"])
 
 
 def is_harmless_child(parent: str, name: str, namespace: str) -> bool:
@@ -70,14 +122,27 @@ def is_harmless_child(parent: str, name: str, namespace: str) -> bool:
         namespace: The namespace of the element, or its prefix if the file declares none; empty
             for an element without a prefix.
     """
-    if parent in APPEARANCE or name in APPEARANCE or _is_harmless_namespace(namespace):
+    if parent in APPEARANCE:
+        return name not in OF_MATTER
+    if name in APPEARANCE or _is_harmless_namespace(namespace):
         return True
     return name in CHILDREN.get(parent, ())
 
 
-def is_harmless_attribute(element: str, name: str, namespace: str) -> bool:
-    """Return True if an attribute says nothing of the mechanics; see ``is_harmless_child``."""
-    if element in APPEARANCE or name in IDENTIFIERS or _is_harmless_namespace(namespace):
+def is_harmless_attribute(element: str, name: str, namespace: str, text: str) -> bool:
+    """Return True if an attribute says nothing of the mechanics.
+
+    Args:
+        element: The tag of its element, without a prefix.
+        name: The attribute, without a prefix.
+        namespace: As of ``is_harmless_child``.
+        text: The value of the attribute.
+    """
+    if element in APPEARANCE:
+        return name not in OF_MATTER
+    if element == "link" and name == "type":
+        return text.lower() not in OF_MOTION
+    if name in IDENTIFIERS or _is_harmless_namespace(namespace):
         return True
     return name in ATTRIBUTES.get(element, ())
 
@@ -86,21 +151,19 @@ def _is_harmless_namespace(namespace: str) -> bool:
     return bool(namespace) and (namespace in PREFIXES or namespace.startswith(NAMESPACES))
 
 
-def is_zero(name: str, texts: Iterable[str]) -> bool:
-    """Return True if all texts are zeros or ``false``, as in ``damping="0.0"``: no statement.
-
-    Gravity that acts on a link is no statement, either.
+def is_default(name: str, text: str) -> bool:
+    """Return True if a text says what holds without it, as ``damping="0.0"``.
 
     Args:
-        name: The name of the element or attribute that has the texts.
-        texts: The values of an attribute, or of all attributes and the text of an element.
+        name: The name of the attribute, or of the element that has the text.
+        text: Numbers, or a word for on or off.
     """
-    words = " ".join(texts).split()
-    if name in ZERO_MATTERS:
-        return bool(words) and {word.lower() for word in words} <= {"1", "true"}
-    if not words:
-        return False
+    name, words = name.lower(), text.lower().split()
+    if name in ON_BY_DEFAULT:
+        return bool(words) and ON.issuperset(words)
+    if name in OFF_BY_DEFAULT:
+        return bool(words) and OFF.issuperset(words)
     try:
-        return not any(0.0 if word.lower() == "false" else float(word) for word in words)
+        return name in ZERO_BY_DEFAULT and bool(words) and not any(map(float, words))
     except ValueError:
         return False

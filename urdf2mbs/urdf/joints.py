@@ -147,17 +147,19 @@ def read_limit(reading: Reading, joint: Joint, element: Any) -> Limit:
     line = element.sourceline
     if lower > upper:
         message = "the lower limit is above the upper limit: both are ignored"
+        if missing:
+            message = f"{missing[0]} of <limit> is missing and means 0, and so {message}"
         reading.warn("limit-order", message, line, detail=f"{lower!r} and {upper!r}")
-    elif limit.is_zero:
+    elif limit.is_single:
         message = (
-            "the limits of a joint are 0 to 0, as a number that is missing is 0: by URDF, the "
-            "joint is locked at 0; in many files, it has no limits"
+            "lower and upper of <limit> are equal (a number that is missing is 0): by URDF, the "
+            "joint is locked there; in many files, it has no limits"
         )
         hint = (
-            "'joint-parameters: {zero_limits: locked}' keeps it at 0, '{zero_limits: free}' (the "
+            "'joint-parameters: {zero_limits: locked}' keeps it there, '{zero_limits: free}' (the "
             "default) lets it move; or state lower and upper"
         )
-        reading.warn("limit-zero", message, line, hint=hint)
+        reading.warn("limit-zero", message, line, hint=hint, detail=f"at {lower!r}")
     elif missing:
         message = f"{missing[0]} of <limit> is missing, which means 0 in URDF"
         reading.warn("limit-zero", message, line, detail=f"{lower!r} to {upper!r}")

@@ -130,9 +130,9 @@ class Limit(msgspec.Struct, gc=False):
     jerk: float | None = None
 
     @property
-    def is_zero(self) -> bool:
-        """True for a range from 0 to 0: a locked joint by URDF, an unlimited one in many files."""
-        return self.lower == 0.0 and self.upper == 0.0
+    def is_single(self) -> bool:
+        """True for one position: a locked joint by URDF, at 0 an unlimited one in many files."""
+        return self.lower is not None and self.lower == self.upper
 
 
 class Dynamics(msgspec.Struct, gc=False):

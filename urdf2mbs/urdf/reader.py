@@ -18,6 +18,7 @@ from urdf2mbs.disk import files
 from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic, nearest, some
 from urdf2mbs.urdf import written, xml
 from urdf2mbs.urdf.elements import FOREIGN, plain, quote, split_tag
+from urdf2mbs.urdf.harmless import is_harmless_child
 from urdf2mbs.urdf.joints import check_mimics, read_joint
 from urdf2mbs.urdf.links import read_link
 from urdf2mbs.urdf.model import JOINT_TYPES, Extension, Robot
@@ -138,6 +139,7 @@ def _read_root(
     robot = Robot("", file=reading.file)
     links, joints = robot.links, robot.joints
     foreign: list[Any] = []
+    unknown: list[Any] = []
     for child in root:
         tag = child.tag
         if tag in ("link", "joint"):
@@ -153,10 +155,14 @@ def _read_root(
             read_global_material(reading, child, robot)
         elif isinstance(tag, str):
             reading.owner = ("robot", "")
-            if tag not in FOREIGN and _is_unread(reading, child):
-                continue
+            if tag not in FOREIGN:
+                if reading.report_xacro(child):
+                    continue
+                if not _is_joint_of_another_program(reading, child):
+                    unknown.append(child)
             foreign.append(child)
     reading.owner = ("robot", "")
+    reading.unknown_children("robot", unknown, ("link", "joint", "material", *FOREIGN))
     reading.report_stray_texts(root)
     if reading.last is not None:  # the tree cannot be judged where links or joints are not known
         raise reading.last
@@ -173,28 +179,27 @@ def _read_root(
     return robot, reading.diagnostics()
 
 
-def _is_unread(reading: Reading, element: Any) -> bool:
-    """Report an element of ``<robot>`` that is not of URDF; return True if it is one of xacro."""
-    if reading.report_xacro(element):
-        return True
-    tags = {split_tag(child.tag)[0]: child for child in element if isinstance(child.tag, str)}
-    if not split_tag(element.tag)[1] or not {"parent", "child"} <= tags.keys():
-        reading.unknown_child("robot", element, ("link", "joint", "material", *FOREIGN))
+def _is_joint_of_another_program(reading: Reading, element: Any) -> bool:
+    """Return True, after an error, for an element with a prefix that joins two links."""
+    name, namespace = split_tag(element.tag)
+    tags = {split_tag(child.tag)[0]: child for child in element.iterchildren("*")}
+    if not namespace or not {"parent", "child"} <= tags.keys():
         return False
-    name = element.tag
-    if element.prefix:
-        name = f"{element.prefix}:{split_tag(name)[0]}"
+    if is_harmless_child("robot", name, namespace.strip("{}:")):
+        return False
+    tag = f"{element.prefix}:{name}" if element.prefix else element.tag
     ends = " and ".join(f"'{tags[end].get('link')}'" for end in ("parent", "child"))
     message = (
-        f"<{name}> '{element.get('name')}' of the type {quote(element.get('type') or '')} joins "
-        f"the links {ends}, and is not read; expected a <joint> of URDF"
+        f"<{tag}> {quote(element.get('name') or '')} of the type "
+        f"{quote(element.get('type') or '')} joins the links {ends}, and is not read; expected a "
+        "<joint> of URDF"
     )
     hint = f"write a <joint> of one of the types: {', '.join(JOINT_TYPES)}"
     try:
         reading.fail("joint-type-unknown", message, element, hint)
     except ConversionError as error:
         reading.keep(error)
-    return False
+    return True
 
 
 def _keep(element: Any) -> Extension:

@@ -173,7 +173,7 @@ def test_links_that_are_not_there() -> None:
         "sensor-left-out: a sensor is left out: it is on joint 'muont', which does not exist: "
         "sensor 'ft' did you mean 'mount'?",
         "loop-left-out: a joint in <gazebo> is left out: it is on link 'world', which does not "
-        "exist: joint 'pin' 'base: fixed' ties the root link to the world",
+        "exist: joint 'pin' only a fixed joint of the root link to the world is read",
         "loop-left-out: a joint in <gazebo> is left out: it is on link 'rihgt', which does not "
         "exist: joint 'pin' did you mean 'right'?",
         "loop-left-out: a joint in <gazebo> is left out: it is on a link inside <gazebo>; no such "
@@ -367,6 +367,11 @@ def warnings_of(more: str) -> list[str]:
 UNREAD = [
     ("<dampingFactor>0.1</dampingFactor>", "tool", "<dampingFactor> in <gazebo>", "link 'tool'"),
     ("<static>true</static>", "tool", "<static> of <gazebo> is of the whole robot", "link 'tool'"),
+    ("<gravity>0 0 -1.62</gravity>", "", "<gravity> of <gazebo> is '0 0 -1.62'", ""),
+    ("<include><uri>model://x</uri></include>", "", "<include> in <gazebo>", ""),
+    ('<plugin name="Buoyancy" filename="x.so"/>', "", "the plugin 'x.so'", ""),
+    ('<plugin filename="x.so"><parent>a</parent><child>b</child></plugin>', "", "'x.so'", ""),
+    ("<kinematic><!-- c -->true</kinematic>", "tool", "<kinematic> in <gazebo>", "link 'tool'"),
     ("<kinematic>true</kinematic>", "tool", "<kinematic> in <gazebo>", "link 'tool'"),
     ("<gravity>0</gravity>", "tool", "<gravity> of <gazebo>", "link 'tool'"),
     ("<gravity>false</gravity>", "tool", "<gravity> of <gazebo>", "link 'tool'"),
@@ -468,6 +473,8 @@ WELD = '<gazebo><joint name="weld" type="{}"><parent>{}</parent><child>{}</child
         ("<gazebo><static>true</static></gazebo>", "<static> of <gazebo>"),
         (WELD.format("fixed", "world", "base"), "joint 'weld' of <gazebo>"),
         (WELD.format("fixed", "base", "world"), "joint 'weld' of <gazebo>"),
+        (WELD.format("Fixed", "world", "arms::base"), "joint 'weld' of <gazebo>"),
+        ("<gazebo><static>yes</static></gazebo>", "<static> of <gazebo>"),
     ],
 )
 def test_a_static_robot_and_one_welded_to_the_world_have_a_fixed_base(
@@ -604,6 +611,56 @@ def test_transmissions_that_couple_joints_are_named(more: str) -> None:
 def test_one_transmission_of_an_actuator_that_is_there_twice_is_no_coupling() -> None:
     one = TRANSMISSION.format("x/Simple", '<joint name="hip"/>', '<actuator name="m"/>')
     assert warnings_of(one * 2) == []
+
+
+def test_two_that_contradict_name_the_first() -> None:
+    (told,) = warnings_of(LEAD + control(follower("lead")) + PLUGIN.format("lead", PLUGIN_RULE))
+    assert "<ros2_control> and a plugin of <gazebo> contradict" in told
+    assert "<ros2_control> is used" in told
+
+
+def test_a_rule_by_a_chain_is_no_contradiction() -> None:
+    """The tip follows the wrist, which follows the hip: so the tip follows the hip."""
+    chain = LEAD.replace("</joint>", '<mimic joint="hip" multiplier="2" offset="1"/></joint>')
+    last = (
+        '<link name="tip"/><joint name="last" type="continuous"><parent link="wrist"/>'
+        '<child link="tip"/><axis xyz="0 0 1"/><mimic joint="lead" multiplier="3"/></joint>'
+    )
+    rule = '<param name="multiplier">6</param><param name="offset">3</param>'
+    assert warnings_of(chain + last + control(follower("hip", rule, "last"))) == []
+    wrong = warnings_of(chain + last + control(follower("hip", "", "last")))
+    assert "mimic-conflict" in wrong[0]
+
+
+def test_a_reduction_of_ros2_counts() -> None:
+    drive = (
+        "<ros2_control><joint name='hip'><command_interface/></joint><transmission name='t'>"
+        "<joint name='hip'/><actuator name='m'><mechanical_reduction>50</mechanical_reduction>"
+        "<motor_inertia>1e-4</motor_inertia></actuator></transmission></ros2_control>"
+    )
+    robot, said = read(drive)
+    assert not said
+    assert robot.extensions[0].rotors == pytest.approx({"hip": 0.25}, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("parts", "words"),
+    [
+        ("<mechanicalReduction>0</mechanicalReduction><motorInertia>1</motorInertia>", "is 0"),
+        ("</actuator><compensator k_belt='3'/><actuator name='m'>", "<compensator>"),
+    ],
+)
+def test_parts_of_a_transmission_that_are_lost(parts: str, words: str) -> None:
+    drive = f'<transmission><joint name="hip"/><actuator name="m">{parts}</actuator></transmission>'
+    assert any(words in one for one in warnings_of(drive))
+
+
+def test_masses_that_mujoco_changes_are_named() -> None:
+    mujoco = '<mujoco><compiler meshdir="m" {}/><option gravity="0 0 0"/></mujoco>'
+    told = warnings_of(mujoco.format('balanceinertia="true"'))
+    assert "<option> in <mujoco>" in told[0]
+    assert "<compiler> of <mujoco> changes masses by balanceinertia" in told[1]
+    assert len(warnings_of(mujoco.format(""))) == 1
 
 
 @pytest.mark.parametrize("place", ["<actuator name='m'>{}</actuator>", "<actuator name='m'/>{}"])
