@@ -33,7 +33,6 @@ STATES = (JOINT_STATES, CONTACT_STATES)
 #: What a function may use: it is declared where a statement names it.
 LOCALS = {
     "user_model": "const UserModel *user_model = mbs_data->user_model;",
-    "model": "MDS_user_model_strct **model = gen->user_models->user_model_list;",
     **{name: f"double *{name} = mbs_data->{name};" for name in ("q", "qd", "qdd", "q0", "Qq")},
 }
 #: A law of a point at which another force acts.
@@ -61,7 +60,7 @@ def generated(mbs: Mbs, simulation: Simulation) -> dict[str, bytes]:
         f"{mbs.name}_tables.h": _tables(mbs, simulation),
         "user_all_id.h": NOTE + _all_id(mbs),
         "user_model.h": NOTE + _model_header([m for m in mbs.user_models if m.name not in STATES]),
-        "user_model.c": NOTE + _model_source(mbs.user_models),
+        "user_model.c": NOTE + _model_source(mbs),
     }
     return {name: text.encode() for name, text in texts.items()}
 
@@ -360,20 +359,19 @@ def _model_header(models: list[UserModel]) -> str:
     return "".join([*out, "};\n\n#endif\n"])
 
 
-def _model_source(models: list[UserModel]) -> str:
-    values = (
-        f"um->{model.name}.{parameter.name} = model[{i}]->parameter_list[{j}]->value_list[0];"
-        for i, model in enumerate(models)
-        for j, parameter in enumerate(model.parameters if model.name not in STATES else ())
-    )
-    return (
-        "/* The values come from the .mbs when it is loaded: this is for MBsysC of 2017. */\n"
-        "#include <stdlib.h>\n\n"
-        '#include "mbs_data.h"\n#include "mbs_load_xml.h"\n'
-        '#include "mbs_xml_reader.h"\n#include "user_model.h"\n\n'
-        "UserModel* mbs_new_user_model()\n{\n"
-        "    return (UserModel*) calloc(1, sizeof(UserModel));\n}\n\n"
-        "void mbs_delete_user_model(UserModel *um)\n{\n    free(um);\n}\n\n"
-        "void mbs_load_user_model_xml(MDS_gen_strct *gen, UserModel *um)\n{\n"
-        f"{_body('gen um', values)}}}\n"
-    )
+def _model_source(mbs: Mbs) -> str:
+    """Return the text of user_model.c, which reads the numbers of user models by their names."""
+    statements = [
+        f"um->{model.name}.{parameter.name} =\n"
+        f'    find_parameter(gen, "{model.name}", "{parameter.name}", 0)->value_list[0];'
+        for model in mbs.user_models
+        if model.name not in STATES
+        for parameter in model.parameters
+    ]
+    statements += [
+        f'find_parameter(gen, "{kind}", "{name}", {number});'
+        for kind in STATES
+        for name, number in state_numbers(mbs, kind).items()
+    ]
+    body = _body("gen um", statements or ["(void) find_parameter;"])
+    return fill(FOLDER / "user_model.c.in", mbs.name).replace("@VALUES@\n", body)

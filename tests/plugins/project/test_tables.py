@@ -107,13 +107,24 @@ def test_states_are_no_numbers_of_user_models_in_c() -> None:
     structs = re.findall(r"struct (\w+) \{", files["user_model.h"].decode())
     assert structs == ["joint_forces", "friction"]
     source = files["user_model.c"].decode()
+    body = " ".join(source.split("UserModel *um)\n")[-1].split())
     values = [
-        f"um->{name} = model[{i}]->parameter_list[{k}]->value_list[0];"
-        for name, i, k in (
-            ("joint_forces.friction", 0, 0), ("friction.lift", 1, 0), ("friction.a_swing", 1, 1),
+        f'um->{model}.{name} = find_parameter(gen, "{model}", "{name}", 0)->value_list[0];'
+        for model, name in (
+            ("joint_forces", "friction"),
+            ("friction", "lift"),
+            ("friction", "a_swing"),
         )
-    ]  # fmt: skip
-    assert re.findall(r"um->.*", source) == values
+    ]
+    states = [
+        f'find_parameter(gen, "{model}", "{name}", {number});'
+        for model, name, number in (
+            ("friction_state", "a_swing", 1),
+            ("contact_state", "a", 2),
+            ("contact_state", "b", 5),
+        )
+    ]
+    assert body == " ".join(["{", *values, *states, "}"])
     files = c.generated(Mbs("r"), Simulation())
     assert "double none;" in files["user_model.h"].decode()
     assert "list" not in files["user_model.c"].decode().split("UserModel *um)\n")[-1]
