@@ -1,6 +1,7 @@
-"""Whether the equations in symbolicR fit the .mbs.  Python's own library is enough to tell.
+"""Whether the equations in symbolicR fit the .mbs.  Python's own library is enough.
 
-urdf2mbs asks this file, and writes it into a project, where workR/main.py asks it.
+urdf2mbs asks this file, and writes it into a project, where workR/main.py asks it.  In a project in
+C, equations_fit.c does the same.
 
 Equations rely on the tree of joints, on which numbers are zero, and on the positions of joints
 that never move.  They read other masses, centres, inertias and points from the .mbs: a change of
@@ -13,11 +14,16 @@ import re
 import sys
 from hashlib import sha256
 from pathlib import Path
-from typing import Any
 from xml.etree.ElementTree import Element, fromstring
 
 # What a file of equations says of the models that it fits.
 SAYS = re.compile(r"Fits \((.*)\): sha256 ([0-9a-f]{64})")
+
+# The elements and attributes that count, in the order in which they are described.
+AXES = ("x", "y", "z")
+INERTIA = ("Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz")
+MEASURES = ("Pos", "Rot", "Vit", "Om", "Acc", "Omp", "Jac")
+SYMBOLS = ("q", "qd", "qdd")
 
 # A number this many times smaller than the largest beside it is a rounding of zero.
 ROUNDING = 1e-15
@@ -30,10 +36,20 @@ def fits(equations: bytes, model: bytes) -> bool | None:
 
 
 def fingerprint(model: bytes, parts: str) -> str:
-    """A checksum of what equations rely on: the tree; with 'fixed' in parts also where joints are
-    that never move, with 'numbers' all numbers."""
+    """Return a checksum of what equations rely on.
+
+    Args:
+        model: The bytes of an .mbs.
+        parts: ``tree``: the tree of joints, and which numbers are zero; with ``fixed`` also the
+            positions of joints that never move, with ``numbers`` all numbers.
+    """
+    return sha256(describe(model, parts).encode()).hexdigest()
+
+
+def describe(model: bytes, parts: str) -> str:
+    """Return what equations rely on, a line for each element; equations_fit.c writes the same."""
     root = fromstring(_decoded(model))
-    exact = "numbers" in parts
+    exact, with_fixed = "numbers" in parts, parts != "tree"
     bodies = {_text(body, "bodyname"): n for n, body in enumerate(root.iterfind("bodytree/body"))}
     owners = [*root.iterfind("base"), *root.iterfind("bodytree/body")]
     points = {
@@ -42,49 +58,60 @@ def fingerprint(model: bytes, parts: str) -> str:
         for n, point in enumerate(owner.iterfind("point"), start=1)
     }
 
-    def place(element: Element, path: str) -> Any:
-        """The numbers of a body and of a point: names do not count."""
+    def describe_place(element: Element, path: str) -> str:
+        """Return the numbers of a body and of a point: names do not count."""
         body, point = _text(element, f"{path}/bodyname"), _text(element, f"{path}/pointname")
-        return bodies.get(body, body), points.get((body, point), 0)
+        return f"{bodies.get(body, body)} {points.get((body, point), 0)}"
 
-    def numbers(element: Element, path: str) -> Any:
-        found = element.find(path)
-        tags = re.compile("I.." if path == "inertia" else "[xyz]")
-        known = [] if found is None else [child for child in found if tags.fullmatch(child.tag)]
-        values = {child.tag: float(child.text or 0.0) for child in known}
-        least = ROUNDING * max(map(abs, values.values()), default=0.0)
-        kept = {tag: value for tag, value in values.items() if abs(value) > least}
-        return sorted(kept.items()) if exact else sorted(kept)
-
-    def number(element: Element, path: str) -> Any:
-        value = float(_text(element, path) or 0.0)
-        return value if exact else value != 0.0
-
-    def joint(element: Element) -> Any:
-        symbols = element.find("symbols")
-        kept = None if symbols is None else sorted(child.tag for child in symbols)
-        nature = _text(element, "nature")
-        never_moves = nature == "driven" and kept == ["q"]
-        known = never_moves and parts != "tree"
-        at = float(_text(element, "initialvalue/q") or 0.0) if known else 0.0
-        return _text(element, "type"), nature, kept, at
-
-    rows: list[Any] = [_text(root, "mbsname")]
+    lines = [f"model {_text(root, 'mbsname')}"]
     for owner in owners:
-        rows += [place(owner, "parent"), [joint(child) for child in owner.iterfind("joint")]]
-        rows += [number(owner, "mass"), numbers(owner, "com/coordinates")]
-        rows += [numbers(owner, "inertia"), numbers(owner, "gravity/coordinates")]
+        lines.append(f"body {describe_place(owner, 'parent')}")
+        lines += [_describe_joint(joint, with_fixed) for joint in owner.iterfind("joint")]
+        lines.append(f"mass {_describe_number(owner, 'mass', exact)}")
+        lines.append(f"com{_describe_numbers(owner, 'com/coordinates', AXES, exact)}")
+        lines.append(f"inertia{_describe_numbers(owner, 'inertia', INERTIA, exact)}")
+        lines.append(f"gravity{_describe_numbers(owner, 'gravity/coordinates', AXES, exact)}")
         for point in owner.iterfind("point"):
-            signals = [
-                (child.tag, sorted(set(child.keys()) - {"name"}))
-                for child in point
-                if child.tag in ("sensor", "extforce")
-            ]
-            rows += [numbers(point, "coordinates"), signals]
+            lines.append(f"point{_describe_numbers(point, 'coordinates', AXES, exact)}")
+            for child in point:
+                if child.tag in ("sensor", "extforce"):
+                    measures = [name for name in MEASURES if child.get(name) is not None]
+                    lines.append(" ".join([child.tag, *measures]))
     for element in (*root.iterfind("cuts/*"), *root.iterfind("links/*")):
-        ends = place(element, "endpoint1"), place(element, "endpoint2")
-        rows += [element.tag, ends, number(element, "length")]
-    return sha256(repr(rows).encode()).hexdigest()
+        ends = f"{describe_place(element, 'endpoint1')} {describe_place(element, 'endpoint2')}"
+        lines.append(f"{element.tag} {ends} {_describe_number(element, 'length', exact)}")
+    return "".join(f"{line}\n" for line in lines)
+
+
+def _describe_joint(joint: Element, with_fixed: bool) -> str:
+    """Return type, nature and symbols of a joint; its position where it never moves."""
+    symbols = joint.find("symbols")
+    found = [] if symbols is None else [tag for tag in SYMBOLS if symbols.find(tag) is not None]
+    nature = _text(joint, "nature")
+    never_moves = nature == "driven" and found == ["q"]
+    position = _number(joint, "initialvalue/q") if never_moves and with_fixed else 0.0
+    words = "all" if symbols is None else "".join(f"{tag}," for tag in found)
+    return f"joint {_text(joint, 'type')} {nature} {words} {position + 0.0:.17g}"
+
+
+def _describe_numbers(owner: Element, path: str, tags: tuple[str, ...], exact: bool) -> str:
+    """Return the tags of the numbers that are not zero, nor a rounding of it."""
+    found = owner.find(path)
+    if found is None:
+        return ""
+    values = {tag: _number(found, tag) for tag in tags if found.find(tag) is not None}
+    least = ROUNDING * max(map(abs, values.values()), default=0.0)
+    kept = {tag: value for tag, value in values.items() if abs(value) > least}
+    return "".join(f" {tag}={value:.17g}" if exact else f" {tag}" for tag, value in kept.items())
+
+
+def _describe_number(owner: Element, path: str, exact: bool) -> str:
+    value = _number(owner, path)
+    return f"{value + 0.0:.17g}" if exact else str(int(value != 0.0))
+
+
+def _number(element: Element, path: str) -> float:
+    return float(_text(element, path) or 0.0)
 
 
 def _decoded(model: bytes) -> str:

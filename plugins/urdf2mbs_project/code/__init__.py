@@ -18,8 +18,11 @@ NAME = re.compile(r"(?<![A-Z])NAME(?![A-Z])")
 
 FOLDER = Path(__file__).parent
 
-#: Asks whether equations fit the .mbs; a project in Python gets it as it is.
-EQUATIONS_FIT = Path(equations_fit.__file__)
+#: The test whether equations fit the .mbs, by language; a project gets these files as they are.
+EQUATIONS_FIT = {
+    "python": [Path(equations_fit.__file__)],
+    "c": [Path(equations_fit.__file__).with_suffix(suffix) for suffix in (".c", ".h")],
+}
 
 YOURS = "Yours to change: urdf2mbs wrote this file once, and will not touch it again."
 #: What user functions begin with whose template is a title and code; in Python those that use the

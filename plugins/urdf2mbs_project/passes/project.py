@@ -46,11 +46,13 @@ class Project(Pass):
         _check_laws(conversion)
         if "python" in languages:
             conversion.files[user / f"{mbs.name}_robot.py"] = robot_module(mbs, simulation)
-            conversion.files[user / "equations_fit.py"] = EQUATIONS_FIT.read_bytes()
         if "c" in languages:
             made = generated(mbs, simulation)
             conversion.files |= {user / name: data for name, data in made.items()}
             _warn_of_rows_of_zeros(conversion)
+        for language in languages:
+            for file in EQUATIONS_FIT[language]:
+                conversion.files[user / file.name] = file.read_bytes()
         of_users: set[Path] = set()
         for language in ("python", "c"):
             texts = {folder / path: data for path, data in starters(language, mbs).items()}

@@ -1,6 +1,8 @@
 """The checksum of what equations rely on: it changes when they do, and not by an edit beside."""
 
 import re
+import shutil
+import subprocess
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +12,7 @@ from mbs.models import everything
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.mbs.writer import write
 from urdf2mbs.testing import TINY, convert_text
+from urdf2mbs_equations import equations_fit
 from urdf2mbs_equations.equations_fit import check_equations, fingerprint, fits
 from urdf2mbs_equations.files import generate
 
@@ -114,6 +117,91 @@ def test_each_part_of_a_model_counts_as_far_as_the_equations_rely_on_it(
     ]
     first = ("tree", "fixed", "numbers", "").index(EDITS[edit])
     assert counts == [False] * first + [True] * (3 - first)
+
+
+PARTS = ("tree", "tree, fixed", "tree, numbers")
+PROGRAM = """
+#include "equations_fit.h"
+int main(int count, char **words)
+{
+    return !check_equations(words[count - 1]);
+}
+"""
+
+
+@pytest.fixture(scope="module")
+def check_in_c(tmp_path_factory: pytest.TempPathFactory) -> Any:
+    """Return a function that asks the twin in C, by parts, whether equations of a model fit."""
+    gcc = shutil.which("gcc") or pytest.skip("gcc is not there")
+    folder = tmp_path_factory.mktemp("fit")
+    source = Path(equations_fit.__file__).with_suffix(".c")
+    (folder / "main.c").write_text(PROGRAM)
+
+    def build(heads: dict[str, tuple[str, str]], *, has_equations: bool = True) -> Path:
+        rows = "".join(f'{{"{file}", "{a}", "{b}"}}, ' for file, (a, b) in heads.items())
+        (folder / "equations_of_build.h").write_text(
+            f"#define HAS_EQUATIONS {int(has_equations)}\n#define EQUATIONS_HEADS {rows}\n"
+        )
+        program = folder / f"exe{len(list(folder.iterdir()))}"
+        command = [
+            gcc, "-std=c99", "-pedantic", "-O1", "-Wall", "-Wextra", "-Werror",
+            "-fsanitize=address,undefined", "-fno-sanitize-recover", f"-I{folder}",
+            f"-I{source.parent}", "-DWITH_EQUATIONS_OF_BUILD", '-DBUILD_FOLDER="b"',
+            str(folder / "main.c"), str(source), "-o", str(program), "-lm",
+        ]  # fmt: skip
+        subprocess.run(command, check=True)
+        return program
+
+    return build
+
+
+def run(program: Path, model: bytes) -> str:
+    """Return what a program says of a model; nothing where its equations fit."""
+    file = program.parent / "model.mbs"
+    file.write_bytes(model)
+    done = subprocess.run([program, file], check=False, capture_output=True, text=True)
+    assert done.returncode == (1 if done.stderr else 0), done.stderr
+    return done.stderr
+
+
+def test_c_finds_the_same_differences_as_python(check_in_c: Any) -> None:
+    text = write(everything()).decode()
+    sums = {parts: fingerprint(text.encode(), parts) for parts in PARTS}
+    programs = {parts: check_in_c({"mbs_x_m.c": (parts, sums[parts])}) for parts in PARTS}
+    for title, old, new in [("nothing", "", ""), *EDITS]:
+        edited = text.replace(old, new) if old else text
+        for parts, program in programs.items():
+            differs = fingerprint(edited.encode(), parts) != sums[parts]
+            assert bool(run(program, edited.encode())) == differs, (title, parts)
+
+
+def test_c_reads_other_layouts_as_python_does(check_in_c: Any) -> None:
+    """Comments, declarations, quotes, empty elements and blanks do not count."""
+    text = write(everything()).decode()
+    other = text.replace("<mass>", "<!-- <mass> > -->\n<mass> ").replace("<q/>", "<q note='>'/>")
+    other = "<?xml version='1.0'?><!DOCTYPE mbsDescR7>\n" + other.partition("?>")[2]
+    other = re.sub(r'(\w+)="true"', r"\1 = 'true' ", other)
+    sums = {parts: (parts, fingerprint(other.encode(), parts)) for parts in PARTS}
+    assert [fingerprint(text.encode(), parts) for parts in PARTS] == [s for _, s in sums.values()]
+    program = check_in_c(sums)
+    assert run(program, text.encode()) == run(program, other.encode()) == ""
+    half = len(text) // 2
+    for data in (b"", b"<", b"<a", text[:half].encode(), text.encode("utf-16")):
+        run(program, data)  # no fault of memory, which the sanitizers would tell
+    (program.parent / "model.mbs").unlink()
+    subprocess.run([program, program.parent / "model.mbs"], check=True)  # mbs_load says so
+
+
+def test_c_says_which_commands_to_run(model: bytes, check_in_c: Any) -> None:
+    stale = {"mbs_dirdyna_m.c": ("tree", "0" * 64), "mbs_link_m.c": ("tree", "1" * 64)}
+    fine = {"mbs_sensor_m.c": ("tree", fingerprint(model, "tree"))}
+    message = run(check_in_c({**fine, **stale}), model)
+    assert "equations of another model than " in message
+    assert "model.mbs: mbs_dirdyna_m.c and 1 more." in message
+    assert re.search(r'\n +urdf2mbs equations ".*model\.mbs"\n +cmake --build "b"\n', message)
+    message = run(check_in_c({}, has_equations=False), model)
+    assert "was built without equations of motion" in message
+    assert "urdf2mbs equations" in message
 
 
 def test_a_turn_that_never_moves_counts(model: bytes) -> None:

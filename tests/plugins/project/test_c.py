@@ -1,5 +1,6 @@
 """The generated C: compiled with all warnings as errors, and the same as Python and the laws."""
 
+import re
 import shutil
 import subprocess
 from pathlib import Path
@@ -12,7 +13,9 @@ from oracle.code import code_of, prove_code
 from oracle.rich import PASSES, RICH, convert
 from plugins.project.passes.test_mimic import CHAIN
 from plugins.project.standin import make, without_meshes
+from urdf2mbs.cli import main
 from urdf2mbs.engine.output import write
+from urdf2mbs.mbs.reader import read
 
 ROOT = Path(__file__).resolve().parents[3]
 HEADERS = ROOT / "plugins" / "urdf2mbs_simulate" / "mbsysc"
@@ -141,3 +144,149 @@ def test_main_stops_where_robotran_cannot_go_on(
     assert ran.stderr.count("error:") <= 2
     if last != "0.0":
         assert "joint four was the fastest, at 70 rad/s" in ran.stderr
+
+
+#: Loads user models, whose names are read from a file: NAME, then each parameter and its type.
+LOADER = """
+#include <stdio.h>
+#include <stdlib.h>
+#include "mbs_load_xml.h"
+int main(void)
+{
+    static char words[99][99];
+    static double values[99];
+    MDS_user_model_strct *models[99];
+    MDS_user_models_strct list = { 0, models };
+    MDS_gen_strct gen = { &list };
+    char kind;
+    for (int k = 0; k < 99 && scanf(" %c %98s", &kind, words[k]) == 2; k++) {
+        if (kind == 'm') {
+            MDS_user_model_strct *model = calloc(1, sizeof *model);
+            model->name = words[k];
+            model->parameter_list = calloc(99, sizeof *model->parameter_list);
+            models[list.n_user_model++] = model;
+        } else {
+            MDS_user_model_strct *model = models[list.n_user_model - 1];
+            MDS_parameter_strct *parameter = calloc(1, sizeof *parameter);
+            parameter->name = words[k];
+            parameter->type = kind == 's' ? 5 : 1;
+            parameter->n_value = 1;
+            values[k] = k;
+            parameter->value_list = &values[k];
+            model->parameter_list[model->n_parameter++] = parameter;
+        }
+    }
+    UserModel *user_model = mbs_new_user_model();
+    mbs_load_user_model_xml(&gen, user_model);
+    printf("%g\\n", *(double *) user_model);
+    return 0;
+}
+"""
+
+
+def words_of(models: dict[str, list[str]]) -> str:
+    """Return the input of LOADER."""
+    lines = []
+    for model, parameters in models.items():
+        kind = "s" if model.endswith("_state") else "p"
+        lines += [f"m {model}", *(f"{kind} {name}" for name in parameters)]
+    return "\n".join(lines)
+
+
+def test_user_models_are_found_by_their_names(tmp_path: Path) -> None:
+    """What is gone, or is a state in another place, ends the program: nothing else is read."""
+    project = make(tmp_path, RUBBING, language="c", base="fixed")
+    (tmp_path / "loader.c").write_text(LOADER)
+    program = tmp_path / "loader"
+    command = [
+        "gcc", "-std=c99", "-w", "-fsanitize=address,undefined", f"-I{HEADERS}",
+        f"-I{project / 'userfctR'}", str(tmp_path / "loader.c"),
+        str(project / "userfctR" / "user_model.c"), "-o", str(program),
+    ]  # fmt: skip
+    subprocess.run(command, check=True)
+    mbs = read((project / "dataR" / "robot.mbs").read_bytes(), "robot.mbs")
+    models = {model.name: [p.name for p in model.parameters] for model in mbs.user_models}
+
+    def load(models: dict[str, list[str]]) -> tuple[str, str]:
+        done = subprocess.run(
+            [program], input=words_of(models), capture_output=True, text=True, check=False,
+            env={"ASAN_OPTIONS": "detect_leaks=0"},
+        )  # fmt: skip
+        assert done.returncode == (1 if done.stderr else 0), done.stderr
+        return done.stdout, done.stderr
+
+    assert load(models) == ("1\n", "")
+    assert load({"mine": ["a", "b"], **models}) == ("4\n", "")
+    first = next(iter(models))
+    for other, missing in (
+        ({}, rf"'{models[first][0]}' of user model '{first}'"),
+        ({**models, first: models[first][1:]}, rf"'{models[first][0]}' of user model '{first}'"),
+        ({"my_state": ["a"], **models}, r"'\w+' of user model 'friction_state'"),
+        ({**models, "friction_state": []}, r"'\w+' of user model 'friction_state'"),
+    ):
+        message = load(other)[1]
+        assert re.search(missing, message), message
+        assert "Convert the robot again, then build again" in message
+
+
+@pytest.fixture
+def mbsysc(tmp_path: Path) -> Path:
+    """Return a folder that stands for the sources of MBsysC."""
+    common = tmp_path / "MBsysC" / "mbs_common"
+    shutil.copytree(HEADERS, common / "mbs_struct")
+    void = common / "mbs_void_symbolicR"
+    void.mkdir()
+    functions = "accelred cons_hJ cons_jdqd dirdyna extforces gensensor invdyna link link3D sensor"
+    for name in functions.split():
+        (void / f"mbs_{name}_void.c").write_text("")
+    (common / "mbs_module").mkdir()
+    parts = "#define DONE 1\n#define LAST 0.0\nvoid set_output(double v, const char *n) { }\n"
+    (common / "mbs_module" / "runtime.c").write_text(parts + RUNTIME)
+    return common.parent
+
+
+@pytest.mark.skipif(shutil.which("cmake") is None, reason="cmake is not there")
+def test_a_program_says_that_its_equations_do_not_fit(tmp_path: Path, mbsysc: Path) -> None:
+    """CMake warns where there are none; the program compares those that it was built with."""
+    project = make(tmp_path, CHAIN, language="c", base="fixed")
+    build, model = project / "workR" / "build", project / "dataR" / "robot.mbs"
+    libraries = [f"-D{name}:STRING=m" for name in ("LIBXML2_LIBRARY", "GSL", "GSLCBLAS")]
+    folders = [f"-D{name}:STRING={mbsysc}" for name in ("LIBXML2_INCLUDE_DIR", "GSL_INCLUDE")]
+
+    def call(*words: Any) -> tuple[int, str]:
+        done = subprocess.run(words, check=False, capture_output=True, text=True)
+        return done.returncode, done.stdout + done.stderr
+
+    code, message = call(
+        "cmake",
+        "-S",
+        build.parent,
+        "-B",
+        build,
+        f"-DROBOTRAN_SOURCE_DIR={mbsysc}",
+        *libraries,
+        *folders,
+    )
+    assert code == 0, message
+    warning = " ".join(message.split())
+    assert f'without them: urdf2mbs equations "{model}"' in warning
+    compile_all = ("cmake", "--build", build, "--parallel", "2")
+    code, message = call(*compile_all)
+    assert code == 0, message
+    code, message = call(build / "exe_robot")
+    assert (code, "built without equations" in message) == (1, True), message
+    assert main(["equations", str(model), "--language", "c"]) == 0
+    code, message = call(*compile_all)
+    assert (code, "without them" in message) == (0, False), message
+    assert call(build / "exe_robot") == (0, "done: see resultsR\n")
+    mass, text = "<mass>1.0</mass>", model.read_text()
+    assert mass in text
+    model.write_text(text.replace(mass, "<mass>3.0</mass>"))
+    assert call(build / "exe_robot")[0] == 0
+    model.write_text(text.replace(mass, "<mass>0.0</mass>"))
+    code, message = call(build / "exe_robot")
+    assert (code, "equations of another model" in message) == (1, True), message
+    assert main(["equations", str(model), "--language", "c"]) == 0
+    assert call(build / "exe_robot")[0] == 1
+    assert call(*compile_all)[0] == 0
+    assert call(build / "exe_robot")[0] == 0
