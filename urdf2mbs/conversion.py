@@ -168,6 +168,8 @@ class Summary(msgspec.Struct):
     """By the name of the sensor or the external force."""
     tables: list[tuple[str, tuple[str, ...], list[tuple[str, ...]]]] = []
     """For a page: the title, the heads of the columns, and the rows."""
+    next_steps: list[str] = []
+    """For the end of ``run``: what to do with the files, a line for each."""
 
 
 class Input(msgspec.Struct):

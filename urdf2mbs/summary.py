@@ -161,6 +161,7 @@ def of_plugins(conversion: Conversion) -> Summary:
         whole.lines += summary.lines
         whole.uses |= summary.uses
         whole.tables += summary.tables
+        whole.next_steps += summary.next_steps
     return whole
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from urdf2mbs.plugin import Command, PassEntry, hookimpl
 
 if TYPE_CHECKING:
-    from urdf2mbs.plugin import Conversion
+    from urdf2mbs.plugin import Conversion, Summary
 
 
 def _are_there(conversion: Conversion, given: bool) -> bool:
@@ -29,6 +29,15 @@ def urdf2mbs_passes() -> list[PassEntry]:
 def urdf2mbs_commands() -> list[Command]:
     does = "write Robotran's equations for an .mbs file"
     return [Command("equations", does, "urdf2mbs_equations.commands.equations")]
+
+
+@hookimpl
+def urdf2mbs_summary(conversion: Conversion) -> Summary | None:
+    if conversion.settings.project is None:
+        return None
+    from urdf2mbs_equations.summary import summarize
+
+    return summarize(conversion)
 
 
 @hookimpl

@@ -3,8 +3,9 @@
 CODES = {
     "equations-language": "warning: `passes: {equations: ...}` has no `language`: no equations. "
     "Name a language, or leave the pass out.",
-    "equations-stale": "warning: equations in `symbolicR` are of another model; ours are "
-    "removed. Make them again: `urdf2mbs equations`.",
+    "equations-stale": "warning: equations in `symbolicR` are of another model; those of urdf2mbs "
+    "are removed, and each run says so until there are others. Make them again: "
+    "`urdf2mbs equations`.",
     "mbsname-no-identifier": "error: `<mbsname>` is no identifier, and the equations need one. "
     "Rename the model.",
 }

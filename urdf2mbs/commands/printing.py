@@ -69,7 +69,7 @@ def _fold(warnings: Sequence[Diagnostic]) -> list[Diagnostic]:
 
 
 def next_steps(conversion: Conversion, found: Report) -> str:
-    """The line that says what to do with the files."""
+    """Return the lines that say what to do with the files."""
     settings = conversion.settings
     model = near(settings.output)
     if conversion.checked.rejected is not None:
@@ -79,7 +79,8 @@ def next_steps(conversion: Conversion, found: Report) -> str:
     if found.no_dynamics:
         return f"Next: give the links masses, without which nothing moves; open {model} in MBSysPad"
     play = f"urdf2mbs simulate {near(settings.project)} -o moves.html"
-    return f"Next: {play}; or open {model} in MBSysPad"
+    steps = [f"{play}; or open {model} in MBSysPad", *of_plugins(conversion).next_steps]
+    return "Next: " + "\n      ".join(steps)
 
 
 def near(path: Path) -> str:

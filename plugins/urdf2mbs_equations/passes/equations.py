@@ -2,28 +2,35 @@
 
 In the method, Robotran's own generator is the last step, after the conversion (Figure 1): a web
 service with an account.  This pass needs no account.  It writes equations if the config gives a
-language.  It removes our equations of an earlier model, and names Robotran's.
+language.  It removes equations of urdf2mbs that are of an earlier model, and names Robotran's.  It
+warns until there are equations again.
 """
 
 from __future__ import annotations
 
+import re
 from contextlib import suppress
 from pathlib import Path
 from typing import Literal
 
 from urdf2mbs.disk import files
-from urdf2mbs.disk.record import is_ours
+from urdf2mbs.disk.record import is_ours, was_ours
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.messages.diagnostics import counted, some
 from urdf2mbs.plugin import Conversion, File, Pass
+from urdf2mbs_equations.equations_fit import fingerprint, fits
+from urdf2mbs_equations.projects import NAMES, SUFFIXES
+
+#: What Robotran writes at the beginning of its equations.
+JOINTS = re.compile(rb"==> Number of joints *: *(\d+)")
 
 
 class Equations(Pass):
     reads = ("mbs-file",)
 
-    language: Literal["python", "c", "both"] | None = None
-    """``python`` (for MBsysPy), ``c`` (for MBsysC) or ``both``; without it, nothing is
-    generated."""
+    language: Literal["python", "c", "both", "project"] | None = None
+    """``python`` (for MBsysPy), ``c`` (for MBsysC), ``both``, or ``project``: the languages of the
+    project's code; without it, nothing is generated."""
     fold: bool = False
     """Write masses, centres of mass, inertias and points as numbers: fewer operations, but a
     change of the data has no effect."""
@@ -57,18 +64,29 @@ class Equations(Pass):
 
         output = conversion.settings.output
         mbs = read(data, str(output), mechanics_only=True)
-        for language in ("python", "c"):
-            if self.language in (language, "both"):
-                made = generate(
-                    mbs, data, output.name, language=language, fold=self.fold, pairs=self.pairs,
-                    energy=self.energy, derivatives=self.derivatives,
-                )  # fmt: skip
-                for name, text in made.files.items():
-                    conversion.files[_folder(conversion) / name] = text
-        conversion.report["equations"] = {
-            "counts": {name: count.operations for name, count in made.counts.items()},
-            "not_generated": made.left_out,
-        }
+        counts: dict[str, int] = {}
+        left_out: dict[str, str] = {}
+        for language in self._languages(conversion):
+            made = generate(
+                mbs,
+                data,
+                output.name,
+                language=language,
+                fold=self.fold,
+                pairs=self.pairs,
+                energy=self.energy,
+                derivatives=self.derivatives,
+            )
+            counts |= {name: count.operations for name, count in made.counts.items()}
+            left_out |= made.left_out
+            for name, text in made.files.items():
+                conversion.files[_folder(conversion) / name] = text
+        conversion.report["equations"] = {"counts": counts, "not_generated": left_out}
+
+    def _languages(self, conversion: Conversion) -> tuple[str, ...]:
+        if self.language == "project":
+            return conversion.settings.languages
+        return ("python", "c") if self.language == "both" else (str(self.language),)
 
 
 def _folder(conversion: Conversion) -> Path:
@@ -77,39 +95,77 @@ def _folder(conversion: Conversion) -> Path:
 
 
 def _warn_of_stale(conversion: Conversion, model: bytes) -> None:
-    """Remove our equations of another model, and warn of such equations that are not ours."""
-    output, folder = conversion.settings.output, _folder(conversion)
+    """Remove our equations of another model, and warn of those that are not ours or are missing."""
+    folder = _folder(conversion)
     if not files.is_folder(folder):
         return
-    from xml.etree.ElementTree import ParseError
-
-    from urdf2mbs_equations.equations_fit import fingerprint, fits
-
     name = "*" if conversion.settings.project else conversion.mbs.name
-    there = [
+    equations = [
         path for path in sorted(folder.glob(f"mbs_*_{name}.*")) if path not in conversion.files
     ]
-    says = {path: fits(files.beginning(path, 2000), model) for path in there}
-    ours = [path for path, fit in says.items() if fit is False]
-    gone = [path for path in ours if is_ours(path)]
-    stale = [path for path in ours if path not in gone]
-    with suppress(ParseError, OSError, ValueError):
-        parts = "tree, fixed"
-        if fingerprint(files.read(output), parts) != fingerprint(model, parts):
-            stale += [path for path, fit in says.items() if fit is None]
-    if gone:
-        conversion.files |= dict.fromkeys(gone, File(kind="obsolete"))
+    verdicts = {path: fits(files.beginning(path, 2000), model) for path in equations}
+    stale = [path for path, verdict in verdicts.items() if verdict is False]
+    removed = [path for path in stale if is_ours(path)]
+    kept = [path for path in stale if path not in removed]
+    unknown = [path for path, verdict in verdicts.items() if verdict is None]
+    if not _has_changed(conversion, model):
+        n_joints = len(conversion.mbs.numbers())
+        unknown = [path for path in unknown if _states_other_joints(path, n_joints)]
+    kept += unknown
+    hint = f"make them again: urdf2mbs equations {conversion.settings.output}"
+    if removed:
+        conversion.files |= dict.fromkeys(removed, File(kind="obsolete"))
         conversion.warn(
             "equations-stale",
-            f"{counted(len(gone), 'file')} of equations were of another model, and are removed: "
-            f"{some(path.name for path in gone)}",
-            hint=f"make them anew: urdf2mbs equations {output}",
+            f"{counted(len(removed), 'file')} of equations were of another model, and are removed: "
+            f"{some(path.name for path in removed)}",
+            hint=hint,
         )
-    if stale:
+    if kept:
         conversion.warn(
             "equations-stale",
-            f"the model has changed, and {counted(len(stale), 'file')} of equations that urdf2mbs "
-            f"does not replace stay as they were: {some(path.name for path in stale)}",
+            f"the model has changed, and {counted(len(kept), 'file')} of equations that urdf2mbs "
+            f"does not replace stay as they were: {some(path.name for path in kept)}",
             hint="generate them again in MBSysPad, or move them away and make others: "
-            f"urdf2mbs equations {output}",
+            f"urdf2mbs equations {conversion.settings.output}",
         )
+    missing = {} if removed else find_missing(conversion)
+    were_removed = [NAMES[language] for language, path in missing.items() if was_ours(path)]
+    if were_removed:
+        conversion.warn(
+            "equations-stale",
+            f"the equations in {' and '.join(were_removed)} were of another model and are removed: "
+            "the project has none",
+            hint=hint,
+        )
+
+
+def _has_changed(conversion: Conversion, model: bytes) -> bool:
+    """Return True if equations of the model in the output do not fit the model just made."""
+    from xml.etree.ElementTree import ParseError
+
+    parts = "tree, fixed"
+    with suppress(ParseError, OSError, ValueError):
+        before = fingerprint(files.read(conversion.settings.output), parts)
+        return before != fingerprint(model, parts)
+    return False
+
+
+def _states_other_joints(equations: Path, n_joints: int) -> bool:
+    """Return True if the head of Robotran's equations states another number of joints."""
+    stated = JOINTS.search(files.beginning(equations, 2000))
+    return stated is not None and int(stated[1]) != n_joints
+
+
+def find_missing(conversion: Conversion) -> dict[str, Path]:
+    """Return the languages of a project that have no equations of motion, and the missing files."""
+    folder, written = _folder(conversion), conversion.files_of("ours")
+    dynamics = {
+        language: folder / f"mbs_dirdyna_{conversion.mbs.name}{SUFFIXES[language]}"
+        for language in conversion.settings.languages
+    }
+    return {
+        language: path
+        for language, path in dynamics.items()
+        if path not in written and not files.is_file(path)
+    }

@@ -47,6 +47,73 @@ def test_files_go_to_the_project(model: Path, capsys: Any) -> None:
     assert found["not_generated"] == {}
 
 
+@pytest.mark.parametrize(
+    ("files", "languages"),
+    [
+        ([], ["py"]),
+        (["userfctR/user_dirdyn.c"], ["c"]),
+        (["userfctR/user_dirdyn.py", "userfctR/user_dirdyn.c"], ["c", "py"]),
+        (["symbolicR/mbs_dirdyna_old.c"], ["c"]),
+        (["userfctR/user_dirdyn.m", "symbolicR/mbs_dirdyna_old.c"], ["m"]),
+        (["userfctR/robot_robot.h", "userfctR/user_dirdyn.py"], ["py"]),
+    ],
+)
+@pytest.mark.parametrize("named", ["model", "folder"])
+def test_the_language_is_that_of_the_project(
+    model: Path, files: list[str], languages: list[str], named: str, capsys: Any
+) -> None:
+    project = model.parent.parent
+    for file in files:
+        (project / file).parent.mkdir(exist_ok=True)
+        (project / file).write_text("")
+    assert main(["equations", str(model if named == "model" else project)]) == 0
+    found = {file.suffix[1:] for file in (project / "symbolicR").glob("mbs_*_robot.*")}
+    assert sorted(found) == languages
+    names = {"py": "Python", "c": "C", "m": "MATLAB"}
+    shown = " and ".join(names[language] for language in sorted(languages, reverse=True))
+    assert f"written to {project / 'symbolicR'}, in {shown}\n" in capsys.readouterr().out
+
+
+def test_a_named_language_is_that_language_alone(model: Path) -> None:
+    project = model.parent.parent
+    (project / "userfctR").mkdir()
+    (project / "userfctR" / "user_dirdyn.c").write_text("")
+    assert main(["equations", str(project), "--language", "python"]) == 0
+    assert not list((project / "symbolicR").glob("*.c"))
+    assert main(["equations", str(project), "--no-pairs"]) == 0
+    assert list((project / "symbolicR").glob("*.c"))
+
+
+@pytest.mark.parametrize(
+    ("language", "steps"),
+    [
+        ("python", ["python lamp/workR/main.py"]),
+        ("c", ["cmake -S lamp/workR -B lamp/workR/build -DROBOTRAN_SOURCE_DIR="]),
+        ("both", ["python lamp/workR/main.py", "in C: cmake -S lamp/workR"]),
+    ],
+)
+def test_the_next_steps_are_those_of_the_project(
+    language: str, steps: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "lamp.urdf").write_text(TINY)
+    output = f"{{project: lamp, language: {language}}}"
+    (tmp_path / "lamp.yaml").write_text(f"source: lamp.urdf\noutput: {output}\n")
+    assert main(["run", "lamp.yaml"]) == 0
+    after_run = capsys.readouterr().out.partition("\nNext: ")[2]
+    assert "equations for Robotran's own programs: urdf2mbs equations lamp\n" in after_run
+    assert ("in C: cmake -S lamp/workR" in after_run) == (language != "python")
+    assert main(["equations", "lamp"]) == 0
+    after_equations = capsys.readouterr().out.partition("\nNext: ")[2]
+    assert [step for step in steps if step in after_equations] == steps
+    assert ("cmake" in after_equations) == (language != "python")
+    assert main(["run", "lamp.yaml"]) == 0
+    assert "urdf2mbs equations" not in capsys.readouterr().out.partition("\nNext: ")[2]
+    (tmp_path / "lamp" / "workR" / "build").mkdir()
+    assert main(["equations", "lamp"]) == 0
+    assert "cmake -S" not in capsys.readouterr().out
+
+
 def test_robotrans_own_files_are_not_replaced(model: Path, capsys: Any) -> None:
     file = model.parent.parent / "symbolicR" / "mbs_dirdyna_robot.py"
     file.parent.mkdir()

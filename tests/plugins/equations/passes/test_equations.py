@@ -5,8 +5,9 @@ from typing import Any
 
 import pytest
 
+from urdf2mbs.cli import main
 from urdf2mbs.config.model import parse
-from urdf2mbs.engine.output import write_files
+from urdf2mbs.engine.output import write, write_files
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY, convert_text
@@ -32,6 +33,63 @@ def test_the_pass_works_where_it_is_asked_to(tmp_path: Path) -> None:
     conversion = Pipeline(*parse(asked, tmp_path / "tiny.yaml")).run()
     with pytest.raises(ConfigError, match="was edited since"):
         write_files(conversion.files)
+
+
+@pytest.mark.parametrize(
+    ("output", "endings"),
+    [
+        ("{project: tiny}", {".py"}),
+        ("{project: tiny, language: c}", {".c"}),
+        ("{project: tiny, language: both}", {".c", ".py"}),
+        ("tiny.mbs", set()),
+    ],
+)
+def test_the_languages_of_the_project(tmp_path: Path, output: str, endings: set[str]) -> None:
+    (tmp_path / "tiny.urdf").write_text(TINY)
+    text = f"source: tiny.urdf\noutput: {output}\npasses: {{equations: {{language: project}}}}\n"
+    conversion = Pipeline(*parse(text, tmp_path / "tiny.yaml")).run()
+    files = [path for path in conversion.files if path.name.startswith("mbs_")]
+    assert {path.suffix for path in files} == endings
+
+
+def test_each_run_warns_until_there_are_equations_again(tmp_path: Path) -> None:
+    source = tmp_path / "tiny.urdf"
+    source.write_text(TINY)
+    text = "source: tiny.urdf\noutput: {project: tiny, language: both}\n"
+    config, model = tmp_path / "tiny.yaml", tmp_path / "tiny" / "dataR" / "tiny.mbs"
+    config.write_text(text)
+
+    def run() -> list[str]:
+        conversion = Pipeline(*parse(text, config)).run()
+        write(conversion)
+        return [d.message for d in conversion.diagnostics if d.code == "equations-stale"]
+
+    assert run() == []  # nobody has asked for equations
+    assert main(["equations", str(model), "--language", "c"]) == 0
+    assert run() == []
+    source.write_text(TINY.replace('axis xyz="0 1 1"', 'axis xyz="0 0 1"'))
+    (removed,) = run()
+    assert removed.startswith("11 files of equations were of another model, and are removed")
+    for _ in range(2):
+        (missing,) = run()
+        assert missing.startswith("the equations in C were of another model and are removed")
+    assert main(["equations", str(model)]) == 0
+    assert run() == []
+
+
+def test_equations_of_robotran_for_other_joints_are_named_each_time(tmp_path: Path) -> None:
+    (tmp_path / "tiny.urdf").write_text(TINY)
+    text = "source: tiny.urdf\noutput: {project: tiny}\n"
+    conversion = Pipeline(*parse(text, tmp_path / "tiny.yaml")).run()
+    write(conversion)
+    n_joints = len(conversion.mbs.numbers())
+    file = tmp_path / "tiny" / "symbolicR" / "mbs_dirdyna_tiny.py"
+    for stated, n_warnings in ((n_joints, 0), (n_joints + 1, 1), (n_joints + 1, 1)):
+        file.write_text(f"#  ==> Number of joints : {stated}\n")
+        conversion = Pipeline(*parse(text, tmp_path / "tiny.yaml")).run()
+        write(conversion)
+        codes = [d.code for d in conversion.diagnostics]
+        assert codes.count("equations-stale") == n_warnings
 
 
 def test_equations_of_another_model_go_or_are_told(tmp_path: Path) -> None:

@@ -1,0 +1,22 @@
+"""What the equations have to say of a project: what Robotran's own programs still need."""
+
+from __future__ import annotations
+
+from urdf2mbs.commands.printing import near
+from urdf2mbs.plugin import Conversion, Summary
+from urdf2mbs_equations.passes.equations import find_missing
+from urdf2mbs_equations.projects import describe_build
+
+
+def summarize(conversion: Conversion) -> Summary:
+    """Name the commands that make missing equations, and that build a project in C."""
+    project = conversion.settings.project
+    assert project is not None
+    steps = []
+    if find_missing(conversion):
+        command = f"urdf2mbs equations {near(project)}"
+        steps.append(f"equations for Robotran's own programs: {command}")
+    build = describe_build(project) if "c" in conversion.settings.languages else None
+    if build is not None:
+        steps.append(f"in C: {build}")
+    return Summary(next_steps=steps)
