@@ -63,6 +63,8 @@ def carry_out(arguments: argparse.Namespace) -> int:
     return 0
 
 
+#: What a config says of equations: Robotran's own programs need them in the project.
+EQUATIONS = {"language": "project"}
 #: The controller that holds the start position (Hz).
 HOLD = {"frequency": 10, "damping_ratio": 0.3}
 
@@ -112,6 +114,7 @@ def init(
         raise ConfigError(
             "config-name", f"'{config}' is no name of a config", hint=f"such as {name}.yaml"
         )
+    found = found._replace(passes={**found.passes, "equations": EQUATIONS})
     write_files({config: _text(config, found, asked, conversion).encode()}, force=force)
     return config, found
 
@@ -268,8 +271,9 @@ def _passes(found: RobotFacts, conversion: Conversion) -> list[str]:
     if "contacts" in found.passes:
         ground = _flow(found.passes["contacts"])
         lines.append(f"  contacts: {ground}   # the ground; all that is solid touches")
-    if lines:
-        lines = ["", "passes:", *lines]
+    equations = _flow(found.passes["equations"])
+    lines.append(f"  equations: {equations}   # of motion, which Robotran's programs need")
+    lines = ["", "passes:", *lines]
     offered: list[str] = []
     if "no-mass" in codes and any(shapes(link) for link in found.robot.links.values()):
         offered += [
@@ -282,9 +286,9 @@ def _passes(found: RobotFacts, conversion: Conversion) -> list[str]:
             "#   rotors: {from_urdf: true}   # a constraint for each joint with a motor",
         ]
     if offered:
-        return [*(lines or ["", "# passes:"]), *offered]
+        return [*lines, *offered]
     if "no-mass" in codes:
-        return ["", "# NO DYNAMICS: no link has a mass, nor a shape to estimate one from."]
+        return [*lines, "# NO DYNAMICS: no link has a mass, nor a shape to estimate one from."]
     return lines
 
 

@@ -109,9 +109,16 @@ passes:
   posture:
     hold: {frequency: 10, damping_ratio: 0.3}   # Hz; a controller holds the start position
   contacts: {links: ['*']}   # the ground; all that is solid touches
+  equations: {language: project}   # of motion, which Robotran's programs need
 """
     )
     assert main(["run", "biped.yaml"]) == 0
+    for suffix in ("py", "c"):
+        assert (here / "biped" / "symbolicR" / f"mbs_dirdyna_biped.{suffix}").is_file()
+    assert "Next: urdf2mbs simulate biped" in (output := capsys.readouterr().out)
+    assert "urdf2mbs equations" not in output
+    cmake = "cmake -S biped/workR -B biped/workR/build -DROBOTRAN_SOURCE_DIR=.../MBsysC"
+    assert f"in C: {cmake} && cmake --build biped/workR/build\n" in output
 
 
 LIMITED = """<robot name="arm"><link name="world"/><link name="a"><visual><geometry>
@@ -161,7 +168,10 @@ def test_the_start_position_is_within_the_limits(here: Path) -> None:
     (here / "arm.urdf").write_text(LIMITED.replace("MASS", SOLID))
     assert main(["init", "arm.urdf"]) == 0
     written = yaml.safe_load((here / "arm.yaml").read_text())
-    assert written["passes"] == {"posture": {"joints": {"j: 1": 1.0}}}
+    assert written["passes"] == {
+        "posture": {"joints": {"j: 1": 1.0}},
+        "equations": {"language": "project"},
+    }
     conversion = Pipeline(*_as_a_file(here / "arm.yaml")).run()
     assert "posture-limit" not in [said.code for said in conversion.diagnostics]
 
@@ -187,7 +197,7 @@ def test_a_robot_without_mass_is_offered_an_estimate(here: Path, capsys: Any) ->
     assert main(["init", "arm.urdf"]) == 0
     offered = (here / "arm.yaml").read_text()
     assert "estimate-inertia" in offered
-    assert "passes" not in yaml.safe_load(offered)
+    assert yaml.safe_load(offered)["passes"].keys() == {"equations"}
     offered = offered.replace("# passes", "passes").replace("#   estimate", "  estimate")
     (here / "arm.yaml").write_text(offered)
     conversion = Pipeline(*_as_a_file(here / "arm.yaml")).run()
