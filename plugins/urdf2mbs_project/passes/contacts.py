@@ -291,12 +291,16 @@ def _spots_of_shape(conversion: Conversion, shape: urdf.Geometry) -> list[Spot]:
 
 
 def thin(spots: list[Spot]) -> list[Spot]:
-    """Spheres, rims, and of the points those that the hull of all needs; to a nanometre."""
+    """Return the spheres, the rims, and those points that the hull needs, each once.
+
+    Places are rounded to a nanometre: two spots in one place would make the ground twice as stiff.
+    """
     points = _corners([spot.at for spot in spots if not spot.radius])
-    return [
+    rounded = (
         spot._replace(at=(round(spot.at[0], 9), round(spot.at[1], 9), round(spot.at[2], 9)))
         for spot in (*(spot for spot in spots if spot.radius), *map(Spot, points))
-    ]
+    )
+    return list(dict.fromkeys(rounded))
 
 
 def _corners(points: Any) -> list[Vec]:

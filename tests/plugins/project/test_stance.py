@@ -125,6 +125,32 @@ def test_a_box_of_its_inertia_stands_in_for_a_foot_whose_mesh_is_lost(here: Path
 
 
 @pytest.mark.parametrize(
+    ("moments", "n_points"),
+    [
+        ("0 0 0", 1),
+        ("0 0.01 0.01", 2),
+        ("0.01 0.01 0", 1),
+        ("0.01 0.01 0.02", 4),
+        ("0.02 0.01 0.01", 2),
+    ],
+)
+def test_a_foot_of_a_point_a_bar_or_a_sheet_has_no_point_twice(
+    moments: str, n_points: int, here: Path
+) -> None:
+    xx, yy, zz = moments.split()
+    inertia = f'ixx="{xx}" ixy="0" ixz="0" iyy="{yy}" iyz="0" izz="{zz}"'
+    solid = f'<inertial><origin xyz="-0.041 0 0"/><mass value="1"/><inertia {inertia}/></inertial>'
+    feet = [
+        part(f"{side}_foot", "trunk", f"0 {y} -0.5", GONE).replace(EVEN, solid)
+        for side, y in (("l", 0.2), ("r", -0.2))
+    ]
+    found = started(robot(TRUNK, *feet), here)
+    points = yaml.safe_load((here / "r.yaml").read_text())["passes"]["contacts"]["points"]
+    assert [len(points[foot]) for foot in ("l_foot", "r_foot")] == [n_points] * 2
+    assert [c["spots"] for c in found.report["contacts"]][1:] == [n_points] * 2
+
+
+@pytest.mark.parametrize(
     ("text", "why"),
     [
         (robot(TRUNK, part("l", "trunk", "0 1 -1", GONE), part("r", "trunk", "0 -1 -1", GONE)),

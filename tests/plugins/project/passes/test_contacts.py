@@ -138,6 +138,30 @@ def test_no_corner_is_far_outside_the_hull(seed: int, count: int, size: float) -
         assert 0.0 <= (cloud @ way).max() - (kept @ way).max() + 1e-6 <= 2 * allowed
 
 
+@pytest.mark.parametrize(
+    ("shapes", "n_spots"),
+    [
+        ('<box size="0.2 0.1 0"/>', 4),
+        ('<sphere radius="0.1"/>', 1),
+        ('<cylinder radius="0.1" length="0"/>', 8),
+    ],
+)
+@pytest.mark.parametrize("n_times", [1, 2])
+def test_nothing_touches_twice_in_one_place(shapes: str, n_spots: int, n_times: int) -> None:
+    """Shapes that are flat, or stated twice: the ground would be twice as stiff there."""
+    collision = f"<collision><geometry>{shapes}</geometry></collision>"
+    text = robot(link("l", SOLID, collision * n_times))
+    conversion = convert_text(text, passes={"contacts": {"links": ["l"]}}).conversion
+    assert [found["spots"] for found in conversion.report["contacts"]] == [n_spots]
+
+
+def test_a_point_that_a_config_names_twice_touches_once() -> None:
+    points = {"l": [[0.1, 0.0, 0.0], [0.1, 0.0, 0.0], [0.2, 0.0, 0.0]]}
+    text = robot(link("l", SOLID, ""))
+    conversion = convert_text(text, passes={"contacts": {"points": points}}).conversion
+    assert [found["spots"] for found in conversion.report["contacts"]] == [2]
+
+
 def test_all_that_is_solid_and_moves_touches() -> None:
     """Links without shapes do not, and nothing that stands still; what is named must."""
     shape = '<collision><geometry><sphere radius="0.1"/></geometry></collision>'
