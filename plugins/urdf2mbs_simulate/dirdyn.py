@@ -76,11 +76,12 @@ class Module:
         return self.options[name]
 
     def _write(self, results: Results) -> None:
-        """Write results, if the options want it."""
+        """Write results, if the options want it, over those of an earlier run, as Robotran does."""
         options = self.options
         if options["save2file"]:
             folders = options["respath"], options["animpath"]
-            results.write(options["resfilename"], *(folder and Path(folder) for folder in folders))
+            paths = (folder and Path(folder) for folder in folders)
+            results.write(options["resfilename"], *paths, force=True)
 
 
 class MbsPart(Module):

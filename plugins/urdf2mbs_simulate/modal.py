@@ -140,8 +140,11 @@ class Modes:
         q[:, 0] = time
         return q
 
-    def write(self, number: int) -> list[Path]:
-        """Write modal.csv, and the swing of a mode, mode.csv, into resultsR of the project."""
+    def write(self, number: int, *, force: bool = False) -> list[Path]:
+        """Write modal.csv, and the swing of a mode, mode.csv, into resultsR of the project.
+
+        ``force`` replaces files of another program, too; else they raise ConfigError.
+        """
         results = self.data.project / "resultsR"
         head = ",".join(["time", *(f"q.{joint}" for joint in self.data.joint_id)])
         rows = res_rows(self.motion(number)).replace(b" ", b",") if self.modes else b""
@@ -149,7 +152,7 @@ class Modes:
             results / "modal.csv": self.table(),
             results / "mode.csv": f"{head}\n".encode() + rows,
         }
-        write_files(files, force=True)
+        write_files(files, force=force)
         return list(files)
 
 

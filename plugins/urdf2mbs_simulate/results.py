@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from urdf2mbs.engine.output import write_files
+from urdf2mbs.engine.output import check_ours, write_files
 from urdf2mbs.messages.diagnostics import not_installed
 from urdf2mbs_simulate.data import MbsData, MbsSensor
 from urdf2mbs_simulate.push import columns_of_pushes
@@ -137,11 +137,14 @@ class Results:
         name: str = "dirdyn",
         results: Path | None = None,
         animation: Path | None = None,
+        *,
+        force: bool = False,
     ) -> list[Path]:
         """Write Robotran's files, NAME_q.res and so on, NAME.csv with the names of all columns,
         and the animation NAME_q.anim; into resultsR and animationR of the project by itself.
 
-        Results of an earlier run are replaced, Robotran's, too.
+        Results that urdf2mbs wrote before are replaced; with ``force`` also those of another
+        program, such as MBsysC.  Else raises ConfigError.
         """
         data = self.data
         results = results or data.project / "resultsR"
@@ -168,8 +171,15 @@ class Results:
         writer.writerow(columns)
         writer.writerows(np.column_stack(list(columns.values())).tolist())
         files[results / f"{name}.csv"] = text.getvalue().encode()
-        write_files(files, force=True)
+        write_files(files, force=force)
         return list(files)
+
+
+def check_results(project: Path, name: str = "dirdyn") -> None:
+    """Raise ConfigError if results of another program are where those of a run will go."""
+    paths = [project / "resultsR" / f"{name}_{kind}.res" for kind in ALWAYS]
+    paths += [project / "resultsR" / f"{name}.csv", project / "animationR" / f"{name}_q.anim"]
+    check_ours(dict.fromkeys(paths, b""))
 
 
 def res_rows(values: Any) -> bytes:

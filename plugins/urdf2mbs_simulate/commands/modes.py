@@ -56,7 +56,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
     data, count = found.data, len(found.modes)
     if not 1 <= arguments.mode <= max(count, 1):
         raise ConfigError("usage", f"--mode {arguments.mode}: the model has {count} modes")
-    files = found.write(arguments.mode)
+    files = found.write(arguments.mode, force=arguments.force)
     if is_page(arguments.output) and count:
         page = make_of_model(data.mbs, model, files[1].name)
         write_files({arguments.output: page.data}, force=arguments.force)

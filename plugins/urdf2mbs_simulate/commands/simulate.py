@@ -95,8 +95,9 @@ def add_options(command: argparse.ArgumentParser) -> None:
 
 def carry_out(arguments: argparse.Namespace) -> int:
     from urdf2mbs.commands.progress import Progress
-    from urdf2mbs.disk.files import model_of
+    from urdf2mbs.disk.files import model_of, project_of
     from urdf2mbs_simulate.project import simulate
+    from urdf2mbs_simulate.results import check_results
 
     _check(arguments)
     model = model_of(arguments.config)
@@ -104,6 +105,8 @@ def carry_out(arguments: argparse.Namespace) -> int:
         model = make_project(arguments)
     elif arguments.output is not None and not is_page(arguments.output):
         model = _copied(model, arguments)
+    if not arguments.force:
+        check_results(project_of(model))
     begin, moves = perf_counter(), list[float]()
     with Progress(arguments) as progress:
 
@@ -119,10 +122,10 @@ def carry_out(arguments: argparse.Namespace) -> int:
             equilibrium=arguments.equilibrium,
         )  # fmt: skip
     end = perf_counter()
-    files = results.write()
+    files = results.write(force=arguments.force)
     if results.equilibrium is not None:
         results.data.said += results.equilibrium.lines()
-        equil = results.equilibrium.results.write("equil")
+        equil = results.equilibrium.results.write("equil", force=arguments.force)
         files[:0] = [file for file in equil if file.suffix == ".res"]
     if is_page(arguments.output):
         with Progress(arguments) as progress:
@@ -236,6 +239,7 @@ def _described(results: Results, files: list[Path], seconds: float) -> dict[str,
 
 def _tell(results: Results, files: list[Path], preparing: float, moving: float) -> None:
     """What moved, how fast it was computed (s), and where the motion is."""
+
     data, time = results.data, float(results.time[-1])
     joints = counted(data.nqu, "independent joint")
     print(f"{data.mbs_name}: {time:g} s of {joints} simulated in {moving:.2f} s")

@@ -7,8 +7,10 @@ import msgspec
 import pytest
 
 from proving import SOLID, link, robot
+from urdf2mbs import simulate
 from urdf2mbs.cli import main
 from urdf2mbs.mbs.model import Body, Connection, Joint, Mbs
+from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs_simulate.commands.simulate import find_floating_base
 
 
@@ -74,6 +76,61 @@ def test_a_base_that_floats_unless_something_holds_it() -> None:
     assert find_floating_base(model) == []
     gantry = [Body("x", joints=base[:1]), Body("y", "x", None, [Joint("y", "T2")])]
     assert find_floating_base(Mbs("m", bodies=gantry)) == []
+
+
+def test_a_joint_on_the_ground_is_no_base(here: Path, capsys: Any) -> None:
+    """A robot that is bolted down is not told to be, whichever of its joints moves most."""
+    ends = '<parent link="world"/><child link="a"/><axis xyz="0 1 0"/>'
+    swing = f'<joint name="j" type="continuous">{ends}</joint>'
+    text = robot(link("world"), link("a", SOLID), swing)
+    Path("a.urdf").write_text(text)
+    assert main(["convert", "a.urdf", "-o", "a.mbs", "--base", "fixed"]) == 0
+    assert main(["simulate", "a.mbs", "-o", "alone/", "--time", "0.02"]) == 0
+    out = capsys.readouterr().out
+    assert "joint 'j' moved most" in out
+    assert "nothing holds it" not in out
+
+
+FOREIGN = "0.0 1.0\n"
+
+
+@pytest.mark.parametrize("file", ["resultsR/dirdyn_q.res", "animationR/dirdyn_q.anim"])
+def test_results_of_another_program_stay(file: str, here: Path, capsys: Any) -> None:
+    """As those of MBsysC; the simulation is not even computed."""
+    assert main(["convert", "tiny.urdf", "-o", "p/"]) == 0
+    words = ["simulate", "p", "--time", "0.02", "--language", "python"]
+    assert main(words) == 0
+    assert main(words) == 0
+    Path("p", file).write_text(FOREIGN)
+    csv = Path("p/resultsR/dirdyn.csv").read_bytes()
+    Path("p/userfctR/user_JointForces.py").write_text("raise SystemExit('computed')\n")
+    assert main(words) == 2
+    message = capsys.readouterr().err
+    assert "output-not-ours" in message
+    assert "--force" in message
+    assert Path("p", file).read_text() == FOREIGN
+    assert Path("p/resultsR/dirdyn.csv").read_bytes() == csv
+    Path("p/userfctR/user_JointForces.py").unlink()
+    assert main([*words, "--force"]) == 0
+    assert Path("p", file).read_text() != FOREIGN
+    assert main(words) == 0
+
+
+def test_results_of_another_program_stay_in_python_and_as_modes(here: Path, capsys: Any) -> None:
+    assert main(["convert", "tiny.urdf", "-o", "p/", "--base", "fixed"]) == 0
+    results = simulate("p", time=0.01, language="python")
+    file = Path("p/resultsR/dirdyn_q.res")
+    file.write_text(FOREIGN)
+    with pytest.raises(ConfigError, match="is not known to urdf2mbs"):
+        results.write()
+    assert file.read_text() == FOREIGN
+    results.write(force=True)
+    assert file.read_text() != FOREIGN
+    Path("p/resultsR/modal.csv").write_text(FOREIGN)
+    words = ["modes", "p", "--drawn", "--language", "python"]
+    assert main(words) == 2
+    assert "output-not-ours" in capsys.readouterr().err
+    assert main([*words, "--force"]) == 0
 
 
 def test_a_robot_without_feet_rests_on_the_ground(here: Path, capsys: Any) -> None:
