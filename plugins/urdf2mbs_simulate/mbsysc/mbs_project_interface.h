@@ -14,3 +14,4 @@ double* user_Link3DForces(double PxF[4], double RxF[4][4], double VxF[4], double
 void user_dirdyn_init(MbsData *s, MbsDirdyn *mbs_dd);
 void user_dirdyn_loop(MbsData *s, MbsDirdyn *mbs_dd);
 void user_dirdyn_finish(MbsData *s, MbsDirdyn *mbs_dd);
+void mbs_sensor(MbsSensor *sens, MbsData *s, int isens);

@@ -69,6 +69,28 @@ def test_c_does_what_python_and_the_laws_say(
     build(tmp_path / name)
 
 
+def take_examples(text: str) -> str:
+    """Return the text with the code that its comments show."""
+    text = re.sub(r"(?m)^ +\*   (.*;)$", r"*/ \1 /*", text)
+    whole = re.compile(r"/\* (.*;)\n((?: +\* .*;\n)+) +\* (.*;) \*/")
+    return whole.sub(lambda found: "\n".join(found.groups()).replace(" * ", " "), text)
+
+
+def test_the_examples_compile_as_they_are(tmp_path: Path) -> None:
+    """A function that no header declares is an error for compilers of today."""
+    project = make(tmp_path, RICH, language="c", passes=PASSES)
+    shown = {
+        "user_JointForces.c": "*/ mbs_data->Qq[",
+        "user_dirdyn.c": '\nset_output(force[3], "',
+    }
+    for name, code in shown.items():
+        file = project / "userfctR" / name
+        text = take_examples(file.read_text())
+        assert code in text
+        file.write_text(text)
+    build(project)
+
+
 #: Stands for MBsysC: a run of three steps.
 RUNTIME = """
 #include <stdlib.h>
