@@ -1,5 +1,6 @@
 """The time step, the gains of hold, and the start within limits."""
 
+import re
 import shutil
 from math import pi, sqrt
 from pathlib import Path
@@ -19,7 +20,7 @@ from urdf2mbs.mbs.model import Connection
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.testing import TINY, convert_text
 from urdf2mbs_project.mass import Mass
-from urdf2mbs_project.passes.time_step import _round_down
+from urdf2mbs_project.passes.time_step import _describe_duration, _round_down
 from urdf2mbs_project.simulation import Simulation
 from urdf2mbs_project.stability import longest_steps, reduction_of
 from urdf2mbs_simulate.c_code import CCode
@@ -161,9 +162,27 @@ def test_gains_give_way_and_are_named(tmp_path: Path) -> None:
 def test_damping_of_the_robot_does_not_give_way(tmp_path: Path) -> None:
     result = convert_project(WRIST.replace('"0.02"', '"3"'), tmp_path)
     said = messages(result)
-    assert "damping of joint '" in said["time-step-short"]
+    numbers = re.search(
+        r"TIME_STEP is only (\S+) s, because of the damping of joint '\w+' \(3 N m s/rad, where "
+        r"the joint feels (\S+) kg m\^2\): 1 s of motion takes (\S+) steps of RK4, about (\d+) s "
+        r"of computing in C",
+        said["time-step-short"],
+    )
+    assert numbers is not None, said["time-step-short"]
+    step, inertia, n_steps, seconds = map(float, numbers.groups())
+    assert inertia == pytest.approx(1e-6, rel=0.1)
+    assert n_steps == pytest.approx(1.0 / step, rel=0.05)
+    assert seconds == pytest.approx(1.3e-6 * n_steps * len(result.mbs.numbers()), rel=0.5)
     assert "time-step-softened" not in said
     assert set(models(result.mbs)["damping"].values()) == {3.0}
+
+
+@pytest.mark.parametrize(
+    ("seconds", "words"),
+    [(0.34, "0.3 s"), (49.0, "50 s"), (150.0, "2 min"), (4000.0, "70 min"), (9000.0, "2 h")],
+)
+def test_a_duration_has_one_digit(seconds: float, words: str) -> None:
+    assert _describe_duration(seconds) == words
 
 
 # --- what joints and the ground carry ---
