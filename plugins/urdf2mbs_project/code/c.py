@@ -79,7 +79,9 @@ class _Robot:
     def source(self) -> str:
         couplings = self.simulation.couplings
         laws = [f"{law.c.strip()}\n\n" for law in self.simulation.laws]
+        needs_user_models = str(int(bool(self.models)))
         text = fill(FOLDER / "NAME_robot.c.in", self.mbs.name).replace("@LAWS@\n", "".join(laws))
+        text = text.replace("@NEEDS_USER_MODELS@", needs_user_models)
         for name, parameters, statements in (
             ("CONSTRAINTS", "h Jac mbs_data", self.constraints()),
             ("JDQD", "jdqd", (f"jdqd[{k}] = 0.0;" for k in range(1, len(couplings) + 1))),

@@ -3,7 +3,7 @@
 #include "mbs_sensor.h"
 typedef struct MbsDirdynOptions {
     double t0, tf, dt0;
-    int save2file, saveperiod;
+    int save2file, saveperiod, framerate;
     char *respath, *animpath;
 } MbsDirdynOptions;
 typedef struct MbsAux { MbsSensor *psens; } MbsAux;

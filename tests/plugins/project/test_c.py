@@ -106,6 +106,7 @@ MbsData* mbs_load(const char *file, const char *build)
     data->njoint = 5;
     data->q = calloc(6, sizeof(double));
     data->qd = calloc(6, sizeof(double));
+    data->user_model = USER_MODEL ? mbs_new_user_model() : NULL;
     return data;
 }
 void mbs_delete_data(MbsData *mbs_data) { }
@@ -140,22 +141,24 @@ void mbs_delete_dirdyn(MbsDirdyn *dirdyn, MbsData *mbs_data) { }
 
 
 @pytest.mark.parametrize(
-    ("done", "last", "code", "says"),
+    ("done", "last", "user_model", "code", "says"),
     [
-        (1, "0.0", 0, ""),
-        (0, "0.0", 1, "there is no partition, so the loops would be open: two three cannot"),
-        (1, "0.0 / zero", 1, "at 1 s the position or speed of joint one is not a number"),
+        (1, "0.0", 1, 0, ""),
+        (0, "0.0", 1, 1, "there is no partition, so the loops would be open: two three cannot"),
+        (1, "0.0 / zero", 1, 1, "at 1 s the position or speed of joint one is not a number"),
+        (1, "0.0", 0, 1, "the .mbs has no user models, which this program was built with"),
     ],
 )
 def test_main_stops_where_robotran_cannot_go_on(
-    tmp_path: Path, done: int, last: str, code: int, says: str
+    tmp_path: Path, done: int, last: str, user_model: int, code: int, says: str
 ) -> None:
-    project = make(tmp_path, CHAIN, language="c", base="fixed")
+    project = make(tmp_path, RUBBING, language="c", base="fixed")
     (tmp_path / "runtime.c").write_text(f"static volatile double zero = 0.0;\n{RUNTIME}")
     sources = [*(project / "userfctR").glob("*.c"), project / "workR" / "src" / "main.c"]
     command = [
         "gcc", "-w", f"-I{HEADERS}", f"-I{project / 'userfctR'}", f"-DDONE={done}",
-        f"-DLAST=({last} + zero)", '-DPROJECT_FOLDER=""', '-DBUILD_FOLDER=""',
+        f"-DLAST=({last} + zero)", f"-DUSER_MODEL={user_model}",
+        '-DPROJECT_FOLDER=""', '-DBUILD_FOLDER=""',
         "-o", str(tmp_path / "exe"), str(tmp_path / "runtime.c"), *map(str, sources), "-lm",
     ]  # fmt: skip
     subprocess.run(command, check=True)
@@ -262,8 +265,9 @@ def mbsysc(tmp_path: Path) -> Path:
     for name in functions.split():
         (void / f"mbs_{name}_void.c").write_text("")
     (common / "mbs_module").mkdir()
-    parts = "#define DONE 1\n#define LAST 0.0\nvoid set_output(double v, const char *n) { }\n"
-    (common / "mbs_module" / "runtime.c").write_text(parts + RUNTIME)
+    defines = "#define DONE 1\n#define LAST 0.0\n#define USER_MODEL 1\n"
+    output = "void set_output(double value, const char *name) { }\n"
+    (common / "mbs_module" / "runtime.c").write_text(defines + output + RUNTIME)
     return common.parent
 
 
