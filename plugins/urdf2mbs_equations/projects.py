@@ -1,10 +1,8 @@
-"""What equations need to know of a project: its languages, and how its C is built."""
+"""What equations need to know of a project: its languages."""
 
 from __future__ import annotations
 
 from pathlib import Path
-
-from urdf2mbs.commands.printing import near
 
 #: By language, the ending of its files.
 SUFFIXES = {"python": ".py", "c": ".c", "matlab": ".m"}
@@ -20,16 +18,3 @@ def find_languages(project: Path) -> list[str]:
         if languages:
             return languages
     return ["python"]
-
-
-def describe_build(project: Path) -> str | None:
-    """Return the command that builds the C of a project; None where no CMakeLists.txt says how."""
-    source = project / "workR"
-    if not (source / "CMakeLists.txt").is_file():
-        return None
-    build = source / "build"
-    compile_command = f"cmake --build {near(build)}"
-    if build.is_dir():
-        return compile_command
-    configure = f"cmake -S {near(source)} -B {near(build)} -DROBOTRAN_SOURCE_DIR=.../MBsysC"
-    return f"{configure} && {compile_command}"

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from urdf2mbs.commands.printing import near
 from urdf2mbs.plugin import Conversion, Summary
 from urdf2mbs_equations.passes.equations import find_missing
-from urdf2mbs_equations.projects import describe_build
 
 
 def summarize(conversion: Conversion) -> Summary:
@@ -20,3 +21,16 @@ def summarize(conversion: Conversion) -> Summary:
     if build is not None:
         steps.append(f"in C: {build}")
     return Summary(next_steps=steps)
+
+
+def describe_build(project: Path) -> str | None:
+    """Return the command that builds the C of a project; None where no CMakeLists.txt says how."""
+    source = project / "workR"
+    if not (source / "CMakeLists.txt").is_file():
+        return None
+    build = source / "build"
+    compile_command = f"cmake --build {near(build)}"
+    if build.is_dir():
+        return compile_command
+    configure = f"cmake -S {near(source)} -B {near(build)} -DROBOTRAN_SOURCE_DIR=.../MBsysC"
+    return f"{configure} && {compile_command}"

@@ -17,7 +17,8 @@ from urdf2mbs.commands.streams import is_stream
 from urdf2mbs.disk.files import model_of, project_of, read_model
 from urdf2mbs.engine.output import write_files
 from urdf2mbs.messages.diagnostics import ConfigError, counted
-from urdf2mbs_equations.projects import NAMES, SUFFIXES, describe_build, find_languages
+from urdf2mbs_equations.projects import NAMES, SUFFIXES, find_languages
+from urdf2mbs_equations.summary import describe_build
 
 if TYPE_CHECKING:
     from urdf2mbs.mbs.model import Mbs

@@ -103,7 +103,7 @@ void user_dirdyn_loop(MbsData *mbs_data, MbsDirdyn *mbs_dd);
 MbsData* mbs_load(const char *file, const char *build)
 {
     MbsData *data = calloc(1, sizeof(MbsData));
-    data->njoint = 5;
+    data->njoint = N_JOINTS;
     data->q = calloc(6, sizeof(double));
     data->qd = calloc(6, sizeof(double));
     data->user_model = USER_MODEL ? mbs_new_user_model() : NULL;
@@ -141,23 +141,24 @@ void mbs_delete_dirdyn(MbsDirdyn *dirdyn, MbsData *mbs_data) { }
 
 
 @pytest.mark.parametrize(
-    ("done", "last", "user_model", "code", "says"),
+    ("done", "last", "user_model", "n_joints", "code", "says"),
     [
-        (1, "0.0", 1, 0, ""),
-        (0, "0.0", 1, 1, "there is no partition, so the loops would be open: two three cannot"),
-        (1, "0.0 / zero", 1, 1, "at 1 s the position or speed of joint one is not a number"),
-        (1, "0.0", 0, 1, "the .mbs has no user models, which this program was built with"),
+        (1, "0.0", 1, 5, 0, ""),
+        (0, "0.0", 1, 5, 1, "there is no partition, so the loops would be open: two three cannot"),
+        (1, "0.0 / zero", 1, 5, 1, "at 1 s the position or speed of joint one is not a number"),
+        (1, "0.0", 0, 5, 1, "the .mbs has no user models, which this program was built with"),
+        (1, "0.0", 1, 4, 1, "the .mbs has 4 joints, and the user functions are of a model with 5"),
     ],
 )
 def test_main_stops_where_robotran_cannot_go_on(
-    tmp_path: Path, done: int, last: str, user_model: int, code: int, says: str
+    tmp_path: Path, done: int, last: str, user_model: int, n_joints: int, code: int, says: str
 ) -> None:
     project = make(tmp_path, RUBBING, language="c", base="fixed")
     (tmp_path / "runtime.c").write_text(f"static volatile double zero = 0.0;\n{RUNTIME}")
     sources = [*(project / "userfctR").glob("*.c"), project / "workR" / "src" / "main.c"]
     command = [
         "gcc", "-w", f"-I{HEADERS}", f"-I{project / 'userfctR'}", f"-DDONE={done}",
-        f"-DLAST=({last} + zero)", f"-DUSER_MODEL={user_model}",
+        f"-DLAST=({last} + zero)", f"-DUSER_MODEL={user_model}", f"-DN_JOINTS={n_joints}",
         '-DPROJECT_FOLDER=""', '-DBUILD_FOLDER=""',
         "-o", str(tmp_path / "exe"), str(tmp_path / "runtime.c"), *map(str, sources), "-lm",
     ]  # fmt: skip
@@ -265,7 +266,7 @@ def mbsysc(tmp_path: Path) -> Path:
     for name in functions.split():
         (void / f"mbs_{name}_void.c").write_text("")
     (common / "mbs_module").mkdir()
-    defines = "#define DONE 1\n#define LAST 0.0\n#define USER_MODEL 1\n"
+    defines = "#define DONE 1\n#define LAST 0.0\n#define USER_MODEL 1\n#define N_JOINTS 5\n"
     output = "void set_output(double value, const char *name) { }\n"
     (common / "mbs_module" / "runtime.c").write_text(defines + output + RUNTIME)
     return common.parent
