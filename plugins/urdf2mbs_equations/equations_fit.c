@@ -69,7 +69,10 @@ static void hash_block(Sha256 *sha)
 
     for (int t = 0; t < 16; t++) {
         const unsigned char *word = sha->block + 4 * t;
-        W[t] = (uint32_t) word[0] << 24 | (uint32_t) word[1] << 16 | (uint32_t) word[2] << 8 | word[3];
+        W[t] = 0;
+        for (int k = 0; k < 4; k++) {
+            W[t] = W[t] << 8 | word[k];
+        }
     }
     for (int t = 16; t < 64; t++) {
         uint32_t x = W[t - 15], y = W[t - 2];
@@ -179,25 +182,30 @@ static Text strip(const char *start, const char *end)
 }
 
 /* Where the markup ends that begins at a '<': behind its '>', or at the end of the file. */
-static const char *end_of_markup(const char *at)
+static const char *end_of_markup(const char *cursor)
 {
-    const char *closing = strncmp(at, "<!--", 4) == 0 ? "-->" : strncmp(at, "<?", 2) == 0 ? "?>" : NULL;
+    const char *closing = NULL;
     char quote = '\0';
 
-    if (closing != NULL) {
-        const char *end = strstr(at, closing);
-        return end == NULL ? at + strlen(at) : end + strlen(closing);
+    if (strncmp(cursor, "<!--", 4) == 0) {
+        closing = "-->";
+    } else if (strncmp(cursor, "<?", 2) == 0) {
+        closing = "?>";
     }
-    for (; *at != '\0'; at++) {
+    if (closing != NULL) {
+        const char *end = strstr(cursor, closing);
+        return end == NULL ? cursor + strlen(cursor) : end + strlen(closing);
+    }
+    for (; *cursor != '\0'; cursor++) {
         if (quote != '\0') {
-            quote = *at == quote ? '\0' : quote;
-        } else if (*at == '"' || *at == '\'') {
-            quote = *at;
-        } else if (*at == '>') {
-            return at + 1;
+            quote = *cursor == quote ? '\0' : quote;
+        } else if (*cursor == '"' || *cursor == '\'') {
+            quote = *cursor;
+        } else if (*cursor == '>') {
+            return cursor + 1;
         }
     }
-    return at;
+    return cursor;
 }
 
 static int append_element(Document *document, int parent, Text tag, Text attributes, Text text)
@@ -225,25 +233,26 @@ static int append_element(Document *document, int parent, Text tag, Text attribu
 static void find_elements(Document *document)
 {
     int parent = -1;
-    const char *at = strchr(document->bytes, '<');
+    const char *cursor = strchr(document->bytes, '<');
 
-    while (at != NULL) {
-        const char *end = end_of_markup(at);
+    while (cursor != NULL) {
+        const char *end = end_of_markup(cursor);
         const char *next = strchr(end, '<');
-        int is_tag = at[1] != '!' && at[1] != '?' && end > at + 2;
+        int is_tag = cursor[1] != '!' && cursor[1] != '?' && end > cursor + 2;
 
-        if (is_tag && at[1] == '/') {
+        if (is_tag && cursor[1] == '/') {
             parent = parent < 0 ? -1 : document->elements[parent].parent;
         } else if (is_tag) {
             int is_empty = end[-2] == '/';
-            const char *inner = end - 1 - is_empty, *name = at + 1;
+            const char *inner = end - 1 - is_empty, *name = cursor + 1;
             size_t length = strcspn(name, " \t\r\n/>");
             Text attributes = strip(name + length, inner > name + length ? inner : name + length);
             Text text = strip(end, next == NULL ? end : next);
-            int number = append_element(document, parent, (Text) { name, length }, attributes, text);
+            Text tag = { name, length };
+            int number = append_element(document, parent, tag, attributes, text);
             parent = is_empty ? parent : number;
         }
-        at = next;
+        cursor = next;
     }
 }
 
@@ -316,18 +325,20 @@ static double number_of(const Document *document, int element)
 static int has_attribute(Text attributes, const char *name)
 {
     size_t length = strlen(name);
-    const char *at = attributes.start, *end = at + attributes.length;
+    const char *cursor = attributes.start, *end = cursor + attributes.length;
     char quote = '\0';
 
-    for (; at < end; at++) {
+    for (; cursor < end; cursor++) {
         if (quote != '\0') {
-            quote = *at == quote ? '\0' : quote;
-        } else if (*at == '"' || *at == '\'') {
-            quote = *at;
-        } else if ((at == attributes.start || is_blank(at[-1]) || strchr("\"'", at[-1]) != NULL)
-                && (size_t) (end - at) > length && strncmp(at, name, length) == 0
-                && (at[length] == '=' || is_blank(at[length]))) {
-            return 1;
+            quote = *cursor == quote ? '\0' : quote;
+        } else if (*cursor == '"' || *cursor == '\'') {
+            quote = *cursor;
+        } else {
+            int is_start = cursor == attributes.start || strchr(" \t\r\n\"'", cursor[-1]) != NULL;
+            int is_name = (size_t) (end - cursor) > length && strncmp(cursor, name, length) == 0;
+            if (is_start && is_name && (cursor[length] == '=' || is_blank(cursor[length]))) {
+                return 1;
+            }
         }
     }
     return 0;
@@ -394,9 +405,9 @@ static int find_body(const Description *description, Text name, int *element)
 static void add_place(Description *description, int owner, const char *tag)
 {
     const Document *document = description->document;
-    int end = find_child(document, owner, tag), element, number = 0, found = 0, body;
+    int end = find_child(document, owner, tag), element, number = 0, point_number = 0, body;
     Text name = text_of(document, find_child(document, end, "bodyname"));
-    Text wanted = text_of(document, find_child(document, end, "pointname"));
+    Text point_name = text_of(document, find_child(document, end, "pointname"));
 
     body = find_body(description, name, &element);
     if (body >= 0) {
@@ -408,12 +419,12 @@ static void add_place(Description *description, int owner, const char *tag)
     for (int point = find_child(document, element, "point"); point >= 0;
             point = find_next(document, point, "point")) {
         number++;
-        if (are_equal(text_of(document, find_child(document, point, "pointname")), wanted)) {
-            found = number;
+        if (are_equal(text_of(document, find_child(document, point, "pointname")), point_name)) {
+            point_number = number;
         }
     }
     add(description, " ");
-    add_count(description, found);
+    add_count(description, point_number);
 }
 
 static void add_joint(Description *description, int joint)
@@ -430,9 +441,9 @@ static void add_joint(Description *description, int joint)
     add_text(description, nature);
     add(description, symbols < 0 ? " all" : " ");
     for (int k = 0; symbols >= 0 && SYMBOLS[k] != NULL; k++) {
-        int found = find_child(document, symbols, SYMBOLS[k]) >= 0;
-        never_moves = never_moves && found == (k == 0);
-        if (found) {
+        int is_present = find_child(document, symbols, SYMBOLS[k]) >= 0;
+        never_moves = never_moves && is_present == (k == 0);
+        if (is_present) {
             add(description, SYMBOLS[k]);
             add(description, ",");
         }
@@ -573,7 +584,7 @@ static void compute_fingerprint(const Document *document, const char *parts, cha
 int check_equations(const char *mbs_file)
 {
     Document document;
-    const char *first = NULL;
+    const char *first_stale = NULL;
     int n_stale = 0;
 
     if (HAS_EQUATIONS) {
@@ -582,7 +593,7 @@ int check_equations(const char *mbs_file)
             char checksum[65];
             compute_fingerprint(&document, head->parts, checksum);
             if (strcmp(checksum, head->checksum) != 0) {
-                first = first == NULL ? head->file : first;
+                first_stale = first_stale == NULL ? head->file : first_stale;
                 n_stale++;
             }
         }
@@ -593,11 +604,11 @@ int check_equations(const char *mbs_file)
         return 1;
     }
     if (!HAS_EQUATIONS) {
-        fprintf(stderr, "error: this program was built without equations of motion: symbolicR has no"
-            " mbs_dirdyna");
+        fprintf(stderr, "error: this program was built without equations of motion: symbolicR has"
+            " no mbs_dirdyna");
     } else {
-        fprintf(stderr, "error: this program was built with the equations of another model than %s: %s"
-            " and %d more", mbs_file, first, n_stale - 1);
+        fprintf(stderr, "error: this program was built with the equations of another model than %s:"
+            " %s and %d more", mbs_file, first_stale, n_stale - 1);
     }
     fprintf(stderr, ". Make equations, then build again:\n"
         "    urdf2mbs equations \"%s\"\n    cmake --build \"%s\"\n", mbs_file, BUILD_FOLDER);

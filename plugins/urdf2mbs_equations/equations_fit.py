@@ -86,20 +86,20 @@ def describe(model: bytes, parts: str) -> str:
 def _describe_joint(joint: Element, with_fixed: bool) -> str:
     """Return type, nature and symbols of a joint; its position where it never moves."""
     symbols = joint.find("symbols")
-    found = [] if symbols is None else [tag for tag in SYMBOLS if symbols.find(tag) is not None]
+    present = [] if symbols is None else [tag for tag in SYMBOLS if symbols.find(tag) is not None]
     nature = _text(joint, "nature")
-    never_moves = nature == "driven" and found == ["q"]
+    never_moves = nature == "driven" and present == ["q"]
     position = _number(joint, "initialvalue/q") if never_moves and with_fixed else 0.0
-    words = "all" if symbols is None else "".join(f"{tag}," for tag in found)
+    words = "all" if symbols is None else "".join(f"{tag}," for tag in present)
     return f"joint {_text(joint, 'type')} {nature} {words} {position + 0.0:.17g}"
 
 
 def _describe_numbers(owner: Element, path: str, tags: tuple[str, ...], exact: bool) -> str:
     """Return the tags of the numbers that are not zero, nor a rounding of it."""
-    found = owner.find(path)
-    if found is None:
+    coordinates = owner.find(path)
+    if coordinates is None:
         return ""
-    values = {tag: _number(found, tag) for tag in tags if found.find(tag) is not None}
+    values = {tag: _number(coordinates, tag) for tag in tags if coordinates.find(tag) is not None}
     least = ROUNDING * max(map(abs, values.values()), default=0.0)
     kept = {tag: value for tag, value in values.items() if abs(value) > least}
     return "".join(f" {tag}={value:.17g}" if exact else f" {tag}" for tag, value in kept.items())
