@@ -1,6 +1,7 @@
 /* Whether the equations that a program was built with fit the .mbs that it loads.
  *
- * urdf2mbs writes this file and equations_fit.c anew at each conversion: do not edit them. */
+ * urdf2mbs writes this file, and those whose names begin like it, anew at each conversion: do not
+ * edit them. */
 #ifndef EQUATIONS_FIT_h
 #define EQUATIONS_FIT_h
 

@@ -21,7 +21,7 @@ FOLDER = Path(__file__).parent
 #: The test whether equations fit the .mbs, by language; a project gets these files as they are.
 EQUATIONS_FIT = {
     "python": [Path(equations_fit.__file__)],
-    "c": [Path(equations_fit.__file__).with_suffix(suffix) for suffix in (".c", ".h")],
+    "c": sorted(Path(equations_fit.__file__).parent.glob("equations_fit*.[ch]")),
 }
 
 YOURS = "Yours to change: urdf2mbs wrote this file once, and will not touch it again."

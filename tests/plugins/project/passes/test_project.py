@@ -91,7 +91,7 @@ def test_code_of_another_language_goes_and_that_of_this_one_stays(tmp_path: Path
     assert (user / "robot_robot.c").is_file()
     made = convert(tmp_path / "source.urdf", output={"project": user.parent})
     (told,) = [d.message for d in made.diagnostics if d.code == "project-obsolete"]
-    assert told.startswith("9 files of an earlier conversion fit the robot no more")
+    assert told.startswith("11 files of an earlier conversion fit the robot no more")
     make(tmp_path, CHAIN, language="python")
     assert not (user / "robot_robot.c").exists()
     assert (user / "robot_robot.py").is_file()
