@@ -9,8 +9,8 @@
 extern "C" {
 #endif
 
-/* 1 if the equations of this program fit the .mbs, or do not say what they fit; else 0, and standard
- * error says which commands to run. Call it before mbs_load: the rest of the program finds joints,
+/* 1 if the equations of this program fit the .mbs, or do not say what they fit; else 0, and
+ * standard error says which commands to run. Call it before mbs_load: the rest of the program finds joints,
  * points and forces by their numbers, and another model may have fewer. */
 int check_equations(const char *mbs_file);
 
