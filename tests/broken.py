@@ -133,7 +133,7 @@ def compare_equations(model: str) -> None:
     with np.errstate(all="ignore"):
         q, qd = data.q0 + moves * chance.uniform(-1.0, 1.0, len(moves)), moves * chance.random()
         try:
-            state = State(Evaluator(data.model).system, q, qd)
+            state = State(Evaluator(data._run.source).system, q, qd)
         except ValueError:  # what Robotran would drop in silence
             return
         mass, bias = state.equations()
@@ -141,7 +141,7 @@ def compare_equations(model: str) -> None:
         reach = 1.0 + float(np.abs(state.frames[:, :3, 3]).sum())
         parts = [part for _, part in state.system.matter]
         size = sum(abs(part.mass) * reach**2 + np.abs(part.tensor).sum() for part in parts)
-        size *= len(moves) ** 2 + max(map(abs, data.mbs.base.gravity))
+        size *= len(moves) ** 2 + max(map(abs, data._run.mbs.base.gravity))
         off = [*np.ravel(given[0] - mass[1:, 1:]), *(given[1] - bias[1:])]
     if np.isfinite(size) and not all(abs(value) <= 1e-9 * size for value in off):
         raise Finding(f"the equations are not those of the laws: {given}, {mass}, {bias}")

@@ -26,7 +26,7 @@ def urdf2mbs_api() -> dict[str, str]:
         "Push": f"{package}.push:Push",
         "Results": f"{package}.results:Results",
         "Robot": f"{package}.robot:Robot",
-        "compiler": f"{package}.c_code:compiler",
+        "compiler": f"{package}.compiler:compiler",
         "load_equations": f"{package}.robot:load_equations",
         "modes": f"{package}.project:modes",
         "runtime": f"{package}.runtime",

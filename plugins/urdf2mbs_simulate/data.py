@@ -1,24 +1,63 @@
 """MbsData: the memory that equations and user functions share, as Robotran's Python has it.
 
 Arrays count from 1: index 0 is not used.  A body's numbers stand at its last joint.  Units are m,
-kg, s, rad.  What is no attribute yet is looked for in the project's Python files: ``mbs_dirdyna``
-in symbolicR, ``user_JointForces`` in userfctR.
+kg, s, rad.  What the runtime keeps beside Robotran's names is in ``_run``: all other names are the
+user's.
 """
 
 from __future__ import annotations
 
 import math
 import os
-from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from urdf2mbs.disk import files
-from urdf2mbs.mbs.model import BASE
+from urdf2mbs.mbs.model import BASE, Mbs
 from urdf2mbs.mbs.reader import read
+
+#: Returns a function of a project's Python files by its name, or None if it is no such name.
+Loader = Callable[["MbsData", str], Any]
+
+
+class RunState:
+    """What a simulation keeps of a model beside Robotran's names, which are the user's, too."""
+
+    def __init__(self, path: str | os.PathLike[str], loader: Loader | None) -> None:
+        self.file = Path(path).absolute()
+        self.source: bytes = files.read_model(path)
+        """The bytes of the .mbs."""
+        self.mbs: Mbs = read(self.source, str(path))
+        self.project = files.project_of(self.file)
+        self.loader = loader
+        self.notes: list[str] = []
+        """Where the simulation departs from the .mbs."""
+        self.natures: list[str] = []
+        """Of the joints: independent, dependent or driven."""
+        self.user_constraints: int | None = None
+        """How many there are, once somebody has said it."""
+        self.locked: list[int] = []
+        """Joints that are held, as they move nothing that has mass."""
+        self.pushes: list[Any] = []
+        self.modules: dict[str, Any] = {}
+        """Those of the project's user functions, while they do not run."""
+        self.outputs: dict[str, list[tuple[float, ...]]] = {}
+        """By name: a time and values for each frame."""
+        self.new_outputs: dict[str, tuple[float, ...]] = {}
+        """By name: what user code has given since the last frame."""
+        self.is_recording = True
+        """False in the trial states of an integrator, whose outputs are not kept."""
+        self.on_compile: Callable[[int, int], None] | None = None
+        """Called with how many of how many files of C are compiled."""
+
+    def keep_outputs(self, time: float) -> None:
+        """Keep what user code has given to set_output as the values of a frame."""
+        for name, values in self.new_outputs.items():
+            self.outputs.setdefault(name, []).append((time, *values))
+        self.new_outputs.clear()
 
 
 class MbsData:
@@ -33,41 +72,26 @@ class MbsData:
         path: str | os.PathLike[str],
         user_path: str = "userfctR",
         symbolic_path: str = "symbolicR",
+        *,
+        loader: Loader | None = None,
     ) -> None:
-        self.mbs_file = Path(path).absolute()
-        self.model = files.read_model(path)
-        self.said: list[str] = []
-        """What a simulation takes otherwise than the .mbs has it."""
-        self.mbs = mbs = read(self.model, str(path))
-        for cut in [cut for cut in mbs.cuts if cut.is_draft]:
-            mbs.cuts.remove(cut)
+        self._run = run = RunState(path, loader)
+        for cut in [cut for cut in run.mbs.cuts if cut.is_draft]:
+            run.mbs.cuts.remove(cut)
             text = f"{cut.kind} '{cut.name}' is left out: an end of it is on no body or no point"
-            self.said.append(text)
-        self.mbs_name = mbs.name
-        self.project = files.project_of(self.mbs_file)
-        self.user_path = self.project / user_path
-        self.symbolic_path = self.project / symbolic_path
+            run.notes.append(text)
+        self.mbs_name = run.mbs.name
+        self.user_path = run.project / user_path
+        self.symbolic_path = run.project / symbolic_path
         self._joints()
         self._bodies_and_points()
         self._connections()
         self._user_models()
-        self.outputs: dict[str, list[tuple[float, ...]]] = defaultdict(list)
-        self.modules: dict[str, Any] = {}
-        """Those of the project's user functions, while they do not run."""
-        self.pushes: list[Any] = []
-        self.push: Any = None
-        """Adds their joint forces to Qq, at a time."""
-        self.user_constraints: int | None = None
-        """How many there are, once somebody has said it."""
-        self.held: list[int] = []
-        """Joints that move nothing that has mass."""
-        self.can_turn, self.turned, self.own_angles = False, False, np.zeros(3)
-        """Whether the base may be, and is in turned axes (``turn``), and its own angles (rad)."""
         self.process, self.flag_stop, self.DonePart, self.tsim = 0, 0, 0, 0.0
 
     def _joints(self) -> None:
-        joints = self.mbs.joints().values()
-        self.joint_id = self.mbs.numbers()
+        joints = self._run.mbs.joints().values()
+        self.joint_id = self._run.mbs.numbers()
         n = self.njoint = len(joints)
         self.q, self.qd, self.qdd, self.Qq, self.Qc, self.Qa = np.zeros((6, n + 1))
         for number, joint in enumerate(joints, start=1):
@@ -76,22 +100,24 @@ class MbsData:
         self.q0, self.qd0, self.qdd0 = self.q.copy(), self.qd.copy(), self.qdd.copy()
         actuated = [k for k, joint in enumerate(joints, start=1) if joint.actuated]
         self.qa = np.array([0, *actuated])
-        self.natures = [joint.nature for joint in joints]
+        self._run.natures = [joint.nature for joint in joints]
         self.divide({})
 
     def divide(self, changes: Mapping[int, str]) -> None:
         """Let joints be independent, dependent or driven."""
         for number, nature in changes.items():
-            self.natures[number - 1] = nature
+            self._run.natures[number - 1] = nature
         self.qu, self.qv, self.qc = (
-            np.array([0, *(k for k, nature in enumerate(self.natures, start=1) if nature == kind)])
+            np.array(
+                [0, *(k for k, nature in enumerate(self._run.natures, start=1) if nature == kind)]
+            )
             for kind in ("independent", "dependent", "driven")
         )
         self.nqu, self.nqv, self.nqc = (len(kind) - 1 for kind in (self.qu, self.qv, self.qc))
         self.Lambda = np.zeros(self.nqv + 1)
 
     def _bodies_and_points(self) -> None:
-        mbs, n = self.mbs, self.njoint
+        mbs, n = self._run.mbs, self.njoint
         self.nbody = len(mbs.bodies)
         self.body_id = {body.name: self.joint_id[body.joints[-1].name] for body in mbs.bodies}
         self.m = np.zeros(n + 1)
@@ -126,7 +152,7 @@ class MbsData:
         """People append one for each sensor, and find them by their numbers, from 1."""
 
     def _connections(self) -> None:
-        mbs = self.mbs
+        mbs = self._run.mbs
         self.lrod = np.array([0.0, *(cut.length or 0.0 for cut in mbs.cuts if cut.kind == "rod")])
         links, links_3d = (
             [link.name for link in mbs.links if link.kind == kind] for kind in ("link", "link3D")
@@ -141,7 +167,7 @@ class MbsData:
         a state, the index of its ``ux``."""
         self.user_model: dict[str, dict[str, Any]] = {}
         states = [0.0]
-        for model in self.mbs.user_models:
+        for model in self._run.mbs.user_models:
             values: dict[str, Any] = {}
             for parameter in model.parameters:
                 try:
@@ -158,18 +184,17 @@ class MbsData:
         self.ux0, self.uxd = self.ux.copy(), np.zeros(self.Nux + 1)
 
     def __getattr__(self, name: str) -> Any:
-        """A function of the project's, loaded when it is first asked for."""
-        from urdf2mbs_simulate.python_code import KNOWN, function
-
-        if name not in KNOWN:
+        """Return a function of the project's, which is loaded when it is first asked for."""
+        loader = self._run.loader if name.startswith(("mbs_", "user_")) else None
+        found = loader(self, name) if loader else None
+        if found is None:
             raise AttributeError(f"MbsData has no attribute '{name}'")
-        found = function(self, name)
         setattr(self, name, found)
         return found
 
     def set_nb_userc(self, count: int) -> None:
         """Say how many constraints ``user_cons_hJ`` fills."""
-        self.user_constraints = count
+        self._run.user_constraints = count
 
     set_Nuserc = set_nb_userc  # noqa: N815
 
@@ -197,11 +222,12 @@ class MbsData:
 
     def set_output(self, value: float, name: str) -> None:
         """Keep a number of the present time for the results."""
-        self.outputs[name].append((self.tsim, float(value)))
+        self.set_output_vector([value], name)
 
     def set_output_vector(self, values: Any, name: str) -> None:
-        """Keep several numbers of the present time for the results."""
-        self.outputs[name].append((self.tsim, *map(float, values)))
+        """Keep several numbers of the present time for the results: of a frame, the last ones."""
+        if self._run.is_recording:
+            self._run.new_outputs[name] = tuple(map(float, values))
 
     def define_output_vector(self, name: str, size: int) -> None:
         """Outputs need no announcement here."""

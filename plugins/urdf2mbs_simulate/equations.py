@@ -30,7 +30,7 @@ def equations(data: MbsData, names: Iterable[str], language: str) -> dict[str, P
     """The file of each function.
 
     A function that the project does not have is made for its model, and kept in ``cache_folder``.
-    So is one of Robotran's that cannot run: ``data.said`` tells why.
+    So is one of Robotran's that cannot run: ``data._run.notes`` tells why.
 
     Raises ConversionError where equations of the project are of another model.
     """
@@ -39,16 +39,16 @@ def equations(data: MbsData, names: Iterable[str], language: str) -> dict[str, P
         file = data.symbolic_path / _file(data, name, language)
         text = file.read_bytes() if file.is_file() else b""
         why = _cannot_run(data, text)
-        if why and why not in data.said:
-            data.said.append(why)
+        if why and why not in data._run.notes:
+            data._run.notes.append(why)
         if why or not text:
             found[name] = _made(data, name, language)
             continue
-        if fits(text, data.model) is False:
+        if fits(text, data._run.source) is False:
             raise ConversionError(
                 "equations-of-another-model",
-                f"the equations are not of the model '{data.mbs_file}'", file=str(file),
-                hint=f"make them anew: urdf2mbs equations {data.mbs_file}",
+                f"the equations are not of the model '{data._run.file}'", file=str(file),
+                hint=f"make them anew: urdf2mbs equations {data._run.file}",
             )  # fmt: skip
         found[name] = file
     return found
@@ -73,17 +73,21 @@ def _made(data: MbsData, name: str, language: str) -> Path:
     """A file of the cache; it is made if it is not there."""
     from urdf2mbs_equations.files import generate
 
-    key = sha256(b"\0".join([_generator(), data.model, language.encode()]))
+    key = sha256(b"\0".join([_generator(), data._run.source, language.encode()]))
     file = cache_folder() / "equations" / key.hexdigest()[:32] / _file(data, name, language)
     if not file.is_file():
         made = generate(
-            data.mbs, data.model, data.mbs_file.name, language=language, functions=[name]
+            data._run.mbs,
+            data._run.source,
+            data._run.file.name,
+            language=language,
+            functions=[name],
         )
         if name in made.left_out:
             why = made.left_out[name]
             hint = "give mass and inertia to the links that it moves, or let estimate-inertia do so"
             raise ConversionError(
-                "equations-not-generated", f"there is no {name}: {why}", file=str(data.mbs_file),
+                "equations-not-generated", f"there is no {name}: {why}", file=str(data._run.file),
                 hint=hint if why.startswith("no matter") else None,
             )  # fmt: skip
         keep(file, made.files[file.name])

@@ -16,11 +16,12 @@ from typing import Any
 import numpy as np
 
 from urdf2mbs.messages.diagnostics import ConfigError
+from urdf2mbs_simulate.c_code import CCode
 from urdf2mbs_simulate.data import MbsData
-from urdf2mbs_simulate.dirdyn import METHOD, OPTIONS, Module, closed_code, make_solver
+from urdf2mbs_simulate.dirdyn import OPTIONS, Module, closed_code, make_solver
 from urdf2mbs_simulate.equations import SimulationError
 from urdf2mbs_simulate.partition import names_of
-from urdf2mbs_simulate.python_code import PythonCode, loaded, shown
+from urdf2mbs_simulate.python_code import loaded, shown
 from urdf2mbs_simulate.results import Recorder, Results
 
 #: Newton's method ends where no acceleration (rad/s^2, m/s^2, or rate of a state) is larger.
@@ -29,6 +30,8 @@ TOLERANCE = 1e-8
 STEP = 3e-6
 #: How fast damping takes speed away (1/s), and how long the model may take to settle (s).
 DAMPING, TIMES = 5.0, (0.0, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
+#: A motion that settles takes so many calls of a solver, at most.
+MOST_STEPS = 20000
 #: Newton's method may end so far (rad, m) from where it begins, and take so many steps.
 NEAR, TURNS = 0.3, 30
 #: A slope is none if it is so small a part of the largest.
@@ -59,7 +62,7 @@ class Equilibrium:
             said.append(f"'{names_of(data, [largest])}' is {far:+.3g} rad or m from where it was")
             base = {
                 joint.name
-                for body in data.mbs.bodies
+                for body in data._run.mbs.bodies
                 if body.parent is None
                 for joint in body.joints
             }
@@ -121,10 +124,10 @@ class MbsEquil(Module):
         return self.found
 
     @contextmanager
-    def _held(self) -> Iterator[PythonCode]:
+    def _held(self) -> Iterator[CCode]:
         """The joints of exchanges as driven ones."""
         data = self.mbs_data
-        before = {k: data.natures[k - 1] for *_, k in self.exchanges}
+        before = {k: data._run.natures[k - 1] for *_, k in self.exchanges}
         data.divide(dict.fromkeys(before, "driven"))
         yield closed_code(data, self.options["language"])
         data.divide(before)
@@ -138,7 +141,7 @@ class MbsEquil(Module):
 class _Unknowns:
     """The numbers that Newton's method looks for, and the accelerations that they give."""
 
-    def __init__(self, code: PythonCode, exchanges: list[tuple[str, str, int]]) -> None:
+    def __init__(self, code: CCode, exchanges: list[tuple[str, str, int]]) -> None:
         self.code, self.data = code, code.data
         given = [joint for *_, joint in exchanges]
         self.parameters = [(self.data.user_model[model], name) for model, name, _ in exchanges]
@@ -172,7 +175,7 @@ class _Unknowns:
 
 
 def _settle_and_solve(
-    code: PythonCode, exchanges: list[tuple[str, str, int]], *, may_settle: bool
+    code: CCode, exchanges: list[tuple[str, str, int]], *, may_settle: bool
 ) -> tuple[float, Any]:
     """The largest acceleration that is left; joints that may stand anywhere, and whether user
     states may."""
@@ -211,44 +214,31 @@ def _settle_and_solve(
         "no-equilibrium",
         f"no pose is found in which nothing accelerates: joint '{names_of(data, [joint])}' still "
         f"has {data.qdd[joint]:.3g} rad/s^2 or m/s^2",
-        file=str(data.mbs_file),
+        file=str(data._run.file),
         hint="is there something that holds it, such as contacts, springs, or a controller?",
     )
 
 
-def _take(code: PythonCode, y: Any) -> None:
+def _take(code: CCode, y: Any) -> None:
     code.accelerate(code.data.tsim, y)
     code.remember()
 
 
-def _settle(code: PythonCode, y: Any, time: float) -> Any:
-    """The state after a motion in which each speed fades, at a time that stands still."""
-
-    class Damped:
-        """The code with a force against each speed, as if all moved in honey."""
-
-        @staticmethod
-        def accelerate(_: float, y: Any) -> Any:
-            found = code.accelerate(code.data.tsim, y)
-            found[n : 2 * n] -= DAMPING * y[n : 2 * n]
-            return found
-
-        @staticmethod
-        def slopes(_: float, y: Any) -> Any:
-            found = code.slopes(code.data.tsim, y)
-            found[n : 2 * n, n : 2 * n] -= DAMPING * np.eye(n)
-            return found
-
-    n = len(code.free)
+def _settle(code: CCode, y: Any, time: float) -> Any:
+    """Return the state after a motion in which each speed fades, at a time that stands still."""
     if not len(y):
         return y
-    options = OPTIONS | {"integrator": METHOD, "rtoler": 1e-4, "atoler": 1e-6, "dt0": 1e-4}
-    steps: Any = make_solver(Damped, 0.0, y, time, options)  # type: ignore[arg-type]
-    for _ in range(20000):
-        steps.step()
-        if steps.status != "running" or not np.isfinite(steps.y).all():
-            break
-        _take(code, steps.y)
+    options = OPTIONS | {"rtoler": 1e-4, "atoler": 1e-6, "dt0": 1e-4}
+    code.run.damping, code.run.is_time_frozen = DAMPING, 1
+    try:
+        steps: Any = make_solver(code, 0.0, y, time, options)
+        for _ in range(MOST_STEPS):
+            steps.step()
+            if steps.status != "running" or not np.isfinite(steps.y).all():
+                break
+            _take(code, steps.y)
+    finally:
+        code.run.damping, code.run.is_time_frozen = 0.0, 0
     return steps.y if np.isfinite(steps.y).all() else y
 
 

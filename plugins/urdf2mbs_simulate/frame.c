@@ -1,94 +1,143 @@
 /* The motion of any body, from joint to joint: equations for each of them take a compiler long.
 
-   Compiled with RUN_JOINTS, and with RUN_TREE: for each joint its type (0 to 2: T1 to T3, 3 to 5: R1 to R3), the
-   joint before it, and the anchor point where its body begins; 0 is none. */
+   Compiled with RUN_TREE: for each joint its type (0 to 2: T1 to T3, 3 to 5: R1 to R3), the joint before it,
+   and the anchor point where its body begins; and with RUN_LINK_ENDS: for each link the joint before and the
+   anchor point of its two ends.  0 is none. */
 #include <math.h>
 #include <string.h>
 
 #include "runtime.h"
 
-MbsSensor frame;
-double arm[4];
+static const struct {
+    int type, parent, point;
+} tree[RUN_JOINTS + 1] = {{0, 0, 0}, RUN_TREE};
+static const struct {
+    int joint[2], point[2];
+} link_ends[RUN_LINKS + 1] = {{{0, 0}, {0, 0}}, RUN_LINK_ENDS};
 
-static const struct { int type, before, point; } tree[RUN_JOINTS + 1] = {{0, 0, 0}, RUN_TREE};
-static double at_joint[RUN_JOINTS + 1][4]; /* where the joints are that were passed (m) */
-
+/* Return the component i (1 to 3) of a x b. */
 double cross(const double *a, const double *b, int i)
 {
-    const int k = i % 3 + 1, l = k % 3 + 1;
+    const int j = i % 3 + 1, k = j % 3 + 1;
 
-    return a[k] * b[l] - a[l] * b[k];
+    return a[j] * b[k] - a[k] * b[j];
 }
 
-/* Move the frame along a way (m) in its body, which turns with it. */
-static void shift(const double *way)
+/* Move the origin of a frame by d, which is fixed in its body:
+
+       P += d      V += OM x d      A += OMP x d + OM x (OM x d) */
+static void shift_origin(MbsSensor *sensor, const double *d)
 {
-    double speed[4], bend[4];
+    double speed[4], acceleration[4];
 
     for (int i = 1; i <= 3; i++)
-        speed[i] = cross(frame.OM, way, i);
+        speed[i] = cross(sensor->OM, d, i);
     for (int i = 1; i <= 3; i++)
-        bend[i] = cross(frame.OMP, way, i) + cross(frame.OM, speed, i);
+        acceleration[i] = cross(sensor->OMP, d, i) + cross(sensor->OM, speed, i);
     for (int i = 1; i <= 3; i++) {
-        frame.P[i] += way[i];
-        frame.V[i] += speed[i];
-        frame.A[i] += bend[i];
+        sensor->P[i] += d[i];
+        sensor->V[i] += speed[i];
+        sensor->A[i] += acceleration[i];
     }
 }
 
-/* From before a joint to behind it. */
-static void pass(const MbsData *s, int joint)
+/* Take a frame from before a joint with the axis e to behind it:
+
+       R joint:  OM += e qd    OMP += e qdd +   OM x e qd
+       T joint:  V  += e qd    A   += e qdd + 2 OM x e qd */
+static void pass_joint(Run *run, int joint)
 {
-    const int point = tree[joint].point, turns = tree[joint].type >= 3, own = tree[joint].type % 3 + 1;
-    const int second = own % 3 + 1, third = second % 3 + 1;
-    const double c = cos(s->q[joint]), n = sin(s->q[joint]), *axis = frame.R[own];
-    double way[4], extra[4];
+    const MbsData *s = &run->data;
+    MbsSensor *sensor = &run->frame.sensor;
+    const int point = tree[joint].point, rotates = tree[joint].type >= 3, e = tree[joint].type % 3 + 1;
+    const int e2 = e % 3 + 1, e3 = e2 % 3 + 1;
+    const double c = cos(s->q[joint]), n = sin(s->q[joint]), *axis = sensor->R[e];
+    double displacement[4], acceleration[4];
 
     for (int i = 1; i <= 3; i++) {
-        way[i] = turns ? 0.0 : axis[i] * s->q[joint];
+        displacement[i] = rotates ? 0.0 : axis[i] * s->q[joint];
         for (int k = 1; k <= 3 && point; k++)
-            way[i] += frame.R[k][i] * s->dpt[k][point];
-        frame.J[turns ? 3 + i : i][joint] = axis[i];
+            displacement[i] += sensor->R[k][i] * s->dpt[k][point];
+        run->frame.jacobian[rotates ? 3 + i : i][joint] = axis[i];
     }
-    shift(way);
-    memcpy(at_joint[joint], frame.P, sizeof frame.P);
+    shift_origin(sensor, displacement);
+    memcpy(run->frame.joint_position[joint], sensor->P, sizeof sensor->P);
     for (int i = 1; i <= 3; i++)
-        extra[i] = axis[i] * s->qdd[joint] + (turns ? 1.0 : 2.0) * cross(frame.OM, axis, i) * s->qd[joint];
+        acceleration[i] = axis[i] * s->qdd[joint] + (rotates ? 1.0 : 2.0) * cross(sensor->OM, axis, i) * s->qd[joint];
     for (int i = 1; i <= 3; i++) {
-        const double one = frame.R[second][i], two = frame.R[third][i];
+        const double r2 = sensor->R[e2][i], r3 = sensor->R[e3][i];
 
-        (turns ? frame.OM : frame.V)[i] += axis[i] * s->qd[joint];
-        (turns ? frame.OMP : frame.A)[i] += extra[i];
-        frame.R[second][i] = turns ? c * one + n * two : one;
-        frame.R[third][i] = turns ? c * two - n * one : two;
+        (rotates ? sensor->OM : sensor->V)[i] += axis[i] * s->qd[joint];
+        (rotates ? sensor->OMP : sensor->A)[i] += acceleration[i];
+        sensor->R[e2][i] = rotates ? c * r2 + n * r3 : r2;
+        sensor->R[e3][i] = rotates ? c * r3 - n * r2 : r3;
     }
 }
 
-void find_frame(const MbsData *s, int joint, const double at[4])
+/* Compute the frame behind a joint (0: of the base), with its Jacobian, and the lever to a point of the body.
+
+   The column of an R joint at p with the axis e is (e x (P - p), e), that of a T joint (e, 0). */
+void compute_frame(Run *run, int joint, const double at[4])
 {
-    static double jacobian[7][RUN_JOINTS + 1];
-    int way[RUN_JOINTS + 1], count = 0;
+    Frame *frame = &run->frame;
+    MbsSensor *sensor = &frame->sensor;
+    int chain[N_JOINTS + 1], n = 0;
 
-    memset(&frame, 0, sizeof frame);
-    memset(jacobian, 0, sizeof jacobian);
+    memset(sensor, 0, sizeof *sensor);
+    memset(frame->jacobian, 0, sizeof frame->jacobian);
     for (int i = 0; i <= 6; i++)
-        frame.J[i] = jacobian[i];
+        sensor->J[i] = frame->jacobian[i];
     for (int i = 1; i <= 3; i++)
-        frame.R[i][i] = 1.0;
-    for (int j = joint; j; j = tree[j].before)
-        way[count++] = j;
-    for (int k = count - 1; k >= 0; k--)
-        pass(s, way[k]);
-    for (int k = 0; k < count; k++) {
-        const int j = way[k];
-        const double turn[4] = {0.0, frame.J[4][j], frame.J[5][j], frame.J[6][j]};
-        double lever[4];
+        sensor->R[i][i] = 1.0;
+    for (int j = joint; j; j = tree[j].parent)
+        chain[n++] = j;
+    for (int k = n - 1; k >= 0; k--)
+        pass_joint(run, chain[k]);
+    for (int k = 0; k < n; k++) {
+        const int j = chain[k];
+        const double e[4] = {0.0, frame->jacobian[4][j], frame->jacobian[5][j], frame->jacobian[6][j]};
+        double arm[4];
 
         for (int i = 1; i <= 3; i++)
-            lever[i] = frame.P[i] - at_joint[j][i];
+            arm[i] = sensor->P[i] - frame->joint_position[j][i];
         for (int i = 1; i <= 3; i++)
-            frame.J[i][j] += cross(turn, lever, i);
+            frame->jacobian[i][j] += cross(e, arm, i);
     }
     for (int i = 1; i <= 3; i++)
-        arm[i] = frame.R[1][i] * at[1] + frame.R[2][i] * at[2] + frame.R[3][i] * at[3];
+        frame->lever[i] = sensor->R[1][i] * at[1] + sensor->R[2][i] * at[2] + sensor->R[3][i] * at[3];
+}
+
+/* Compute dz/dq of the length z of a link between the points P1 and P2, by all joints (from 1):
+
+       dz/dq = e . (dP2/dq - dP1/dq)      e = (P2 - P1) / |P2 - P1| */
+void compute_link_direction(Run *run, int number, double *dz_dq)
+{
+    const MbsData *s = &run->data;
+    const Frame *frame = &run->frame;
+    double position[2][4], dP_dq[2][4][N_JOINTS + 1], e[4], length = 0.0;
+
+    for (int end = 0; end < 2; end++) {
+        const int point = link_ends[number].point[end];
+        const double at[4] = {0.0, s->dpt[1][point], s->dpt[2][point], s->dpt[3][point]};
+
+        compute_frame(run, link_ends[number].joint[end], at);
+        for (int i = 1; i <= 3; i++)
+            position[end][i] = frame->sensor.P[i] + frame->lever[i];
+        for (int j = 1; j <= N_JOINTS; j++) {
+            const double omega[4] = {0.0, frame->jacobian[4][j], frame->jacobian[5][j], frame->jacobian[6][j]};
+
+            for (int i = 1; i <= 3; i++)
+                dP_dq[end][i][j] = frame->jacobian[i][j] + cross(omega, frame->lever, i);
+        }
+    }
+    for (int i = 1; i <= 3; i++) {
+        e[i] = position[1][i] - position[0][i];
+        length += e[i] * e[i];
+    }
+    length = sqrt(length);
+    for (int j = 1; j <= N_JOINTS; j++) {
+        dz_dq[j] = 0.0;
+        for (int i = 1; i <= 3 && length > 0.0; i++)
+            dz_dq[j] += e[i] / length * (dP_dq[1][i][j] - dP_dq[0][i][j]);
+    }
 }

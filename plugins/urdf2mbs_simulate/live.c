@@ -1,126 +1,147 @@
-/* The live robot of a page: a simulation by itself, as WebAssembly.  The page writes the numbers that live.py
-   has packed, lets time pass, and reads the numbers again.
-
-   Compiled with RUN_JOINTS, RUN_FORCES and RUN_STATES: how many joints, external forces and user states. */
+/* The interactive robot of a page: a simulation as WebAssembly.  The page writes the numbers that live.py has
+   packed, lets time pass, and reads the numbers again. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "runtime.h"
 
-static MbsData data;
-static double state[2 * RUN_JOINTS + RUN_STATES + 1], rate[2 * RUN_JOINTS + RUN_STATES + 1];
-static double now, step, most, relative, absolute;
-static int loops, qu[RUN_JOINTS + 1], qv[RUN_JOINTS + 1], points[RUN_FORCES + 1];
-static Push pull[2];
-static double *next; /* of what is packed: each row has its length before it, each table its number of rows */
+typedef struct {
+    Run *run;
+    Integration integration;
+    double y[MAX_Y], f[MAX_Y], first_step;
+    int qu[N_JOINTS + 1], qv[N_JOINTS + 1], points[N_FORCES + 1], last_joint[N_FORCES + 1];
+    Push pull[2];
+} Page;
 
-static double *row(void)
+/* Each of these takes what is packed next: a row has its length before it, a table its number of rows. */
+static double *take_row(double **next)
 {
-    double *found = next + 1;
+    double *row = *next + 1;
 
-    next = found + (int) *next;
-    return found;
+    *next = row + (int) row[-1];
+    return row;
 }
 
-static double **table(void)
+static double **take_table(double **next)
 {
-    const int count = (int) *next++;
-    double **rows = malloc(count * sizeof *rows);
+    const int n = (int) *(*next)++;
+    double **rows = malloc(n * sizeof *rows);
 
-    for (int i = 0; i < count; i++)
-        rows[i] = row();
+    for (int i = 0; i < n; i++)
+        rows[i] = take_row(next);
     return rows;
 }
 
-static void take_integers(int *found)
+static void take_integers(double **next, int *integers)
 {
-    const int count = (int) *next;
-    const double *values = row();
+    const int n = (int) **next;
+    const double *values = take_row(next);
 
-    for (int i = 0; i < count; i++)
-        found[i] = (int) values[i];
+    for (int i = 0; i < n; i++)
+        integers[i] = (int) values[i];
 }
 
-/* Where the page puts so many numbers. */
-double *room(int count)
+/* Return where the page puts so many numbers. */
+double *room(int n)
 {
-    return malloc(count * sizeof(double));
+    return malloc(n * sizeof(double));
 }
 
-/* Go on at time 0 from the q, qd and ux that the numbers have.  0 if that can be done. */
-int restart(void)
+/* Go on at time 0 from the q, qd and ux that the numbers have.  Return 0 if that can be done. */
+int restart(Page *page)
 {
-    const int n = data.nqu;
+    Run *run = page->run;
+    MbsData *s = &run->data;
+    const int n = s->nqu;
 
     for (int i = 0; i < n; i++) {
-        state[i] = data.q[qu[i + 1]];
-        state[n + i] = data.qd[qu[i + 1]];
+        page->y[i] = s->q[s->qu[i + 1]];
+        page->y[n + i] = s->qd[s->qu[i + 1]];
     }
-    memcpy(state + 2 * n, data.ux + 1, data.Nux * sizeof *state);
-    for (int i = 0; i < data.nqv; i++)
-        data.guess[i] = data.q[qv[i + 1]];
-    now = turned = data.flag_stop = 0;
-    turn_if_near(&data, state);
-    if (accelerate(&data, now, state, rate) || begin_steps(&data))
+    memcpy(page->y + 2 * n, s->ux + 1, s->Nux * sizeof *page->y);
+    for (int i = 0; i < s->nqv; i++)
+        s->guess[i] = s->q[s->qv[i + 1]];
+    page->integration.t = 0.0;
+    page->integration.h = page->first_step;
+    run->is_turned = s->flag_stop = 0;
+    turn_if_near(run, page->y);
+    if (accelerate(run, 0.0, page->y, page->f))
         return -1;
-    if (loops) {
-        show_base(&data);
-        user_dirdyn_loop(&data, &dirdyn);
-        hide_base(&data);
-    }
+    begin_steps(run, page->integration.atol);
+    if (page->integration.calls_loop)
+        call_loop(run);
     return 0;
 }
 
-/* The model of the numbers that are packed. */
-int begin(double *packed)
+/* Take the model of the numbers that are packed.  Return the page's robot, or 0 if it cannot start. */
+Page *begin(double *packed)
 {
-    const double *settings;
+    Page *page = calloc(1, sizeof *page);
+    Run *run = calloc(1, get_run_size());
+    MbsData *s = &run->data;
+    double *next = packed, *settings = take_row(&next);
     double **rows[] = {
-        &data.q, &data.qd, &data.qdd, &data.q0, &data.Qq, &data.Qc, &data.ux, &data.uxd, &data.m,
-        &data.lrod, &data.Z, &data.Zd, &data.Fl, &data.qd0, &data.Lambda, &data.guess,
+        &s->q, &s->qd, &s->qdd, &s->q0, &s->Qq, &s->Qc, &s->ux, &s->uxd, &s->m, &s->lrod, &s->Z, &s->Zd,
+        &s->Fl, &s->qd0, &s->Lambda, &s->guess,
     };
-    double ***tables[] = {&data.l, &data.In, &data.frc, &data.trq, &data.SWr, &data.l3DWr};
-    int kept[RUN_JOINTS + 1];
+    double ***tables[] = {&s->l, &s->In, &s->frc, &s->trq, &s->SWr, &s->l3DWr};
+    int equations[N_JOINTS + 1];
 
-    next = packed;
-    settings = row();
+    initialize_run(run);
+    page->run = run;
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++)
-        *rows[i] = row();
+        *rows[i] = take_row(&next);
     for (size_t i = 0; i < sizeof tables / sizeof *tables; i++)
-        *tables[i] = table();
-    memcpy(data.dpt, table(), sizeof data.dpt);
-    memcpy(data.g, row(), sizeof data.g);
-    data.user_model = (UserModel *) row();
-    take_integers(qu), take_integers(qv), take_integers(points), take_integers(last_joint);
-    take_integers(kept);
-    data.njoint = RUN_JOINTS, data.Nux = RUN_STATES, data.DonePart = 1, data.process = 3;
-    data.qu = qu, data.qv = qv, data.xfidpt = points;
-    data.nqu = (int) settings[0], data.nqv = (int) settings[1];
-    can_turn = (int) settings[2], loops = (int) settings[3];
-    step = settings[4], most = settings[5], relative = settings[6], absolute = settings[7];
-    set_partition(&data, kept);
-    pushes = pull;
-    user_dirdyn_init(&data, &dirdyn);
-    return restart();
+        *tables[i] = take_table(&next);
+    memcpy(s->dpt, take_table(&next), sizeof s->dpt);
+    memcpy(s->g, take_row(&next), sizeof s->g);
+    s->user_model = (UserModel *) take_row(&next);
+    run->state_scale = take_row(&next);
+    take_integers(&next, page->qu);
+    take_integers(&next, page->qv);
+    take_integers(&next, page->points);
+    take_integers(&next, page->last_joint);
+    take_integers(&next, equations);
+    s->njoint = N_JOINTS;
+    s->Nux = N_STATES;
+    s->DonePart = 1;
+    s->process = 3;
+    s->qu = page->qu;
+    s->qv = page->qv;
+    s->xfidpt = page->points;
+    s->nqu = (int) settings[0];
+    s->nqv = (int) settings[1];
+    run->last_joint = page->last_joint;
+    run->pushes = page->pull;
+    run->can_turn = (int) settings[2];
+    page->first_step = settings[4];
+    page->integration = (Integration) {
+        .y = page->y, .calls_loop = (int) settings[3], .longest_step = settings[5],
+        .rtol = settings[6], .atol = settings[7],
+    };
+    set_partition(run, equations);
+    user_dirdyn_init(s, &run->dirdyn);
+    return restart(page) ? NULL : page;
 }
 
-/* Let time pass until end, by at most so many steps; the numbers are then those of the time that it gives.
-   -1 where no step is short enough, -2 where user code has ended the run. */
-double go(double end, int count)
+/* Let time pass until end, by at most so many steps; the numbers are then those of the time that is returned.
+   Return -1 where no step is short enough, -2 where user code has ended the run. */
+double go(Page *page, double end, int most_steps)
 {
-    if (advance(&data, &now, end, &step, most, state, relative, absolute, count, loops) < 0
-        || accelerate(&data, now, state, rate))
+    Integration *integration = &page->integration;
+
+    integration->end = end;
+    integration->most_steps = most_steps;
+    if (advance(page->run, integration) < 0 || accelerate(page->run, integration->t, page->y, page->f))
         return -1.0;
-    show_base(&data);
-    return data.flag_stop ? -2.0 : now;
+    show_model_axes(page->run);
+    return page->run->data.flag_stop ? -2.0 : integration->t;
 }
 
-/* A force (N, in the axes of the base) pulls at a point (m, in the axes of the body) of the body behind a
+/* Pull with a force (N, in the axes of the base) at a point (m, in the axes of the body) of the body behind a
    joint; 0 is no joint. */
-void pull_at(int joint, double x, double y, double z, double fx, double fy, double fz)
+void pull_at(Page *page, int joint, double x, double y, double z, double fx, double fy, double fz)
 {
-    const Push one = {joint, {0.0, x, y, z}, {0.0, fx, fy, fz}, -1.0, HUGE_VAL};
-
-    pull[0] = one;
+    page->pull[0] = (Push) {joint, {0.0, x, y, z}, {0.0, fx, fy, fz}, -1.0, HUGE_VAL};
 }

@@ -12,7 +12,7 @@ import {camera, renderer, view} from "./scene.js";
 // in the numbers; forces: the bodies of the external forces; floats: the base may turn any way
 const {live} = data;
 const weight = 9.81 * data.mbs.bodies.reduce((sum, body) => sum + (body.mass || 0), 0);
-let robot, at, printed = "", time = 0, running = false, grabbed = null, drawArrow;
+let robot, page, at, printed = "", time = 0, running = false, grabbed = null, drawArrow;
 
 const row = (name, count, skip = 0) =>
   new Float64Array(robot.memory.buffer, at + 8 * (live.places[name] + skip), count);
@@ -41,7 +41,8 @@ async function load() {
   const packed = new Float64Array(bytesOf(live.numbers).buffer);
   at = robot.room(packed.length);
   new Float64Array(robot.memory.buffer, at).set(packed);
-  return robot.begin(at);
+  page = robot.begin(at);
+  return !page;
 }
 
 function tell(text) {
@@ -71,7 +72,7 @@ function pass(wanted, most) {
   const end = performance.now() + most;
   pullOn();
   while (time < wanted && performance.now() < end) {
-    const reached = robot.go(wanted, 10);
+    const reached = robot.go(page, wanted, 10);
     if (reached < 0) {
       run(false);
       tell(reached < -1 ? `user code has ended the run after ${time.toFixed(3)} s`
@@ -104,9 +105,9 @@ function pullOf({body, at: point, to}) {
 }
 
 function pullOn() {
-  if (!grabbed) return robot.pull_at(0, 0, 0, 0, 0, 0, 0);
+  if (!grabbed) return robot.pull_at(page, 0, 0, 0, 0, 0, 0, 0);
   const joint = numbers.get(bodyOf.get(grabbed.body).joints.at(-1).name);
-  robot.pull_at(joint, ...grabbed.at.toArray(), ...pullOf(grabbed).toArray());
+  robot.pull_at(page, joint, ...grabbed.at.toArray(), ...pullOf(grabbed).toArray());
 }
 
 function grab(event) {
@@ -135,7 +136,7 @@ async function makeLive() {
     row("ux", live.states + 1).set(states);
     change(joints("q"));
     [time, printed] = [0, ""];
-    if (robot.restart()) tell("the robot cannot start here");
+    if (robot.restart(page)) tell("the robot cannot start here");
     else draw();
   };
   const button = (text, title, act) => {

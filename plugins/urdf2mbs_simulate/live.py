@@ -7,26 +7,30 @@ from __future__ import annotations
 
 import gzip
 from base64 import b64encode
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from urdf2mbs_report.page import Script
-from urdf2mbs_simulate.c_code import HERE, MORE_ROWS, ROWS, TABLES, CCode, build, zig
-from urdf2mbs_simulate.data import MbsData
-from urdf2mbs_simulate.dirdyn import OPTIONS, TOLERANCES, choose_code
+from urdf2mbs_simulate.c_code import CCode
+from urdf2mbs_simulate.compiler import HERE, Build, Source, zig
+from urdf2mbs_simulate.dirdyn import FIRST_STEP, OPTIONS, OURS, choose_code, choose_tolerances
+from urdf2mbs_simulate.memory import MORE_ROWS, ROWS, TABLES
 from urdf2mbs_simulate.partition import part
-from urdf2mbs_simulate.python_code import loaded, shown
+from urdf2mbs_simulate.python_code import MbsData, loaded, shown
 from urdf2mbs_simulate.results import Results
-from urdf2mbs_simulate.turn import can_turn
 
 #: What the page calls.
 EXPORTS = ("room", "begin", "restart", "go", "pull_at")
-FLAGS = (
-    "-target", "wasm32-wasi", "-mexec-model=reactor", "-msimd128",
-    "-Wl,-s", "-Wl,-z,stack-size=4194304",
+TARGET = ("-target", "wasm32-wasi", "-msimd128")
+LINK = (
+    *TARGET,
+    "-mexec-model=reactor",
+    "-Wl,-s",
+    "-Wl,-z,stack-size=4194304",
     *(f"-Wl,--export={name}" for name in EXPORTS),
-)  # fmt: skip
+)
 #: What to do for a robot that lives.
 HINT = "pip install 'urdf2mbs[live]' brings the compiler for a robot that can be pulled and dropped"
 
@@ -52,7 +56,12 @@ class Live(NamedTuple):
         return Script((HERE / "live.js").read_text("utf-8"), data)
 
 
-def make_live(results: Results, *, step: float | None = None) -> Live | str:
+def make_live(
+    results: Results,
+    *,
+    step: float | None = None,
+    on_compile: Callable[[int, int], None] | None = None,
+) -> Live | str:
     """The robot of a run, from the run's start; or why it cannot live.
 
     ``step``: take steps of this length (s), whatever their error.  Raises ConversionError where
@@ -61,31 +70,43 @@ def make_live(results: Results, *, step: float | None = None) -> Live | str:
     compiler = zig()
     if compiler is None:
         return HINT
-    data = MbsData(results.data.mbs_file)
-    data.user_constraints = results.data.user_constraints
+    data = MbsData(results.data._run.file)
+    data._run.user_constraints = results.data._run.user_constraints
     with loaded(data), shown(data):
         code = choose_code(data, None)
-        if not isinstance(code, CCode) or not (code.in_c or not [*data.user_path.glob("user_*")]):
+        if not code.in_c and [*data.user_path.glob("user_*")]:
             return "the robot cannot be pulled and dropped, as its user functions are in Python"
         part(code)
     for name in ("q", "qd", "ux"):
         getattr(data, name)[1:] = results.kept[name][0, 1:]
-    sources, defines = code.sources
-    file = build(data, [*sources, HERE / "live.c"], [*FLAGS, *defines], compiler, ".wasm")
+    last = code.sources[-1]
+    sources = [*code.sources, Source(HERE / "live.c", last.folders, last.defines)]
+    file = Build(compiler, TARGET, LINK, ".wasm", on_compile).make(sources)
     numbers, places = _packed(code, step)
     bodies = {joint: body for body, joint in data.body_id.items()}
     forces = [bodies.get(joint) for joint in code.last_joint[1:]]
-    more = {"places": places, "forces": forces, "states": data.Nux, "floats": can_turn(data)}
+    more = {
+        "places": places,
+        "forces": forces,
+        "states": data.Nux,
+        "floats": bool(code.run.can_turn),
+    }
     return Live(file.read_bytes(), numbers, more)
 
 
 def _packed(code: CCode, step: float | None) -> tuple[Any, dict[str, int]]:
     data = code.data
-    rtol, atol = TOLERANCES[True] if step is None else (1e9, 1e9)
+    rtol, atol = choose_tolerances(OURS, *((None, None) if step is None else (1e9, 1e9)))
     settings = [
-        data.nqu, data.nqv, can_turn(data), code.has_loop and not data.nqv,
-        step or OPTIONS["dt0"], step or OPTIONS["dt_max"], rtol, atol,
-    ]  # fmt: skip
+        data.nqu,
+        data.nqv,
+        code.run.can_turn,
+        code.has_loop and not data.nqv,
+        step or FIRST_STEP,
+        step or OPTIONS["dt_max"],
+        rtol,
+        atol,
+    ]
     numbers: list[float] = []
 
     def put(values: Any) -> int:
@@ -106,6 +127,7 @@ def _packed(code: CCode, step: float | None) -> tuple[Any, dict[str, int]]:
     model = put(code.model)
     if ("hold", "on") in (parameters := code.parameters()):
         places["hold"] = model + parameters.index(("hold", "on"))
+    put(code.state_scale)
     for integers in (data.qu, data.qv, data.xfidpt, code.last_joint, code.kept + 1):
         put(integers)
     return np.array(numbers, float), places

@@ -19,12 +19,13 @@ from typing import Any
 import numpy as np
 
 from urdf2mbs.engine.output import write_files
+from urdf2mbs_simulate.c_code import CCode
 from urdf2mbs_simulate.data import MbsData
 from urdf2mbs_simulate.dirdyn import Module, closed_code
 from urdf2mbs_simulate.equations import SimulationError
 from urdf2mbs_simulate.equilibrium import STEP
-from urdf2mbs_simulate.partition import following, names_of, tell_stops
-from urdf2mbs_simulate.python_code import PythonCode, loaded, shown
+from urdf2mbs_simulate.partition import following, names_of, note_stops
+from urdf2mbs_simulate.python_code import loaded, shown
 from urdf2mbs_simulate.results import res_rows
 
 #: A joint is named of a mode if it moves by so much of the joint that moves most.
@@ -80,7 +81,7 @@ class Modes:
         """Those of them that friction or damping stops; the others are ignorable coordinates."""
         names = [
             f"{model.name}.{parameter.name}"
-            for model in data.mbs.user_models
+            for model in data._run.mbs.user_models
             for parameter in model.parameters
             for _ in parameter.values
             if parameter.type == "state"
@@ -143,9 +144,14 @@ class Modes:
     def write(self, number: int, *, force: bool = False) -> list[Path]:
         """Write modal.csv, and the swing of a mode, mode.csv, into resultsR of the project.
 
-        ``force`` replaces files of another program, too; else they raise ConfigError.
+        Args:
+            number: The number of the mode, from 1.
+            force: True to replace files of another program, too.
+
+        Raises:
+            ConfigError: A file of another program would be replaced.
         """
-        results = self.data.project / "resultsR"
+        results = self.data._run.project / "resultsR"
         head = ",".join(["time", *(f"q.{joint}" for joint in self.data.joint_id)])
         rows = res_rows(self.motion(number)).replace(b" ", b",") if self.modes else b""
         files = {
@@ -178,7 +184,7 @@ class MbsModal(Module):
         data, options = self.mbs_data, self.options
         with loaded(data), shown(data):
             code = closed_code(data, options["language"])
-            tell_stops(data)
+            note_stops(data)
             matrix = slopes_of(code)
             modes = find_modes(code, matrix)
         if options["save_result"]:
@@ -187,8 +193,8 @@ class MbsModal(Module):
 
     def _write_modes(self, modes: Modes, matrix: Any) -> list[Path]:
         data, options, name = self.mbs_data, self.options, self.options["resfilename"]
-        results = Path(options["respath"] or data.project / "resultsR")
-        moving = Path(options["animpath"] or data.project / "animationR")
+        results = Path(options["respath"] or data._run.project / "resultsR")
+        moving = Path(options["animpath"] or data._run.project / "animationR")
         values = np.array([mode.value for mode in modes.modes])
         files = {results / f"{name}.csv": modes.table()}
         if options["save_eval"]:
@@ -207,7 +213,7 @@ class MbsModal(Module):
         return list(files)
 
 
-def slopes_of(code: PythonCode) -> Any:
+def slopes_of(code: CCode) -> Any:
     """A at the present state, by differences to both sides: (states, states)."""
     data, y = code.data, code.state()
     found = (code.slopes(data.tsim, y, STEP) + code.slopes(data.tsim, y, -STEP)) / 2
@@ -215,12 +221,12 @@ def slopes_of(code: PythonCode) -> Any:
     if not np.isfinite(found).all():
         raise SimulationError(
             "partition", "the accelerations near this state are no numbers",
-            file=str(data.mbs_file), hint="take another state, such as an equilibrium",
+            file=str(data._run.file), hint="take another state, such as an equilibrium",
         )  # fmt: skip
     return found
 
 
-def find_modes(code: PythonCode, matrix: Any) -> Modes:
+def find_modes(code: CCode, matrix: Any) -> Modes:
     """The modes of y' = A y; what nothing pulls back is left out of it, and named."""
     data, n = code.data, len(code.free)
     left, basis = np.where(np.abs(matrix) > NOISE, matrix, 0.0), np.eye(len(matrix))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import runpy
 import sys
+import threading
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -19,13 +20,26 @@ MODULES = {
     "MBsysPy.mbsyspy.mbs_sensor": "urdf2mbs_simulate.runtime",
     "MBsysPy.mbsyspy.utilities.algebra": __name__,
 }  # fmt: skip
-#: The model whose user code runs, which the functions below write to.
-present: list[MbsData] = []
+#: Modules and headers that are Robotran's, and not of MBsysPy itself, by how their names begin.
+ADD_ONS = {
+    "mbs_tgc": "tyres on the ground", "tgc_": "tyres on the ground", "mbs_rw": "wheels on rails",
+    "mbs_car_tireGround": "tyres on the ground", "tireGroundCar": "tyres on the ground",
+}  # fmt: skip
+
+
+class _Present(threading.local):
+    """The models whose user code runs in a thread: the functions below write to the last one."""
+
+    def __init__(self) -> None:
+        self.models: list[MbsData] = []
+
+
+present = _Present()
 
 
 def set_output(value: float, name: str) -> None:
     """Keep a number of the present time for the results."""
-    present[-1].set_output(value, name)
+    present.models[-1].set_output(value, name)
 
 
 def define_output_vector(name: str, size: int) -> None:
@@ -34,7 +48,7 @@ def define_output_vector(name: str, size: int) -> None:
 
 def set_output_vector(values: Any, name: str) -> None:
     """Keep several numbers of the present time for the results."""
-    present[-1].set_output_vector(values, name)
+    present.models[-1].set_output_vector(values, name)
 
 
 def matrix_vector_product(matrix: Any, vector: Any) -> Any:
@@ -62,6 +76,14 @@ def vector_cross_product(one: Any, other: Any) -> Any:
 matrix_matrix_product, cross_product = matrix_product, vector_cross_product
 
 
+def describe_add_on(name: str) -> str | None:
+    """Describe a module or a header of an add-on of Robotran's; None of others."""
+    for start, what in ADD_ONS.items():
+        if name.startswith(start):
+            return f"it is of an add-on of Robotran's, for {what}, which is not here"
+    return None
+
+
 def run_script(script: str) -> None:
     """Run a project's own main.py, with this runtime in MBsysPy's place.
 
@@ -76,8 +98,6 @@ def run_script(script: str) -> None:
     except ConversionError as error:
         sys.exit(str(error))
     except ImportError as error:
-        from urdf2mbs_simulate.python_code import add_on
-
-        if what := add_on(error.name or ""):
+        if what := describe_add_on(error.name or ""):
             sys.exit(f"{script}: {error}\n  {what}")
         raise

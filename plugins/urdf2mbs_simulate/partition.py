@@ -14,19 +14,16 @@ where it is closed, and one at a dead point has too few there.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from urdf2mbs.messages.diagnostics import some
-from urdf2mbs_equations.constraints import constant_gaps, constraints
+from urdf2mbs_equations.constraints import constant_gaps, constraints, count_equations
 from urdf2mbs_equations.tree import Tree, is_fixed
 from urdf2mbs_project.singular import GOLDEN, find_singular, singular_at, size_of
 from urdf2mbs_simulate.data import MbsData
 from urdf2mbs_simulate.equations import SimulationError
-
-if TYPE_CHECKING:
-    from urdf2mbs_simulate.python_code import PythonCode
 
 #: Zeros of dependent joints are disturbed by this (rad, m) before the choice, as by Robotran.
 DISTURBED = 1e-5
@@ -48,15 +45,95 @@ STEP = 0.3
 FAST = 20.0
 
 
-def part(code: PythonCode) -> None:
+class Code:
+    """The functions of a model, with the partition of its joints."""
+
+    name = "Python"
+
+    def __init__(self, data: MbsData, rows: tuple[int, int]) -> None:
+        self.data, self.rows = data, rows
+        natures = [joint.nature for joint in data._run.mbs.joints().values()]
+        self.has_loops = bool(sum(rows) or data.nqv) or data._run.natures != natures
+        """Whether the accelerations are those of the partition, not of the project's accelred."""
+        self.repartition(np.arange(sum(rows)))
+
+    def repartition(self, kept: Any) -> None:
+        """Take the joints of the data, and of the constraints these rows."""
+        data = self.data
+        self.kept = kept
+        self.least: float | None = None
+        self.free, self.dependent = data.qu[1:], data.qv[1:]
+        self.guess = data.q[self.dependent]
+
+    def remember(self) -> None:
+        """Let Newton's method start from the present place of the dependent joints: near a fold,
+        a place that is left behind leads to another branch."""
+        self.guess[:] = self.data.q[self.dependent]
+
+    def state(self) -> Any:
+        """Return q and qd of the independent joints, and ux."""
+        data = self.data
+        return np.concatenate([data.q[self.free], data.qd[self.free], data.ux[1:]])
+
+    def solve(self) -> bool:
+        """Set all qdd, and q and qd of dependent joints; return True where the loops cannot be
+        closed."""
+        raise NotImplementedError
+
+    def constraints(self) -> tuple[Any, Any]:
+        """Return h and J of all constraints, kept or not, from row 0; the columns count from 1."""
+        raise NotImplementedError
+
+    def inverse(self) -> Any:
+        """Return the forces that the joints need for the present state and accelerations."""
+        raise NotImplementedError
+
+    def react(self) -> None:
+        """Set Lambda and Qc for the state and accelerations that were computed last:
+        M qdd + c = Qq + J' Lambda, and Qc in driven joints."""
+        data = self.data
+        if not (data.nqv or data.nqc):
+            return
+        rest = self.inverse() - data.Qq
+        if data.nqv:
+            jac = self.constraints()[1][self.kept]
+            data.Lambda[1:] = np.linalg.solve(jac[:, self.dependent].T, rest[self.dependent])
+            rest -= jac.T @ data.Lambda[1:]
+        data.Qc[data.qc[1:]] = rest[data.qc[1:]]
+
+
+def count_rows(data: MbsData) -> tuple[int, int]:
+    """How many equations the cuts make, and how many the user's functions: as many as somebody has
+    said, else as the cuts leave dependent joints for."""
+    cuts = 0
+    if data._run.mbs.cuts:
+        cuts = count_equations(data._run.mbs)
+    user = data._run.user_constraints
+    if user is None:
+        here = any(list(data.user_path.glob(f"user_cons_hJ.{end}")) for end in ("py", "c"))
+        user = max(data.nqv - cuts, 0) if here else 0
+    if data._run.mbs.user_constraints and not user:
+        raise SimulationError(
+            "partition",
+            f"{data.nqv} joints are dependent, and there are {cuts} equations of cuts and "
+            "0 of user_cons_hJ, though the .mbs names user constraints",
+            file=str(data._run.file),
+            hint="is the .mbs without the user functions of its project?",
+        )
+    return cuts, user
+
+
+def part(code: Code) -> None:
     """Choose dependent joints and equations, and close the loops from the present position.
 
-    ``data.said`` tells what was chosen.  Raises SimulationError where a loop does not close.
+    ``data._run.notes`` tells what was chosen.  Raises SimulationError where a loop does not close.
     """
     data = code.data
     if not code.has_loops:
         return
-    data.said += [said for _, said in constant_gaps(data.mbs) if said not in data.said]
+    data._run.notes += [
+        said for _, said in constant_gaps(data._run.mbs) if said not in data._run.notes
+    ]
     if not sum(code.rows):
         wrong = data.qv[1:]
         data.divide(dict.fromkeys(wrong, "independent"))
@@ -64,18 +141,20 @@ def part(code: PythonCode) -> None:
         code.repartition(np.arange(0))
     elif not _fits(code):
         _choose(code)
-    joints = data.mbs.joints().values()
-    if not data.nqu + len(data.held) and all(
+    joints = data._run.mbs.joints().values()
+    if not data.nqu + len(data._run.locked) and all(
         joint.nature != "driven" or is_fixed(joint) for joint in joints
     ):
-        data.said.append("the loops leave no joint free, so nothing moves: add a joint, or let a "
-                         "ball (3 equations, 2 in a plane) be a rod (1)")  # fmt: skip
+        data._run.notes.append(
+            "the loops leave no joint free, so nothing moves: add a joint, or let a ball "
+            "(3 equations, 2 in a plane) be a rod (1)"
+        )
     hold(data, code)
     choose_again(code)
     code.remember()
 
 
-def _fits(code: PythonCode) -> bool:
+def _fits(code: Code) -> bool:
     """Whether the present choice stands; the loops are closed then."""
     rows, dependent = code.kept, code.dependent
     if len(rows) != len(dependent) or not close(code, rows, dependent):
@@ -83,7 +162,7 @@ def _fits(code: PythonCode) -> bool:
     return _rank(code.constraints()[1][:, dependent]) == len(rows)
 
 
-def _choose(code: PythonCode) -> None:
+def _choose(code: Code) -> None:
     data, drawn = code.data, code.data.q.copy()
     declared = data.qv[1:]
     groups = [declared, data.qu[1:]]
@@ -107,15 +186,17 @@ def _choose(code: PythonCode) -> None:
     freed, added = np.setdiff1d(declared, columns), np.setdiff1d(columns, declared)
     data.divide(dict.fromkeys(freed, "independent") | dict.fromkeys(added, "dependent"))
     if len(rows) < len(every):
-        data.said.append(f"{len(rows)} of {len(every)} constraints are kept: {_others(code, rows)}")
+        data._run.notes.append(
+            f"{len(rows)} of {len(every)} constraints are kept: {_others(code, rows)}"
+        )
     moved = [k for k in data.qu[1:] if abs(data.q[k] - drawn[k]) > 2 * DISTURBED]
     if moved:
-        data.said.append(f"moved, for the loops to close: {names_of(data, moved)}")
+        data._run.notes.append(f"moved, for the loops to close: {names_of(data, moved)}")
     _tell_joints(data, freed, added)
     code.repartition(np.sort(rows))
 
 
-def _others(code: PythonCode, rows: Any) -> str:
+def _others(code: Code, rows: Any) -> str:
     """What the constraints that are not kept do: do they hold, too, where the model has moved?"""
     data, here = code.data, code.data.q.copy()
     free = data.qu[1:]
@@ -137,7 +218,7 @@ def _others(code: PythonCode, rows: Any) -> str:
     )
 
 
-def choose_again(code: PythonCode) -> bool:
+def choose_again(code: Code) -> bool:
     """Choose other dependent joints near a pose at which the present ones are singular; true if
     there are better ones.  The loops are closed."""
     data = code.data
@@ -160,7 +241,7 @@ def choose_again(code: PythonCode) -> bool:
     return True
 
 
-def close(code: PythonCode, rows: Any, columns: Any) -> bool:
+def close(code: Code, rows: Any, columns: Any) -> bool:
     """Move the joints ``columns`` until the equations ``rows`` hold, by Newton's method with short
     steps; whether all equations hold then."""
     data, turns = code.data, 0
@@ -209,7 +290,7 @@ def _pivots(jac: Any, groups: Sequence[Any], ranks: Sequence[int]) -> tuple[Any,
     return np.array(rows, int), np.array(columns, int)
 
 
-def following(code: PythonCode) -> Any:
+def following(code: Code) -> Any:
     """How fast the dependent joints move by the independent ones: (dependent, independent)."""
     jac = code.constraints()[1][code.kept]
     return -np.linalg.solve(jac[:, code.dependent], jac[:, code.free])
@@ -236,7 +317,7 @@ def _rank(jac: Any) -> int:
     return int((found > RANK * found[0]).sum())
 
 
-def _ranks_away(code: PythonCode, groups: Sequence[Any]) -> list[int]:
+def _ranks_away(code: Code, groups: Sequence[Any]) -> list[int]:
     """The ranks of the first groups together, at a closed pose near by."""
     data, here = code.data, code.data.q.copy()
     joints = np.concatenate(groups)
@@ -256,13 +337,13 @@ def _spread(joints: Any) -> Any:
 # --- joints without mass ---
 
 
-def hold(data: MbsData, code: PythonCode | None = None) -> None:
+def hold(data: MbsData, code: Code | None = None) -> None:
     """Hold the joints that move nothing that has mass; in loops (``code``) others move along.
 
     They are those of the present pose, if a general pose has as many: of three joints that turn a
     rod, the one about the rod.
     """
-    if code is None and not any(found.always for found in find_singular(data.mbs)):
+    if code is None and not any(found.always for found in find_singular(data._run.mbs)):
         return
     names, here, free = list(data.joint_id), data.q.copy(), data.qu[1:]
     found: list[list[str]] = []
@@ -276,22 +357,24 @@ def hold(data: MbsData, code: PythonCode | None = None) -> None:
                 along = zip(code.dependent, column, strict=True)
                 moves[names[k - 1]] |= {names[d - 1]: float(x) for d, x in along if x}
         values = dict(zip(names, data.q[1:], strict=True))
-        found.append([one.joint for one in singular_at(data.mbs, values, moves, size_of(data.mbs))])
+        found.append(
+            [one.joint for one in singular_at(data._run.mbs, values, moves, size_of(data._run.mbs))]
+        )
         data.q[:] = here
     held = found[0] if len(found[0]) == len(found[1]) else found[1]
     if not held:
         return
-    data.held = [data.joint_id[joint] for joint in held]
-    data.divide(dict.fromkeys(data.held, "driven"))
-    data.qd[data.held] = 0.0
-    data.qdd[data.held] = 0.0
-    said = f"held, since they move nothing that has mass: {names_of(data, data.held)}"
+    data._run.locked = [data.joint_id[joint] for joint in held]
+    data.divide(dict.fromkeys(data._run.locked, "driven"))
+    data.qd[data._run.locked] = 0.0
+    data.qdd[data._run.locked] = 0.0
+    said = f"held, since they move nothing that has mass: {names_of(data, data._run.locked)}"
     if not data.m.any():
         said += (
             "; no body has a mass: a config gives masses by "
             "'passes: {estimate-inertia: {total_mass: KG}}'"
         )
-    data.said.append(said)
+    data._run.notes.append(said)
     if code is not None:
         code.repartition(code.kept)
 
@@ -299,14 +382,14 @@ def hold(data: MbsData, code: PythonCode | None = None) -> None:
 def check_held(data: MbsData) -> None:
     """Raise SimulationError where a force acts along a joint that is held; Qc is known."""
     size = 1.0 + max(np.abs(x[1:]).max(initial=0.0) for x in (data.Qq, data.Qc, data.Lambda))
-    for number in data.held:
+    for number in data._run.locked:
         if not abs(data.Qc[number]) < 1e-7 * size:
             name = list(data.joint_id)[number - 1]
             raise SimulationError(
                 "joint-without-mass",
                 f"at {data.tsim:g} s a force of {-data.Qc[number]:.3g} N m or N acts along joint "
                 f"'{name}', which moves nothing that has mass",
-                file=str(data.mbs_file),
+                file=str(data._run.file),
                 hint="give mass and inertia to the links that it moves, or let the joint be driven",
             )
 
@@ -314,7 +397,7 @@ def check_held(data: MbsData) -> None:
 # --- words ---
 
 
-def tell_stops(data: MbsData) -> None:
+def note_stops(data: MbsData) -> None:
     """Which joints are at their soft stops, or beyond: these push from the start."""
     models = data.user_model
     at = [
@@ -326,7 +409,7 @@ def tell_stops(data: MbsData) -> None:
     ]
     elsewhere = "'passes: {posture: {joints: {NAME: VALUE}}}' starts elsewhere"
     said = f"at a stop, or beyond: {some(at)}; {elsewhere}"
-    data.said += [said] * (bool(at) and said not in data.said)
+    data._run.notes += [said] * (bool(at) and said not in data._run.notes)
 
 
 def _tell_joints(data: MbsData, freed: Any, added: Any) -> None:
@@ -335,14 +418,16 @@ def _tell_joints(data: MbsData, freed: Any, added: Any) -> None:
         text = f"dependent in the .mbs, but no constraint rules them: {names_of(data, freed)}"
         if not any(data.user_path.glob("user_cons_hJ.*")):
             text += "; is user_cons_hJ of the project missing?"
-        data.said.append(text)
+        data._run.notes.append(text)
     if len(added):
-        data.said.append(
+        data._run.notes.append(
             f"dependent here, since those of the .mbs do not suffice: {names_of(data, added)}"
         )
     for joints, nature in ((freed, "independent"), (added, "dependent")):
         if len(joints):
-            data.said.append(f"in the .mbs: <nature>{nature}</nature> in {names_of(data, joints)}")
+            data._run.notes.append(
+                f"in the .mbs: <nature>{nature}</nature> in {names_of(data, joints)}"
+            )
 
 
 def names_of(data: MbsData, joints: Iterable[int]) -> str:
@@ -350,7 +435,7 @@ def names_of(data: MbsData, joints: Iterable[int]) -> str:
     return ", ".join(names[number - 1] for number in sorted(joints))
 
 
-def _open(code: PythonCode) -> SimulationError:
+def _open(code: Code) -> SimulationError:
     """The equation that is missed by most."""
     data = code.data
     h, jac = code.constraints()
@@ -359,24 +444,24 @@ def _open(code: PythonCode) -> SimulationError:
     gap, name = abs(h[row]), _name_of(code, row)
     text = f"{name} is missed by {gap:.3g}"
     if row < code.rows[0]:
-        found = constraints(Tree(data.mbs))[row]
+        found = constraints(Tree(data._run.mbs))[row]
         if found.cut.kind == "rod":  # of which h is half the difference of squares
-            rods = [cut.name for cut in data.mbs.cuts if cut.kind == "rod"]
+            rods = [cut.name for cut in data._run.mbs.cuts if cut.kind == "rod"]
             length = data.lrod[1 + rods.index(found.cut.name)]
             gap = abs(np.sqrt(max(length**2 + 2.0 * h[row], 0.0)) - length)
         gap, unit = (gap, "rad") if found.what.startswith("about") else (1000 * gap, "mm")
         text = f"{name} is {gap:.3g} {unit} from closed {found.what}"
     what = "no joint moves it" if size[row] == 0.0 else "no pose near the drawn one closes it"
     return SimulationError(
-        "partition", f"a loop cannot be closed: {text}, and {what}", file=str(data.mbs_file),
+        "partition", f"a loop cannot be closed: {text}, and {what}", file=str(data._run.file),
         hint="draw the model nearer to a closed pose (initialvalue), or check lengths and points",
     )  # fmt: skip
 
 
-def _name_of(code: PythonCode, row: int) -> str:
+def _name_of(code: Code, row: int) -> str:
     """What makes an equation."""
     cuts = code.rows[0]
     if row >= cuts:
         return f"equation {row - cuts + 1} of user_cons_hJ"
-    cut = constraints(Tree(code.data.mbs))[row].cut
+    cut = constraints(Tree(code.data._run.mbs))[row].cut
     return f"{cut.kind} '{cut.name}'"

@@ -17,12 +17,12 @@ from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.plugin import Conversion
 from urdf2mbs.urdf.reader import stem
-from urdf2mbs_simulate.c_code import compiler
-from urdf2mbs_simulate.data import MbsData
+from urdf2mbs_simulate.compiler import compiler
 from urdf2mbs_simulate.dirdyn import MbsDirdyn
 from urdf2mbs_simulate.equilibrium import Equilibrium, MbsEquil
 from urdf2mbs_simulate.modal import MbsModal, Modes
 from urdf2mbs_simulate.push import Push, parse
+from urdf2mbs_simulate.python_code import MbsData
 from urdf2mbs_simulate.results import Results
 
 
@@ -38,6 +38,7 @@ def simulate(
     atol: float | None = None,
     watch: Callable[[float], None] | None = None,
     equilibrium: bool = False,
+    on_compile: Callable[[int, int], None] | None = None,
     **fields: Any,
 ) -> Results:
     """Simulate a Robotran project for ``time`` seconds.
@@ -46,17 +47,19 @@ def simulate(
     where its ``output`` says, else in a temporary folder.  ``fields`` are as in ``convert``.
 
     ``push``: forces on links, such as ``chest:20,0,0@0.5..0.6`` (N, s).  ``method`` is
-    ``Rosenbrock``, our own in C, or one of scipy's, with ``rtol`` and ``atol`` (rad, m); the
-    results have ``rate`` frames a second.
-    ``language``: ``c`` or ``python``; by itself C where there is a compiler.  ``watch`` is called
-    with the time (s) after each step.  ``equilibrium``: start where nothing accelerates, at rest;
-    ``results.equilibrium`` has it.
+    ``Rosenbrock``, our own, ``Radau`` or ``DOP853`` of scipy, or ``RK4``, with ``rtol`` and
+    ``atol`` (rad, m; by default a part of ``rtol``); the results have ``rate`` frames a second.
+    ``language`` is that of the user functions, ``c`` or ``python``: by default C, if the project
+    has them, and those in Python are unchanged.  ``watch`` is called with the time (s) after each
+    step, ``on_compile`` with how many of how many files are compiled.  ``equilibrium``: start where
+    nothing accelerates, at rest; ``results.equilibrium`` has it.
 
     The results are in memory; ``Results.write()`` writes them.  Raises ConversionError.
     """
     model, keep = project_of(source, fields)
     data = MbsData(model)
-    data.pushes = [parse(one) if isinstance(one, str) else one for one in push]
+    data._run.on_compile = on_compile
+    data._run.pushes = [parse(one) if isinstance(one, str) else one for one in push]
     dirdyn = MbsDirdyn(data)
     dirdyn.set_options(
         tf=time, integrator=method, language=language, framerate=rate, rtoler=rtol, atoler=atol,
@@ -74,9 +77,9 @@ def find_equilibrium(data: MbsData, language: str | None = None) -> Equilibrium:
     """Let a model be where nothing accelerates.  Raises ConversionError where there is no pose."""
     equil = MbsEquil(data)
     equil.set_options(language=language, save2file=0)
-    pushes, data.pushes = data.pushes, []
+    pushes, data._run.pushes = data._run.pushes, []
     found = equil.run()
-    data.pushes = pushes
+    data._run.pushes = pushes
     return found
 
 
@@ -94,7 +97,7 @@ def modes(
     model, keep = project_of(source, fields)
     data = MbsData(model)
     if not drawn:
-        data.said += find_equilibrium(data, language).lines()
+        data._run.notes += find_equilibrium(data, language).lines()
     modal = MbsModal(data)
     modal.set_options(language=language, save_result=0)
     found = modal.run()

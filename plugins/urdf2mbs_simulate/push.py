@@ -6,12 +6,10 @@ import re
 from typing import Any
 
 import msgspec
-import numpy as np
 
 from urdf2mbs.messages.diagnostics import ConfigError, nearest
 from urdf2mbs.spatial import ZERO, Vec
-from urdf2mbs_simulate.data import MbsData, MbsSensor
-from urdf2mbs_simulate.python_code import default
+from urdf2mbs_simulate.data import MbsData
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _FORM = re.compile(
@@ -38,46 +36,23 @@ def parse(text: str) -> Push:
         if start < stop:
             return Push(found[1], (x, y, z), start, stop)
     raise ConfigError(
-        "usage", f"--push {text}: it reads LINK:FX,FY,FZ@START..STOP",
+        "usage",
+        f"--push {text}: write LINK:FX,FY,FZ@START..STOP",
         hint="such as chest:20,0,0@0.5..0.6 (N, s)",
-    )  # fmt: skip
+    )
 
 
-def places(data: MbsData) -> list[tuple[Push, int, Vec]]:
+def place_pushes(data: MbsData) -> list[tuple[Push, int, Vec]]:
     """Each push with the joint of its body, and the point (m) in the frame of the body."""
-    found = [(push, *_place(data, push.link)) for push in data.pushes]
+    found = [(push, *_place(data, push.link)) for push in data._run.pushes]
     return [(push, data.body_id[body], at) for push, body, at in found]
-
-
-def add_pushes(data: MbsData) -> None:
-    """Let ``user_JointForces`` of Python add what the pushes do in the joints."""
-    if data.push is not None or not data.pushes:
-        return
-    user = data.user_JointForces
-    placed = places(data)
-
-    def add(tsim: float) -> None:
-        for push, joint, at in placed:
-            if push.start <= tsim < push.stop:
-                frame = MbsSensor(data)
-                frame.comp_gen_sensor(joint)
-                moment = np.cross(frame.R[1:, 1:].T @ at, push.force)
-                data.Qq[1:] += frame.J[1:, 1:].T @ [*push.force, *moment]
-
-    def user_joint_forces(mbs_data: MbsData, tsim: float) -> None:
-        if user is default(data, "user_JointForces"):  # which leaves the last pushes in Qq
-            data.Qq[1:] = 0.0
-        user(mbs_data, tsim)
-        add(tsim)
-
-    data.push, data.user_JointForces = add, user_joint_forces
 
 
 def columns_of_pushes(data: MbsData, time: Any) -> dict[str, Any]:
     """``push1.BODY.Fx``, ...: the force (N) in each frame, and ``dx``, ... the point (m) where it
     acts, in the axes of the body."""
     found: dict[str, Any] = {}
-    for number, push in enumerate(data.pushes, start=1):
+    for number, push in enumerate(data._run.pushes, start=1):
         body, at = _place(data, push.link)
         acts = (push.start <= time) & (time < push.stop)
         name = f"push{number}.{body}"
@@ -88,15 +63,17 @@ def columns_of_pushes(data: MbsData, time: Any) -> dict[str, Any]:
 
 def _place(data: MbsData, link: str) -> tuple[str, Vec]:
     """The body that a link is part of, and the point (m) in its frame that is pushed."""
-    bodies = {body.name: body for body in data.mbs.bodies}
+    bodies = {body.name: body for body in data._run.mbs.bodies}
     for name in (link, f"{link}_body"):  # a link called base, or as a joint, has got this name
         if name in bodies:
             return name, bodies[name].com or ZERO
-    for body in data.mbs.bodies:
+    for body in data._run.mbs.bodies:
         for point in body.points:
             if point.name == link:
                 return body.name, point.coordinates
     raise ConfigError(
-        "usage", f"the model has no body and no point '{link}' to push",
-        file=str(data.mbs_file), hint=nearest(link, bodies),
-    )  # fmt: skip
+        "usage",
+        f"the model has no body and no point '{link}' to push; its bodies: {', '.join(bodies)}",
+        file=str(data._run.file),
+        hint=nearest(link, bodies),
+    )

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import importlib.util
+import os
 import re
 import sys
 import traceback
+from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
+from threading import RLock
 from typing import Any, cast
 
 import numpy as np
@@ -18,15 +21,12 @@ from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs_equations.files import FUNCTIONS, OWN
 from urdf2mbs_equations.python import PythonWriter
 from urdf2mbs_project.code import starters
+from urdf2mbs_simulate import data as model_data
 from urdf2mbs_simulate import names
-from urdf2mbs_simulate.data import MbsData
 from urdf2mbs_simulate.equations import SimulationError, equations
-from urdf2mbs_simulate.turn import functions_in_own_axes
+from urdf2mbs_simulate.partition import Code, count_rows
 
 Function = Callable[..., Any]
-
-#: The difference (rad, m, and their rates) by which a derivative is taken.
-NEAR = 1e-7
 
 #: The user functions, and the files that they are in.
 USER = {
@@ -41,15 +41,10 @@ USER = {
 }  # fmt: skip
 #: Comments, and the blanks that count for nothing.
 COMMENTS = {"python": r"(?:[ \t]*(?:#[^\n]*)?\n)+", "c": r"/\*.*?\*/|//[^\n]*|\s"}
-#: Modules and headers that are Robotran's, and not of MBsysPy itself, by how their names begin.
-ADD_ONS = {
-    "mbs_tgc": "tyres on the ground", "tgc_": "tyres on the ground", "mbs_rw": "wheels on rails",
-    "mbs_car_tireGround": "tyres on the ground", "tireGroundCar": "tyres on the ground",
-}  # fmt: skip
 KNOWN = frozenset([*USER, *(f"mbs_{name}" for name in (*FUNCTIONS, *OWN))])
 
 
-def function(data: MbsData, name: str) -> Function:
+def function(data: model_data.MbsData, name: str) -> Function:
     """``mbs_X`` of the equations, or ``user_X``: what the user has not does nothing."""
     if name.startswith("mbs_"):
         name = name.removeprefix("mbs_")
@@ -62,7 +57,7 @@ def function(data: MbsData, name: str) -> Function:
         return cast(Function, getattr(load(file), name))
 
 
-def default(data: MbsData, name: str) -> Function:
+def default(data: model_data.MbsData, name: str) -> Function:
     """A user function that the user has not: it gives zeros, or does nothing."""
     zeros: dict[str, Function] = {
         "user_ExtForces": lambda *words: data.SWr[words[-1]],
@@ -76,7 +71,7 @@ def _nothing(*_: Any) -> None:
     """The user has no such function."""
 
 
-def changes(data: MbsData, language: str, pattern: str) -> bool:
+def changes(data: model_data.MbsData, language: str, pattern: str) -> bool:
     """True if somebody has changed or written user functions in the files of a pattern.
 
     Comments count for nothing: those that urdf2mbs writes are others in each version.
@@ -87,7 +82,7 @@ def changes(data: MbsData, language: str, pattern: str) -> bool:
         words = text.decode("utf-8", "replace")
         return re.sub(COMMENTS[language], sign, words, flags=re.DOTALL).strip("\n")
 
-    written = starters(language, data.mbs)
+    written = starters(language, data._run.mbs)
     return any(
         code(written.get(f"userfctR/{file.name}", b"none")) != code(file.read_bytes())
         for file in data.user_path.glob(pattern)
@@ -104,37 +99,72 @@ def load(file: Path) -> Any:
     return module
 
 
+class _Active:
+    """What user code sees of Python's modules, while simulations run, in any thread."""
+
+    def __init__(self) -> None:
+        self.lock = RLock()
+        self.counts: Counter[Path] = Counter()
+        """How many simulations run in a folder of user functions."""
+        self.replaced: dict[str, Any] = {}
+        """Modules whose names are those of stand-ins, by name."""
+
+
+_active = _Active()
+
+
 @contextmanager
-def loaded(data: MbsData) -> Iterator[None]:
+def loaded(data: model_data.MbsData) -> Iterator[None]:
     """While user code runs: its folder is on Python's path, and MBsysPy is this runtime.
 
     Afterwards all is as it was.  Another project may have modules of the same names: those of this
-    one are kept in ``data.modules`` meanwhile.
+    one are kept with the data meanwhile.
     """
-    path, before = list(sys.path), dict(sys.modules)
+    folders = [str(data.user_path), str(data.user_path.parent / "workR")]
     own = {file.stem for file in data.user_path.glob("*.py")}
-    for name in own & before.keys():
-        file = getattr(before[name], "__file__", None)
-        if file is None or Path(file).parent != data.user_path:
-            del sys.modules[name]
-    sys.path[:0] = [str(data.user_path), str(data.user_path.parent / "workR")]
-    stand_ins = {name: import_module(at) for name, at in names.MODULES.items()}
-    sys.modules.update(data.modules | stand_ins)
-    names.present.append(data)
+    with _active.lock:
+        others = _remove_modules(own, data.user_path)
+        sys.path[:0] = folders
+        if not _active.counts.total():
+            _active.replaced = {
+                name: sys.modules[name] for name in names.MODULES if name in sys.modules
+            }
+        _active.counts[data.user_path] += 1
+        sys.modules.update({name: import_module(at) for name, at in names.MODULES.items()})
+        sys.modules.update(data._run.modules)
+    names.present.models.append(data)
     try:
         yield
     finally:
-        names.present.pop()
-        sys.path[:] = path
-        data.modules = {name: sys.modules[name] for name in own & sys.modules.keys()}
-        for name in {*own, *stand_ins}:
-            sys.modules.pop(name, None)
-            if name in before:
-                sys.modules[name] = before[name]
+        names.present.models.pop()
+        with _active.lock:
+            _active.counts[data.user_path] -= 1
+            for folder in folders:
+                if folder in sys.path:
+                    sys.path.remove(folder)
+            data._run.modules = {name: sys.modules[name] for name in own & sys.modules.keys()}
+            if not _active.counts[data.user_path]:
+                for name in own:
+                    sys.modules.pop(name, None)
+            sys.modules.update(others)
+            if not _active.counts.total():
+                for name in names.MODULES:
+                    sys.modules.pop(name, None)
+                sys.modules.update(_active.replaced)
+
+
+def _remove_modules(modules: set[str], folder: Path) -> dict[str, Any]:
+    """Remove the modules of some names that are of other folders; return them."""
+    removed = {}
+    for name in modules & sys.modules.keys():
+        file = getattr(sys.modules[name], "__file__", None)
+        if file is None or Path(file).parent != folder:
+            removed[name] = sys.modules.pop(name)
+    return removed
 
 
 @contextmanager
-def shown(data: MbsData) -> Iterator[None]:
+def shown(data: model_data.MbsData) -> Iterator[None]:
     """An exception of user code becomes an error that names its file and line."""
     try:
         yield
@@ -158,129 +188,52 @@ def shown(data: MbsData) -> Iterator[None]:
         ) from error  # fmt: skip
 
 
-def add_on(name: str) -> str | None:
-    """What a module or a header is, if it is of an add-on of Robotran's."""
-    for start, what in ADD_ONS.items():
-        if name.startswith(start):
-            return f"it is of an add-on of Robotran's, for {what}, which is not here"
-    return None
-
-
-def _where_it_is(data: MbsData, module: str) -> str | None:
+def _where_it_is(data: model_data.MbsData, module: str) -> str | None:
     """Where to look for a module that user code cannot import."""
-    for file in data.project.rglob(f"{module}.py"):
+    for file in data._run.project.rglob(f"{module}.py"):
         return f"it is in {file.parent.resolve()}: add this folder to PYTHONPATH"
-    return add_on(module)
+    return names.describe_add_on(module)
 
 
-class PythonCode:
-    """The functions of a simulation, in Python."""
+class MbsData(model_data.MbsData):
+    """The model of an .mbs file with the functions of its project, and the state of its simulation.
 
-    name = "Python"
-    steps_in_c = False
+    What is no attribute yet is looked for in the project's Python files: ``mbs_dirdyna`` in
+    symbolicR, ``user_JointForces`` in userfctR.
+    """
 
-    def __init__(self, data: MbsData) -> None:
-        self.data = data
-        self.rows = count_rows(data)
-        self.own: dict[str, Function] = {}
-        """The user functions, while others stand for them in turned axes."""
-        self.has_loops = bool(sum(self.rows) or data.nqv) or data.natures != [
-            joint.nature for joint in data.mbs.joints().values()
-        ]
-        """Whether accelred is that of the partition, not that of the project."""
-        self.has_loop = self.find_loop()
-        self.repartition(np.arange(sum(self.rows)))
+    def __init__(
+        self,
+        path: str | os.PathLike[str],
+        user_path: str = "userfctR",
+        symbolic_path: str = "symbolicR",
+    ) -> None:
+        super().__init__(path, user_path, symbolic_path, loader=_load_known)
 
-    def find_loop(self) -> bool:
-        """True if the user has a loop to call after each step."""
-        return self.data.user_dirdyn_loop is not _nothing
+
+def _load_known(data: model_data.MbsData, name: str) -> Function | None:
+    return function(data, name) if name in KNOWN else None
+
+
+class PythonEquations(Code):
+    """Equations in Python, for ``load_equations``."""
+
+    def __init__(self, data: model_data.MbsData) -> None:
+        super().__init__(data, count_rows(data))
 
     def repartition(self, kept: Any) -> None:
-        """Take the joints of the data, and of the constraints these rows."""
-        data = self.data
-        self.kept = kept
-        self.least: float | None = None
-        self.free, self.dependent = data.qu[1:], data.qv[1:]
-        self.guess = data.q[self.dependent]
-        self.remember()
-        if type(self) is PythonCode and self.has_loops:
-            self.accelred = _accelred(data, self.rows, kept)
-
-    def remember(self) -> None:
-        """Let Newton's method start from the present place of the dependent joints, and move on
-        with their speeds: near a fold, a place that is left behind leads to another branch."""
-        data = self.data
-        self.guess[:] = data.q[self.dependent]
-        self.rate, self.since = data.qd[self.dependent], data.tsim
-
-    def state(self) -> Any:
-        """q and qd of the independent joints, and ux."""
-        data = self.data
-        return np.concatenate([data.q[self.free], data.qd[self.free], data.ux[1:]])
-
-    def accelerate(self, t: float, y: Any) -> Any:
-        """The derivative of the state.
-
-        Not a number where the loops cannot be closed; Newton's method starts from ``guess``.
-        """
-        data, free, n = self.data, self.free, len(self.free)
-        data.tsim = t
-        data.q[free], data.qd[free], data.ux[1:] = y[:n], y[n : 2 * n], y[2 * n :]
-        data.q[self.dependent] = self.guess + self.rate * (t - self.since)
-        if self.solve():
-            return np.full(len(y), np.nan)
-        if data.Nux:
-            data.user_derivatives(data)
-        return np.concatenate([data.qd[free], data.qdd[free], data.uxd[1:]])
-
-    def take_axes(self) -> None:
-        """Take the axes in which the base is."""
-        vars(self.data).update(self.own)
-        self.own = {}
-        if self.data.turned:
-            turned = functions_in_own_axes(self.data)
-            self.own = {name: getattr(self.data, name) for name in turned}
-            vars(self.data).update(turned)
-
-    def take_parameters(self) -> None:
-        """Take the parameters of user models anew."""
-
-    def slopes(self, t: float, y: Any, near: float = NEAR) -> Any:
-        """The derivative of ``accelerate`` by the state, by differences: (states, states).
-
-        Implicit integrators that are left to themselves scale their differences by a rate that
-        vanishes in a robot at rest: what they then find is rounding, and their steps stay short.
-        """
-        here, found = self.accelerate(t, y), np.empty((len(y), len(y)))
-        for k in range(len(y)):
-            there = y.copy()
-            there[k] += near * max(1.0, abs(y[k]))
-            found[:, k] = (self.accelerate(t, there) - here) / (there[k] - y[k])
-        return found
+        super().repartition(kept)
+        if self.has_loops:
+            self.accelred = _accelred(self.data, self.rows, kept)
 
     def solve(self) -> bool:
-        """Set all qdd, and q and qd of dependent joints; True where the loops cannot be closed."""
         accelred = self.accelred if self.has_loops else self.data.mbs_accelred
         try:
             return bool(accelred(self.data, self.data.tsim))
         except np.linalg.LinAlgError:
             return True
 
-    def react(self) -> None:
-        """Set Lambda and Qc for the state and accelerations that were computed last:
-        M qdd + c = Qq + Jac' Lambda, and Qc in driven joints."""
-        data = self.data
-        if not (data.nqv or data.nqc):
-            return
-        rest = self.inverse() - data.Qq
-        if data.nqv:
-            jac = self.constraints()[1][self.kept]
-            data.Lambda[1:] = np.linalg.solve(jac[:, self.dependent].T, rest[self.dependent])
-            rest -= jac.T @ data.Lambda[1:]
-        data.Qc[data.qc[1:]] = rest[data.qc[1:]]
-
     def constraints(self) -> tuple[Any, Any]:
-        """h and Jac of all constraints, kept or not, from row 0; the columns count from 1."""
         data, (cuts, user) = self.data, self.rows
         h, jac = np.zeros(cuts + user + 1), np.zeros((cuts + user + 1, data.njoint + 1))
         if cuts:
@@ -290,19 +243,15 @@ class PythonCode:
         return h[1:], jac[1:]
 
     def inverse(self) -> Any:
-        """The forces that the joints need for the present state and accelerations."""
         phi = np.zeros(self.data.njoint + 1)
         self.data.mbs_invdyna(phi, self.data, self.data.tsim)
         return phi
 
-    def call(self, name: str, dirdyn: Any) -> None:
-        """Call user_dirdyn_init, _loop or _finish."""
-        getattr(self.data, name)(self.data, dirdyn)
 
-
-def _accelred(data: MbsData, rows: tuple[int, int], kept: Any) -> Function:
-    """accelred with the partition of the data, from the template of those that are generated."""
-    writer = PythonWriter(data.mbs)
+def _accelred(data: model_data.MbsData, rows: tuple[int, int], kept: Any) -> Function:
+    """Return accelred with the partition of the data, from the template of those that are
+    generated."""
+    writer = PythonWriter(data._run.mbs)
     cuts, user = rows
     space: dict[str, Any] = {
         **writer.facts(), "ANY_DRIVEN": bool(data.nqc), "CUTS": cuts, "USER_ROWS": user, "np": np,
@@ -314,26 +263,3 @@ def _accelred(data: MbsData, rows: tuple[int, int], kept: Any) -> Function:
     space["_constraints"] = lambda *words: tuple(every[kept] for every in every_hj(*words))
     space["_derivative"] = lambda s: every_derivative(s)[kept]
     return cast(Function, space["accelred"])
-
-
-def count_rows(data: MbsData) -> tuple[int, int]:
-    """How many equations the cuts make, and how many the user's functions: as many as somebody has
-    said, else as the cuts leave dependent joints for."""
-    cuts = 0
-    if data.mbs.cuts:
-        from urdf2mbs_equations.constraints import count_equations
-
-        cuts = count_equations(data.mbs)
-    user = data.user_constraints
-    if user is None:
-        here = any(list(data.user_path.glob(f"user_cons_hJ.{end}")) for end in ("py", "c"))
-        user = max(data.nqv - cuts, 0) if here else 0
-    if data.mbs.user_constraints and not user:
-        raise SimulationError(
-            "partition",
-            f"{data.nqv} joints are dependent, and there are {cuts} equations of cuts and "
-            "0 of user_cons_hJ, though the .mbs names user constraints",
-            file=str(data.mbs_file),
-            hint="is the .mbs without the user functions of its project?",
-        )
-    return cuts, user

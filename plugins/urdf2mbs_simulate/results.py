@@ -15,10 +15,9 @@ from urdf2mbs.messages.diagnostics import not_installed
 from urdf2mbs_simulate.data import MbsData, MbsSensor
 from urdf2mbs_simulate.push import columns_of_pushes
 from urdf2mbs_simulate.python_code import loaded
-from urdf2mbs_simulate.turn import own_axes
 
 if TYPE_CHECKING:
-    from urdf2mbs_simulate.python_code import PythonCode
+    from urdf2mbs_simulate.c_code import CCode
     from urdf2mbs_simulate.story import Story
 
 #: What is kept of each frame, as MbsData and Robotran's files call it.
@@ -36,7 +35,8 @@ class Results:
     """The frames of a simulation.
 
     ``q``, ``qd``, ``qdd``, ``Qq``, ``Qc``: a row for each frame; column 0 is the time (s), and a
-    joint's column is its number, as in Robotran's results (rad, m, N m, N).
+    joint's column is its number, as in Robotran's results (rad, m, N m, N).  ``ux``: the user
+    states, by their numbers.
     """
 
     def __init__(self, data: MbsData, rows: dict[str, Any], language: str) -> None:
@@ -46,15 +46,18 @@ class Results:
         self.q, self.qd, self.qdd, self.Qq, self.Qc = (
             self.kept[name] for name in ("q", "qd", "qdd", "Qq", "Qc")
         )
+        self.ux = self.kept["ux"]
         self.joints = list(data.joint_id)
-        self.outputs = {name: np.array(values) for name, values in data.outputs.items()}
-        """What user code has given to ``set_output``: time and value, a row for each step."""
+        self.outputs = {name: np.array(values) for name, values in data._run.outputs.items()}
+        """What user code has given to ``set_output``: time and value, a row for each frame."""
         self.Qa: Any = None
         """Of inverse dynamics: time, and the force of each joint, a row for each frame."""
         self.stopped = bool(data.flag_stop)
         """True if user code has ended the run."""
         self.equilibrium: Any = None
         """The equilibrium that the run started from, if one was asked for."""
+        self.files: list[Path] = []
+        """Files that the run has written."""
         self.keep: Any = None
         """A folder that is removed with the results."""
 
@@ -147,8 +150,8 @@ class Results:
         program, such as MBsysC.  Else raises ConfigError.
         """
         data = self.data
-        results = results or data.project / "resultsR"
-        animation = animation or data.project / "animationR"
+        results = results or data._run.project / "resultsR"
+        animation = animation or data._run.project / "animationR"
         used = {
             **dict.fromkeys(ALWAYS, 1), "Qc": data.nqc, "Lambda": data.nqv, "ux": data.Nux,
             "uxd": data.Nux, **dict.fromkeys(FILES, data.Nlink),
@@ -190,19 +193,23 @@ def res_rows(values: Any) -> bytes:
 class Recorder:
     """Keeps frames while a simulation runs."""
 
-    def __init__(self, data: MbsData, code: PythonCode) -> None:
+    def __init__(self, data: MbsData, code: CCode) -> None:
         self.data, self.code = data, code
         self.frames: dict[str, list[Any]] = {name: [] for name in ("time", *KEPT)}
+        data._run.outputs.clear()
+        data._run.new_outputs.clear()
 
     def add(self, time: float, y: Any) -> None:
         """Compute a state, and keep it."""
-        self.code.accelerate(time, y)
+        with self.code.recording():
+            self.code.accelerate(time, y)
         self.code.react()
         self.keep(time)
 
     def keep(self, time: float) -> None:
         """Keep what the data have."""
-        with own_axes(self.data):
+        self.data._run.keep_outputs(time)
+        with self.code.model_axes():
             for name in KEPT:
                 values = getattr(self.data, name).copy()
                 if values.ndim == 1:
@@ -211,5 +218,7 @@ class Recorder:
         self.frames["time"].append(time)
 
     def results(self) -> Results:
+        """Return the frames, with what user code has given after the last one."""
+        self.data._run.keep_outputs(self.data.tsim)
         rows = {name: np.array(values) for name, values in self.frames.items()}
         return Results(self.data, rows, self.code.name)

@@ -12,12 +12,14 @@ from urdf2mbs.config.model import Config
 from urdf2mbs.mbs.model import BASE
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs_equations.tree import is_fixed
-from urdf2mbs_simulate.c_code import CCode, Memory, SensorInC, compiled, compiler, table, vector
-from urdf2mbs_simulate.data import MbsData, MbsSensor
+from urdf2mbs_simulate.c_code import CCode
+from urdf2mbs_simulate.compiler import Source, compile_library, compiler, folders_of
+from urdf2mbs_simulate.data import MbsSensor
 from urdf2mbs_simulate.equations import SimulationError, equations
-from urdf2mbs_simulate.partition import part
+from urdf2mbs_simulate.memory import Memory, SensorInC, table, vector
+from urdf2mbs_simulate.partition import Code, part
 from urdf2mbs_simulate.project import project_of
-from urdf2mbs_simulate.python_code import USER, PythonCode, default, loaded
+from urdf2mbs_simulate.python_code import USER, MbsData, PythonEquations, default, loaded
 
 #: Functions that are also given the time.
 TIMED = frozenset(["dirdyna", "invdyna"])
@@ -80,7 +82,7 @@ class Robot:
             data.math = math
             for name in ("q", "qd", "qdd", "Qq"):
                 setattr(data, name, np.full(data.njoint + 1, 0.0, object))
-        joints = data.mbs.joints()
+        joints = data._run.mbs.joints()
         self.moving = np.flatnonzero([not is_fixed(joint) for joint in joints.values()])
         """The indices of the joints that ever move, among all of the model."""
         self.taken = self.moving if moving else np.arange(data.njoint)
@@ -93,7 +95,7 @@ class Robot:
                 setattr(data, name, default(data, name))
         self.memory = Memory(data) if language == "c" else None
         self.functions: dict[str, Any] = {}
-        self.code: PythonCode | None = None
+        self.code: Code | None = None
 
     def __repr__(self) -> str:
         moving = f"{len(self.joints)} joints, of which {len(self.moving)} move"
@@ -269,11 +271,13 @@ class Robot:
     def _c(self, name: str) -> Any:
         """A function of the equations in C, compiled when it is first asked for."""
         if name not in self.functions:
-            library = compiled(self.data, list(equations(self.data, [name], "c").values()))
+            folders = folders_of(self.data.user_path, self.data.symbolic_path)
+            files = equations(self.data, [name], "c").values()
+            library = compile_library([Source(file, folders) for file in files])
             self.functions[name] = getattr(library, f"mbs_{name}")
         return self.functions[name]
 
-    def _load_code(self) -> PythonCode:
+    def _load_code(self) -> Code:
         data = self.data
         python = (data.user_path / "user_cons_hJ.py").is_file()
         if not python and (data.user_path / "user_cons_hJ.c").is_file():
@@ -282,7 +286,7 @@ class Robot:
                 file=str(data.user_path), hint="write user_cons_hJ.py and user_cons_jdqd.py, too",
             )  # fmt: skip
         with loaded(data):
-            return PythonCode(data) if self.memory is None else CCode(data, user_in_c=False)
+            return PythonEquations(data) if self.memory is None else CCode(data, user_in_c=False)
 
     def _point(self, place: str | tuple[str, str]) -> tuple[Any, Any]:
         """Position and Jacobian of a place."""

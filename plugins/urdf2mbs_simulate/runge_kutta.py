@@ -19,10 +19,12 @@ class RungeKutta4:
         self.fun, self.t, self.y, self.t_bound = fun, t0, y0, t_bound
         self.start, self.length, self.count = t0, first_step, 0
         self.before = t0, y0
+        self.t_old = t0
         self.status = "running"
 
     def step(self) -> None:
         self.before = t, y = self.t, self.y
+        self.t_old = t
         self.count += 1
         self.t = self.start + self.count * self.length  # which does not add up roundings
         if self.t > self.t_bound - 1e-9 * self.length:

@@ -1,7 +1,7 @@
 """What ``urdf2mbs.runtime`` has: the names of MBsysPy."""
 
 from urdf2mbs_simulate import names as mbs_utilities
-from urdf2mbs_simulate.data import MbsData, MbsSensor
+from urdf2mbs_simulate.data import MbsSensor
 from urdf2mbs_simulate.dirdyn import MbsDirdyn, MbsPart
 from urdf2mbs_simulate.equilibrium import MbsEquil
 from urdf2mbs_simulate.modal import MbsModal
@@ -14,6 +14,7 @@ from urdf2mbs_simulate.names import (
     transpose,
     vector_cross_product,
 )
+from urdf2mbs_simulate.python_code import MbsData
 from urdf2mbs_simulate.results import Results
 from urdf2mbs_simulate.trajectory import MbsInvdyn, MbsSolvekin
 

@@ -1,46 +1,69 @@
-/* Steps in C: linearly implicit ones of order 3, whose slopes (slopes.c) may be old or rough: the method
-   ROS34PW2 of Rang and Angermann, BIT 45, 2005.  While nothing is stiff they are explicit, of order 5, by
-   Dormand and Prince (Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, II.5).
+/* Steps of an integrator with an estimate of their error.
 
-   Compiled with RUN_JOINTS, RUN_FORCES and RUN_STATES: how many joints, external forces and user states. */
+   Where forces are stiff, a linearly implicit step: the W-method ROS34PW2 of Rang and Angermann (BIT 45, 2005),
+   of order 3 with any matrix J, so that J may be old or rough (slopes.c).  In the letters of Hairer and Wanner,
+   Solving Ordinary Differential Equations II, IV.7, for y' = f(t, y), stages i = 1 ... 4:
+
+       (1 - gamma h J) U_i = gamma h [ f(t + alpha_i h, y + sum_j<i a_ij U_j) + sum_j<i c_ij / h U_j ]
+       y_1 = y + sum_j a_4j U_j + U_4          error = (1 - gamma h J)^-1 sum_j e_j U_j
+
+   The last factor keeps the estimate small where it only says that the method is stiffly accurate.
+
+   Where nothing is stiff, an explicit step of order 5 by Dormand and Prince (Hairer, Norsett and Wanner, Solving
+   Ordinary Differential Equations I, II.5), with U_j = h f_j, gamma = 0:
+
+       U_i = h f(t + alpha_i h, y + sum_j<i a_ij U_j)     y_1 = y + sum_j a_7j U_j     error = sum_j e_j U_j
+
+   States at frames inside a step do not shorten it.  In an explicit step they are those of the method's own
+   interpolant of order 4 (II.6 of the same book).  An implicit one has none that is right for stiff states: a
+   shorter step from the same start, with the same J, leads to the frame. */
 #include <math.h>
 #include <string.h>
 
 #include "runtime.h"
 
-enum { JOINTS = RUN_JOINTS, FORCES = RUN_FORCES, STATES = RUN_STATES, ALL = 2 * JOINTS + STATES + 1 };
-enum { MANY = 15, SERVE = 4 };        /* stiff steps until they are implicit; steps that slopes serve for */
-enum { UNKNOWN = 0, KNOWN, REFUSED }; /* a state: its derivative is found, or a step from it was refused */
+/* Explicit steps as long as is stable, until steps are implicit; implicit steps that a Jacobian serves for. */
+enum { MAX_STIFF_STEPS = 15, MAX_JACOBIAN_AGE = 4 };
+enum { UNKNOWN, KNOWN, REFUSED }; /* a start: its derivative is known, or a step from it was refused */
+enum { MAX_FRAMES = 256 };        /* inside a step */
 
-/* The state of a stage is y plus by times the parts of the stages before, at the time t + at h.  The part of a
-   stage is h times the derivative of its state.  An implicit method adds change times the parts before, and
-   solves (1 - gamma h slopes) part = gamma times the sum.  The next y is the state of the last stage; an
-   implicit method adds its part.  The error is off times the parts. */
+/* An error of a speed counts as that of the position that it leads to within this time (s).  Motion that no
+   external force touches keeps its error for the rest of a run.  Where bodies touch, short steps follow impacts,
+   after which all is new, and long ones follow what lasts: the time is so many times the step. */
+static const double FREE_SPEED_TIME = 1.0, MIN_SPEED_TIME = 0.01, SPEED_STEPS = 20.0;
+/* The next step is so many times as long, at least and at most, and aims at so much of the allowed error. */
+static const double MIN_GROWTH = 0.2, MAX_GROWTH = 2.0, SAFETY = 0.9;
+static const double SHORTEST_STEP = 1e-13; /* s */
+/* A base that may be turned turns by no more in a step (rad): its angles are shown as those that are near. */
+static const double MAX_ROTATION = 1.0;
+/* The slope between the last two explicit stages, times h, where the method is no longer stable (IV.2). */
+static const double STIFF_SLOPE = 3.25;
+
 typedef struct {
-    int stages;
-    double order, gamma, at[7], by[7][6], change[7][6], off[7];
+    int n_stages;
+    double order, gamma, alpha[MAX_STAGES], a[MAX_STAGES][6], c[MAX_STAGES][6], e[MAX_STAGES];
 } Method;
 
-static const Method IMPLICIT = {
-    .stages = 4, .order = 3.0, .gamma = 0.435866521508459,
-    .at = {0.0, 0.871733043016918, 0.731579957790206, 1.0},
-    .by = {
+static const Method ROS34PW2 = {
+    .n_stages = 4, .order = 3.0, .gamma = 0.435866521508459,
+    .alpha = {0.0, 0.871733043016918, 0.731579957790206, 1.0},
+    .a = {
         {0.0},
         {2.0},
         {1.4192173174619762, -0.2592322116698636},
         {4.18476048231916, -0.2851920173554942, 2.294280360279042},
     },
-    .change = {
+    .c = {
         {0.0},
         {-4.588560720558083},
         {-4.18476048231916, 0.2851920173554942},
         {-6.368179200128357, -6.795620944466834, 2.8700986043310555},
     },
-    .off = {0.27774994764796457, -1.403239895176002, 1.7726301276675522, 0.5},
+    .e = {0.27774994764796457, -1.403239895176002, 1.7726301276675522, 0.5},
 };
-static const Method EXPLICIT = {
-    .stages = 7, .order = 5.0, .at = {0.0, 1.0 / 5, 3.0 / 10, 4.0 / 5, 8.0 / 9, 1.0, 1.0},
-    .by = {
+static const Method DORMAND_PRINCE = {
+    .n_stages = 7, .order = 5.0, .alpha = {0.0, 1.0 / 5, 3.0 / 10, 4.0 / 5, 8.0 / 9, 1.0, 1.0},
+    .a = {
         {0.0},
         {1.0 / 5},
         {3.0 / 40, 9.0 / 40},
@@ -49,176 +72,292 @@ static const Method EXPLICIT = {
         {9017.0 / 3168, -355.0 / 33, 46732.0 / 5247, 49.0 / 176, -5103.0 / 18656},
         {35.0 / 384, 0.0, 500.0 / 1113, 125.0 / 192, -2187.0 / 6784, 11.0 / 84},
     },
-    .off = {
+    .e = {
         71.0 / 57600, 0.0, -71.0 / 16695, 71.0 / 1920, -17253.0 / 339200, 22.0 / 525, -1.0 / 40,
     },
 };
+/* Of the interpolant of Dormand and Prince: see interpolate. */
+static const double INTERPOLANT[MAX_STAGES] = {
+    -12715105075.0 / 11282082432.0, 0.0, 87487479700.0 / 32700410799.0, -10690763975.0 / 1880347072.0,
+    701980252875.0 / 199316789632.0, -1453857185.0 / 822651844.0, 69997945.0 / 29380423.0,
+};
 
-static int stiff, served;             /* by steps: how stiff it is, and how old the slopes are */
-static double found[ALL], start[ALL]; /* the derivative of the state, last and at the start of a step */
-
-/* Call it once, in a state, before the first step.  0 if no force sets too many user states. */
-int begin_steps(MbsData *s)
+/* Call it once, in a state that accelerate has computed, before the first step. */
+void begin_steps(Run *run, double atol)
 {
-    stiff = 0;
-    served = SERVE;
-    return find_states(s);
+    Steps *steps = &run->steps;
+
+    steps->stiffness_count = 0;
+    steps->is_touched = 0;
+    steps->jacobian_age = MAX_JACOBIAN_AGE;
+    for (int k = 1; k <= N_STATES; k++)
+        steps->largest_state[k] = fabs(run->data.ux[k]);
+    prepare_jacobian(run, atol);
 }
 
-/* Get ready for a step from a state.  0 if the state has a derivative. */
-static int prepare(MbsData *s, double t, const double *y, int from, int implicit)
+/* Get ready for a step: its start, the derivative there, the method, and J.  Return 0 if that can be done. */
+static int prepare_step(Run *run, double t, const double *y, int start, double atol)
 {
-    if (from == UNKNOWN && accelerate(s, t, y, found))
+    Steps *steps = &run->steps;
+    MbsData *s = &run->data;
+
+    if (start == UNKNOWN && accelerate(run, t, y, steps->f))
         return -1;
-    if (from != REFUSED) {
-        memcpy(start, found, sizeof start);
+    if (start != REFUSED) {
+        memcpy(steps->f_start, steps->f, sizeof steps->f);
         for (int k = 1; k <= s->nqv; k++)
             s->guess[k - 1] = s->q[s->qv[k]];
+        steps->is_touched = any_force_acts(run);
     }
-    if (implicit && (served >= SERVE || (from != REFUSED && any_begins(s)))) {
-        if (from == REFUSED && accelerate(s, t, y, found))
+    if (!steps->is_touched && steps->stiffness_count < MAX_STIFF_STEPS)
+        return 0;
+    if (steps->jacobian_age >= MAX_JACOBIAN_AGE || (start != REFUSED && any_force_begins(run))) {
+        if (start == REFUSED && accelerate(run, t, y, steps->f))
             return -1;
-        take_slopes(s);
-        served = 0;
+        update_jacobian(run, atol);
+        steps->jacobian_age = 0;
     }
     return 0;
 }
 
-/* The error of a step from y to next, as a part of what is allowed, where off is what each part of the
-   state is off by.  What a speed is off by counts as the place that it leads to within a time. */
-static double measure(const MbsData *s, double time, const double *y, const double *next, const double *off,
-                      double rtol, double atol)
+/* Compute the stages of a step from y, and its end next.  Return 0 if all stages have a derivative.
+
+   The derivative of the last stage of an explicit step, which is its end, is left in f. */
+static int compute_stages(Run *run, const Method *method, double t, double h, const double *y, double *next)
 {
-    const int n = s->nqu, size = 2 * n + STATES;
-    double error = 0.0;
+    Steps *steps = &run->steps;
+    const int size = 2 * run->data.nqu + N_STATES, is_implicit = method == &ROS34PW2;
+    double g[MAX_Y];
 
-    for (int i = 0; i < size; i++) {
-        const double allowed = atol + rtol * fmax(fabs(y[i]), fabs(next[i]));
-
-        if (!isfinite(off[i]))
-            return INFINITY;
-        if (i < 2 * n)
-            error = fmax(error, fabs(off[i]) * (i < n ? 1.0 : time) / allowed);
-    }
-    return error;
-}
-
-/* Compute a state at the end of a step h.  Gives the error of a force that begins there, as a part of what
-   is allowed: no part of the step has felt it. */
-static double miss(MbsData *s, double t, double h, const double *y, double rtol, double atol)
-{
-    const int n = s->nqu;
-    double before[JOINTS + 1], error = 0.0;
-
-    memcpy(before, found + n, n * sizeof *before);
-    if (accelerate(s, t, y, found))
-        return INFINITY;
-    if (any_begins(s))
-        for (int i = 0; i < n; i++)
-            error = fmax(error, h * h * fabs(found[n + i] - before[i]) / (atol + rtol * fabs(y[i])));
-    return error;
-}
-
-/* Count explicit steps that are as long as is stable: the slope between the last two stages, times h, is above
-   3.25 (Hairer and Wanner, Solving Ordinary Differential Equations II, IV.2). */
-static void count_stiff(int size, const double *parts, const double *last_parts, const double *y,
-                        const double *last)
-{
-    double steep = 0.0, apart = 0.0;
-
-    for (int i = 0; i < size; i++) {
-        steep += (last_parts[i] - parts[i]) * (last_parts[i] - parts[i]);
-        apart += (last[i] - y[i]) * (last[i] - y[i]);
-    }
-    if (steep > 3.25 * 3.25 * apart)
-        stiff += 3;
-    else if (stiff > 0)
-        stiff -= 1;
-}
-
-/* The state after h, in y, which is computed, too.  Gives the error, as a part of what is allowed. */
-static double step(MbsData *s, const Method *m, double t, double h, double *y, double rtol, double atol)
-{
-    const int size = 2 * s->nqu + STATES, implicit = m == &IMPLICIT, last = m->stages - 1;
-    double part[7][ALL], next[ALL] = {0}, before[ALL], off[ALL] = {0}, g[ALL], error;
-
-    for (int k = 0; k <= last; k++) {
-        memcpy(before, next, sizeof next);
+    for (int i = 0; i < method->n_stages; i++) {
         memcpy(next, y, size * sizeof *y);
         memset(g, 0, sizeof g);
-        for (int j = 0; j < k; j++)
-            for (int i = 0; i < size; i++) {
-                next[i] += m->by[k][j] * part[j][i];
-                g[i] += m->change[k][j] / h * part[j][i];
+        for (int j = 0; j < i; j++)
+            for (int k = 0; k < size; k++) {
+                next[k] += method->a[i][j] * steps->stage[j][k];
+                g[k] += method->c[i][j] / h * steps->stage[j][k];
             }
-        if (k > 0 && accelerate(s, t + m->at[k] * h, next, found))
+        if (i > 0 && accelerate(run, t + method->alpha[i] * h, next, steps->f))
+            return -1;
+        for (int k = 0; k < size; k++) {
+            g[k] += i > 0 ? steps->f[k] : steps->f_start[k];
+            steps->stage[i][k] = h * g[k];
+        }
+        if (is_implicit)
+            solve_stage(run, method->gamma * h, g, steps->stage[i]);
+    }
+    for (int k = 0; k < size && is_implicit; k++)
+        next[k] += steps->stage[method->n_stages - 1][k];
+    return 0;
+}
+
+/* Return the error of a step from y to next, in parts of what is allowed:
+
+       max( rms_q(e), rms_u(speed_time e), max_w(e) ),    e = |error| / (atol + rtol max(|y|, |next|))
+
+   The mean over all joints is that of most integrators; of user states, which may be few, the worst counts. */
+static double measure_error(const Run *run, const double *y, const double *next, const double *error,
+                            double speed_time, const Integration *integration)
+{
+    const int n = run->data.nqu;
+    double position_sum = 0.0, speed_sum = 0.0, state_error = 0.0;
+
+    for (int i = 0; i < 2 * n + N_STATES; i++) {
+        const double size = integration->rtol * fmax(fabs(y[i]), fabs(next[i])), atol = integration->atol;
+
+        if (!isfinite(error[i]))
             return INFINITY;
-        for (int i = 0; i < size; i++) {
-            g[i] += k > 0 ? found[i] : start[i];
-            part[k][i] = h * g[i];
-        }
-        if (implicit)
-            solve(s, m->gamma * h, g, part[k]);
+        if (i < n)
+            position_sum += pow(error[i] / (atol + size), 2.0) / n;
+        else if (i < 2 * n)
+            speed_sum += pow(speed_time * error[i] / (atol + size), 2.0) / n;
+        else
+            state_error = fmax(state_error, fabs(error[i]) / (run->state_scale[i - 2 * n + 1] * atol + size));
     }
-    for (int k = 0; k <= last; k++)
-        for (int i = 0; i < size; i++)
-            off[i] += m->off[k] * part[k][i];
-    if (implicit) { /* what is stiff has less of an error than the method says */
-        for (int i = 0; i < size; i++) {
-            next[i] += part[last][i];
-            g[i] = off[i] / (m->gamma * h);
-        }
-        solve(s, m->gamma * h, g, off);
-        error = measure(s, h, y, next, off, rtol, atol);
-        if (error <= 1.0)
-            error = fmax(error, miss(s, t + h, h, next, rtol, atol));
-    } else {
-        count_stiff(size, part[last - 1], part[last], before, next);
-        error = measure(s, 1.0, y, next, off, rtol, atol);
-    }
-    if (error <= 1.0)
-        memcpy(y, next, size * sizeof *y);
+    return fmax(sqrt(fmax(position_sum, speed_sum)), state_error);
+}
+
+/* Return the error of a force that begins at the end y of a step h, in parts of what is allowed: few stages, or
+   none, have felt it.  The accelerations change by f - before. */
+static double measure_begin(const Run *run, double h, const double *y, const double *before,
+                            const Integration *integration)
+{
+    const int n = run->data.nqu;
+    double error = 0.0;
+
+    for (int i = 0; i < n; i++)
+        error = fmax(error, h * h * fabs(run->steps.f[n + i] - before[n + i])
+                                / (integration->atol + integration->rtol * fabs(y[i])));
     return error;
 }
 
-/* Step from *t to end, by at most so many steps; *h is the next one.  Gives how many it took, or -1 where
-   none is short enough.  loops: the user's loop is called after each step. */
-int advance(MbsData *s, double *t, double end, double *h, double most, double *y, double rtol,
-            double atol, int count, int loops)
+/* Count explicit steps that are as long as is stable: |U_7 - U_6| > STIFF_SLOPE |y_7 - y_6|, where the state of
+   the last stage but one is that of the last with other weights. */
+static void count_stiff(Steps *steps, int size)
 {
-    int taken = 0, from = UNKNOWN;
-    double angles[3];
+    double slope = 0.0, distance = 0.0;
 
-    memcpy(angles, own_angles, sizeof angles);
-    while (*t < end && taken < count && !s->flag_stop) {
-        const double left = end - *t, now = left / ceil(left / fmin(*h, most)); /* no rest is short */
-        const Method *m = FORCES || stiff >= MANY ? &IMPLICIT : &EXPLICIT;
-        double error;
+    for (int k = 0; k < size; k++) {
+        const double dU = steps->stage[6][k] - steps->stage[5][k];
+        double dy = 0.0;
 
-        if (prepare(s, *t, y, from, m == &IMPLICIT))
+        for (int j = 0; j < 6; j++)
+            dy += (DORMAND_PRINCE.a[6][j] - DORMAND_PRINCE.a[5][j]) * steps->stage[j][k];
+        slope += dU * dU;
+        distance += dy * dy;
+    }
+    if (slope > STIFF_SLOPE * STIFF_SLOPE * distance)
+        steps->stiffness_count += 3;
+    else if (steps->stiffness_count > 0)
+        steps->stiffness_count -= 1;
+}
+
+/* Compute the state after a step h, in next.  Return its error, in parts of what is allowed. */
+static double try_step(Run *run, const Method *method, double h, double *next, const Integration *integration)
+{
+    Steps *steps = &run->steps;
+    const double *y = integration->y;
+    const int size = 2 * run->data.nqu + N_STATES;
+    double difference[MAX_Y] = {0}, g[MAX_Y], before[MAX_Y], speed_time, error;
+
+    if (compute_stages(run, method, integration->t, h, y, next))
+        return INFINITY;
+    for (int i = 0; i < method->n_stages; i++)
+        for (int k = 0; k < size; k++)
+            difference[k] += method->e[i] * steps->stage[i][k];
+    if (method == &DORMAND_PRINCE) {
+        count_stiff(steps, size);
+        error = measure_error(run, y, next, difference, FREE_SPEED_TIME, integration);
+        return any_force_acts(run) ? fmax(error, measure_begin(run, h, next, steps->f_start, integration)) : error;
+    }
+    for (int k = 0; k < size; k++)
+        g[k] = difference[k] / (method->gamma * h);
+    solve_stage(run, method->gamma * h, g, difference);
+    speed_time = steps->is_touched ? fmin(fmax(SPEED_STEPS * h, MIN_SPEED_TIME), FREE_SPEED_TIME) : FREE_SPEED_TIME;
+    error = measure_error(run, y, next, difference, speed_time, integration);
+    if (error > 1.0)
+        return error;
+    memcpy(before, steps->f, sizeof before);
+    if (accelerate(run, integration->t + h, next, steps->f))
+        return INFINITY;
+    return any_force_begins(run) ? fmax(error, measure_begin(run, h, next, before, integration)) : error;
+}
+
+/* Compute the state at a part of an explicit step from y to next, by the interpolant (contd5 of DOPRI5 in the
+   book), with p = 1 - part:
+
+       y + part (d + p (U_1 - d + part (2 d - U_1 - U_7 + p sum_j i_j U_j)))      d = next - y */
+static void interpolate(const Steps *steps, int size, const double *y, const double *next, double part,
+                        double *frame)
+{
+    const double p = 1.0 - part;
+
+    for (int k = 0; k < size; k++) {
+        const double d = next[k] - y[k], bulge = steps->stage[0][k] - d;
+        double sum = 0.0;
+
+        for (int j = 0; j < MAX_STAGES; j++)
+            sum += INTERPOLANT[j] * steps->stage[j][k];
+        frame[k] = y[k] + part * (d + p * (bulge + part * (d - steps->stage[6][k] - bulge + p * sum)));
+    }
+}
+
+/* Compute the states at the frames that a step from t, y to next has passed. */
+static void compute_frames(Run *run, const Method *method, double t, double h, const double *next,
+                           Integration *integration)
+{
+    const int size = 2 * run->data.nqu + N_STATES;
+    const double *y = run->steps.y_start;
+    int n = 0;
+
+    for (; n < integration->n_frames && integration->frame_time[n] <= integration->t; n++) {
+        const double length = integration->frame_time[n] - t;
+        double *frame = integration->frame_y + n * size;
+
+        if (integration->frame_time[n] == integration->t)
+            memcpy(frame, next, size * sizeof *frame);
+        else if (method == &DORMAND_PRINCE)
+            interpolate(&run->steps, size, y, next, length / h, frame);
+        else if (compute_stages(run, method, t, length, y, frame)) /* which the longer step could do */
+            for (int k = 0; k < size; k++)
+                frame[k] = y[k] + length / h * (next[k] - y[k]);
+    }
+    integration->n_passed = n;
+}
+
+/* Return the length of the next step: no rest before the end is short, and a step passes few frames. */
+static double choose_length(const Run *run, const Integration *integration)
+{
+    const double left = integration->end - integration->t, *u = integration->y + run->data.nqu;
+    double h = fmin(integration->h, integration->longest_step);
+
+    if (run->can_turn)
+        h = fmin(h, MAX_ROTATION / (fabs(u[3]) + fabs(u[4]) + fabs(u[5])));
+    h = left / ceil(left / h);
+    if (integration->n_frames > MAX_FRAMES)
+        h = fmin(h, integration->frame_time[MAX_FRAMES - 1] - integration->t);
+    return h;
+}
+
+/* Go on to the accepted end of a step h. */
+static void accept_step(Run *run, const Method *method, double h, double *next, Integration *integration)
+{
+    Steps *steps = &run->steps;
+    const int n = run->data.nqu, size = 2 * n + N_STATES;
+    const double t = integration->t, left = integration->end - t;
+
+    memcpy(steps->y_start, integration->y, size * sizeof *next);
+    memcpy(integration->y, next, size * sizeof *next);
+    integration->t = h == left ? integration->end : t + h;
+    steps->jacobian_age++;
+    for (int k = 1; k <= N_STATES; k++)
+        steps->largest_state[k] = fmax(steps->largest_state[k], fabs(next[2 * n + k - 1]));
+    compute_frames(run, method, t, h, next, integration);
+}
+
+/* Step on to the end, by at most so many steps, or until a step has passed a frame.  Return how many it took, or
+   -1 where none is short enough. */
+int advance(Run *run, Integration *integration)
+{
+    Steps *steps = &run->steps;
+    const double atol = integration->atol;
+    int n_taken = 0, start = UNKNOWN;
+    double next[MAX_Y], angles[3];
+
+    integration->n_passed = 0;
+    while (integration->t < integration->end && n_taken < integration->most_steps && !integration->n_passed
+           && !run->data.flag_stop) {
+        const double h = choose_length(run, integration);
+        const Method *method;
+        double error, growth;
+
+        if (start != REFUSED && turn_if_near(run, integration->y)) {
+            start = UNKNOWN;
+            steps->jacobian_age = MAX_JACOBIAN_AGE;
+        }
+        memcpy(angles, run->shown_angles, sizeof angles);
+        if (prepare_step(run, integration->t, integration->y, start, atol))
             return -1;
-        error = step(s, m, *t, now, y, rtol, atol);
-        *h = now * fmin(from == REFUSED ? 1.0 : 2.0, fmax(0.2, 0.9 / pow(error, 1.0 / m->order)));
+        method = steps->is_touched || steps->stiffness_count >= MAX_STIFF_STEPS ? &ROS34PW2 : &DORMAND_PRINCE;
+        error = try_step(run, method, h, next, integration);
+        growth = fmax(MIN_GROWTH, SAFETY / pow(error, 1.0 / method->order));
+        integration->h = h * fmin(start == REFUSED ? 1.0 : MAX_GROWTH, growth);
         if (error > 1.0) {
-            from = REFUSED;
-            if (served > 0) /* old slopes do not serve for the next try */
-                served = SERVE;
-            memcpy(own_angles, angles, sizeof angles); /* the step may have led anywhere */
-            if (*h < 1e-13)
+            start = REFUSED;
+            if (steps->jacobian_age > 0) /* an old Jacobian does not serve for the next try */
+                steps->jacobian_age = MAX_JACOBIAN_AGE;
+            memcpy(run->shown_angles, angles, sizeof angles); /* the step may have led anywhere */
+            if (integration->h < SHORTEST_STEP)
                 return -1;
             continue;
         }
-        *t = now == left ? end : *t + now;
-        taken++;
-        served++;
-        if (loops)
-            call_loop(s);
-        from = loops ? UNKNOWN : KNOWN; /* the loop may change what acts */
-        if (turn_if_near(s, y)) {
-            from = UNKNOWN;
-            served = SERVE;
+        accept_step(run, method, h, next, integration);
+        n_taken++;
+        start = KNOWN;
+        if (integration->calls_loop) {
+            call_loop(run);
+            start = UNKNOWN; /* the loop may change what acts */
         }
-        memcpy(angles, own_angles, sizeof angles);
     }
-    return taken;
+    return n_taken;
 }

@@ -85,7 +85,7 @@ class _Motion:
     """A robot above the ground, frame by frame."""
 
     def __init__(self, results: Results) -> None:
-        self.results, self.mbs = results, results.data.mbs
+        self.results, self.mbs = results, results.data._run.mbs
         gravity = np.array(self.mbs.base.gravity)
         size = float(np.linalg.norm(gravity))
         self.up = -gravity / size if size else np.array([0.0, 0.0, 1.0])

@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 
 from urdf2mbs.messages.diagnostics import ConfigError
+from urdf2mbs_simulate.c_code import CCode
 from urdf2mbs_simulate.dirdyn import Module, closed_code
 from urdf2mbs_simulate.equations import SimulationError
 from urdf2mbs_simulate.partition import choose_again, following, names_of
-from urdf2mbs_simulate.python_code import PythonCode, loaded, shown
+from urdf2mbs_simulate.python_code import loaded, shown
 from urdf2mbs_simulate.results import Recorder, Results
 
 #: Forces make a motion if so small a part of the largest force is missing.
@@ -38,7 +39,7 @@ class MbsSolvekin(Module):
         data, options = self.mbs_data, self.options
         times, motion = self._read()
         with loaded(data), shown(data):
-            known = motion[0].any(axis=0) | (np.array(data.natures) != "dependent")
+            known = motion[0].any(axis=0) | (np.array(data._run.natures) != "dependent")
             data.q[1:][known] = motion[0][0, known]
             code = closed_code(data, options["language"])
             recorder, forces = Recorder(data, code), []
@@ -47,8 +48,8 @@ class MbsSolvekin(Module):
                 _move(code, time, *state)
                 if isinstance(self, MbsInvdyn):
                     forces.append([time, *find_forces(code)])
-                recorder.keep(time)
                 self._call("loop")
+                recorder.keep(time)
                 choose_again(code)
             self._call("finish")
             results = recorder.results()
@@ -117,7 +118,7 @@ def _rows(file: Path, joints: int) -> Any:
     return np.array(rows)
 
 
-def find_forces(code: PythonCode) -> Any:
+def find_forces(code: CCode) -> Any:
     """The forces of all joints (N m, N):
     M qdd + c = Qq + Qa + Jac' Lambda, and Qc in driven joints, for Qa."""
     data, follow = code.data, following(code)
@@ -133,7 +134,7 @@ def find_forces(code: PythonCode) -> Any:
             "not-actuated",
             f"at {data.tsim:g} s the actuated joints cannot move '{names_of(data, [worst])}': "
             f"{left.max():.3g} N m or N is missing",
-            file=str(data.mbs_file), hint="let more joints be actuated: mbs_data.set_qa(JOINT)",
+            file=str(data._run.file), hint="let more joints be actuated: mbs_data.set_qa(JOINT)",
         )  # fmt: skip
     data.Qa[:] = 0.0
     data.Qa[actuated] = found
@@ -143,7 +144,7 @@ def find_forces(code: PythonCode) -> Any:
     return data.Qa[1:]
 
 
-def _move(code: PythonCode, time: float, q: Any, qd: Any, qdd: Any) -> None:
+def _move(code: CCode, time: float, q: Any, qd: Any, qdd: Any) -> None:
     """Let the model have a state, with the dependent joints as the loops want them."""
     data, free = code.data, code.free
     driven = data.qc[1:]
@@ -151,7 +152,7 @@ def _move(code: PythonCode, time: float, q: Any, qd: Any, qdd: Any) -> None:
     rates = code.accelerate(time, np.concatenate([q[free - 1], qd[free - 1], data.ux[1:]]))
     if not np.isfinite(rates).all():
         raise SimulationError(
-            "partition", f"the loops cannot be closed at {time:g} s", file=str(data.mbs_file),
+            "partition", f"the loops cannot be closed at {time:g} s", file=str(data._run.file),
             hint="take a shorter dt, or a motion that the loops allow",
         )  # fmt: skip
     code.remember()

@@ -1,240 +1,303 @@
-/* A free base in world axes that are turned by a quarter about the vertical: x' = y, y' = -x.
+/* A free base beyond 90 degrees: the state goes on in world axes that are turned by a quarter about z.
 
-   The angles of the base have no solution where the second is 90 degrees.  Near there the state is that
-   in turned axes, where the second angle is small.  Gravity and ground are the same.  User functions
-   see the model's own axes: what they are given is turned back, and what they give is turned.
+       x' = y    y' = -x        r' = C r,   C = [0 1; -1 0]
 
-   Compiled with RUN_FORCES, the number of external forces. */
+   The angles R1, R2, R3 (a, b, c) of the base have no rates where cos b = 0.  Near there the state is that in
+   turned axes, in which the second angle is small; gravity and the ground are the same.  User functions and
+   results are in the model's axes: what they are given is turned back, and what they return is turned.
+
+   The spin by the rates of the angles, and how it changes while the rates do not:
+
+       w = E (a', b', c')    E = [1    0      sin b    ]     E' (a', b', c')  =  see add_spin_drift
+                                 [0  cos a  -sin a cos b]
+                                 [0  sin a   cos a cos b]
+
+   A generalized force Q of the angles is the torque n by Q = E' n (here ' transposes). */
 #include <math.h>
 #include <string.h>
 
-#include "mbs_data.h"
-#include "mbs_project_interface.h"
+#include "runtime.h"
 
-double *run_ExtForces(double P[4], double R[4][4], double V[4], double OM[4], double A[4],
-                      double OMP[4], MbsData *s, double tsim, int number);
-double *run_JointForces(MbsData *s, double tsim);
-void run_DrivenJoints(MbsData *s, double tsim);
-double run_LinkForces(double Z, double Zd, MbsData *s, double tsim, int number);
-double *run_Link3DForces(double P[4], double R[4][4], double V[4], double OM[4], double A[4],
-                         double OMP[4], MbsData *s, double tsim, int number);
+static const double PI = 3.14159265358979323846;
+static const double MIN_COSINE = 1e-9;  /* rates are divided by no smaller one */
+static const double TURN_COSINE = 0.3;  /* of the second angle, from which the axes are turned */
 
-int can_turn, turned;
-double own_angles[3]; /* as they were shown last: the next ones are near */
-static double kept[3][7], own[3][7]; /* q, qd and qdd of the base, as they are and as they were shown last */
+enum { BACKWARD = -1, FORWARD = 1 }; /* from the model's axes to the turned ones, or back */
 
-static const double PI = 3.14159265358979323846, LEAST = 1e-9;
-
-/* A quarter forth (1) or back (-1). */
-static void quarter(double *v, int way)
+/* r = C r, or r = C' r */
+static void turn_vector(double *r, int direction)
 {
-    const double x = v[1];
+    const double x = r[1];
 
-    v[1] = way * v[2];
-    v[2] = -way * x;
+    r[1] = direction * r[2];
+    r[2] = -direction * x;
 }
 
-/* A force in the world's axes becomes that in the axes of the state. */
-void turn_force(double *force)
+/* Turn a force in the world's axes into the axes of the state. */
+void turn_force(const Run *run, double *force)
 {
-    if (turned)
-        quarter(force, 1);
+    if (run->is_turned)
+        turn_vector(force, FORWARD);
 }
 
-static double away(double cosine)
+static double nonzero(double cosine)
 {
-    return fabs(cosine) < LEAST ? copysign(LEAST, cosine) : cosine;
+    return fabs(cosine) < MIN_COSINE ? copysign(MIN_COSINE, cosine) : cosine;
 }
 
-/* The spin w of a body behind three joints R1, R2, R3 at q, by their rates. */
-static void find_spin(const double *q, const double *rates, double *w)
+/* w = E rates */
+static void compute_spin(const double *angles, const double *rates, double *w)
 {
-    const double last = rates[3] * cos(q[2]);
+    const double c_term = rates[3] * cos(angles[2]);
 
-    w[1] = rates[1] + sin(q[2]) * rates[3];
-    w[2] = cos(q[1]) * rates[2] - sin(q[1]) * last;
-    w[3] = sin(q[1]) * rates[2] + cos(q[1]) * last;
+    w[1] = rates[1] + sin(angles[2]) * rates[3];
+    w[2] = cos(angles[1]) * rates[2] - sin(angles[1]) * c_term;
+    w[3] = sin(angles[1]) * rates[2] + cos(angles[1]) * c_term;
 }
 
-static void find_rates(const double *q, const double *w, double *rates)
+/* Solve E rates = w. */
+static void compute_rates(const double *angles, const double *w, double *rates)
 {
-    rates[3] = (cos(q[1]) * w[3] - sin(q[1]) * w[2]) / away(cos(q[2]));
-    rates[2] = cos(q[1]) * w[2] + sin(q[1]) * w[3];
-    rates[1] = w[1] - sin(q[2]) * rates[3];
+    const double a = angles[1], b = angles[2];
+
+    rates[3] = (cos(a) * w[3] - sin(a) * w[2]) / nonzero(cos(b));
+    rates[2] = cos(a) * w[2] + sin(a) * w[3];
+    rates[1] = w[1] - sin(b) * rates[3];
 }
 
-/* Add to a how the spin changes while the rates do not. */
-static void add_drift(const double *q, const double *rates, double sign, double *a)
+/* dw += sign * (dE/dt) rates */
+static void add_spin_drift(const double *angles, const double *rates, double sign, double *dw)
 {
-    const double first = rates[1], second = rates[2], last = rates[3] * cos(q[2]);
-    const double along = rates[3] * sin(q[2]) * second;
+    const double a = angles[1], b = angles[2];
+    const double c_term = rates[3] * cos(b), drift = rates[3] * sin(b) * rates[2];
 
-    a[1] += sign * last * second;
-    a[2] += sign * (sin(q[1]) * along - first * (sin(q[1]) * second + cos(q[1]) * last));
-    a[3] += sign * (first * (cos(q[1]) * second - sin(q[1]) * last) - cos(q[1]) * along);
+    dw[1] += sign * c_term * rates[2];
+    dw[2] += sign * (sin(a) * drift - rates[1] * (sin(a) * rates[2] + cos(a) * c_term));
+    dw[3] += sign * (rates[1] * (cos(a) * rates[2] - sin(a) * c_term) - cos(a) * drift);
 }
 
-/* The angles of the rotation of q that is turned forth or back, and nearest to some. */
-static void find_angles(const double *q, int way, const double *near, double *found)
-{
-    const double ca = cos(q[1]), sa = sin(q[1]), cc = cos(q[3]), sc = sin(q[3]), sb = sin(q[2]);
-    const double middle = asin(fmax(-1.0, fmin(1.0, -way * sa * cos(q[2]))));
-    double best = INFINITY, nearest[3];
+/* Find the angles of the rotation of some angles that is turned forward or backward.
 
-    for (int side = 0; side < 2; side++) { /* two triples of angles are the same rotation */
-        double off = 0.0, angles[3] = {
-            atan2(way * sb, ca * cos(q[2])) + side * PI,
+   Two triples, and all full turns, are the same rotation: take those that are nearest to some. */
+static void find_angles(const double *angles, int direction, const double *near, double *nearest)
+{
+    const double ca = cos(angles[1]), sa = sin(angles[1]), cb = cos(angles[2]), sb = sin(angles[2]);
+    const double cc = cos(angles[3]), sc = sin(angles[3]);
+    const double middle = asin(fmax(-1.0, fmin(1.0, -direction * sa * cb)));
+    double least = INFINITY, best[3] = {0};
+
+    for (int side = 0; side < 2; side++) {
+        double distance = 0.0, triple[3] = {
+            atan2(direction * sb, ca * cb) + side * PI,
             side ? PI - middle : middle,
-            atan2(way * (sa * sb * sc - ca * cc), way * (ca * sc + sa * sb * cc)) + side * PI,
+            atan2(direction * (sa * sb * sc - ca * cc), direction * (ca * sc + sa * sb * cc)) + side * PI,
         };
 
         for (int i = 0; i < 3; i++) {
-            angles[i] += 2.0 * PI * round((near[i] - angles[i]) / (2.0 * PI));
-            off += fabs(angles[i] - near[i]);
+            triple[i] += 2.0 * PI * round((near[i] - triple[i]) / (2.0 * PI));
+            distance += fabs(triple[i] - near[i]);
         }
-        if (off < best) {
-            best = off;
-            memcpy(nearest, angles, sizeof nearest);
+        if (distance < least) {
+            least = distance;
+            memcpy(best, triple, sizeof best);
         }
     }
-    memcpy(found, nearest, sizeof nearest);
+    memcpy(nearest, best, sizeof best);
 }
 
-/* Go on in other axes, if the second angle of the base asks for them: the state y becomes the one there. */
-int turn_if_near(const MbsData *s, double *y)
+/* Go on in other axes, if the second angle of the base is near 90 degrees: y becomes the state there.
+   Return 1 if the axes have been turned, else 0. */
+int turn_if_near(Run *run, double *y)
 {
     static const double zero[3];
-    const int way = turned ? -1 : 1;
-    double *q = y - 1, *qd = y + s->nqu - 1, spin[4]; /* from index 1 */
+    const int direction = run->is_turned ? BACKWARD : FORWARD;
+    double *q = y - 1, *u = y + run->data.nqu - 1, w[4]; /* from index 1 */
 
-    if (!can_turn || fabs(cos(q[5])) >= 0.3)
+    if (!run->can_turn || fabs(cos(q[5])) >= TURN_COSINE)
         return 0;
-    find_spin(q + 3, qd + 3, spin);
-    if (turned)
-        find_angles(q + 3, -1, own_angles, own_angles);
+    compute_spin(q + 3, u + 3, w);
+    if (run->is_turned)
+        find_angles(q + 3, BACKWARD, run->shown_angles, run->shown_angles);
     else
-        memcpy(own_angles, q + 4, sizeof own_angles);
-    find_angles(q + 3, way, turned ? own_angles : zero, q + 4);
-    quarter(q, way), quarter(qd, way), quarter(spin, way);
-    find_rates(q + 3, spin, qd + 3);
-    turned = !turned;
+        memcpy(run->shown_angles, q + 4, sizeof run->shown_angles);
+    find_angles(q + 3, direction, run->is_turned ? run->shown_angles : zero, q + 4);
+    turn_vector(q, direction);
+    turn_vector(u, direction);
+    turn_vector(w, direction);
+    compute_rates(q + 3, w, u + 3);
+    run->is_turned = !run->is_turned;
     return 1;
 }
 
-/* Find the model's own q, qd and qdd of the base, in s. */
-static void find_own(MbsData *s)
+/* Turn q, qd and qdd of the base, in the rows of the data, into the model's axes. */
+static void turn_base_back(Run *run)
 {
-    double *rows[] = {s->q, s->qd, s->qdd}, *q = s->q + 3, spin[4], gain[4];
+    MbsData *s = &run->data;
+    double *rows[] = {s->q, s->qd, s->qdd}, *angles = s->q + 3, w[4], dw[4];
 
-    find_spin(q, s->qd + 3, spin);
-    find_spin(q, s->qdd + 3, gain);
-    add_drift(q, s->qd + 3, 1.0, gain);
-    find_angles(q, -1, own_angles, own_angles);
-    memcpy(q + 1, own_angles, sizeof own_angles);
+    compute_spin(angles, s->qd + 3, w);
+    compute_spin(angles, s->qdd + 3, dw);
+    add_spin_drift(angles, s->qd + 3, 1.0, dw);
+    find_angles(angles, BACKWARD, run->shown_angles, run->shown_angles);
+    memcpy(angles + 1, run->shown_angles, sizeof run->shown_angles);
     for (int i = 0; i < 3; i++)
-        quarter(rows[i], -1);
-    quarter(spin, -1), quarter(gain, -1);
-    find_rates(q, spin, s->qd + 3);
-    add_drift(q, s->qd + 3, -1.0, gain);
-    find_rates(q, gain, s->qdd + 3);
+        turn_vector(rows[i], BACKWARD);
+    turn_vector(w, BACKWARD);
+    turn_vector(dw, BACKWARD);
+    compute_rates(angles, w, s->qd + 3);
+    add_spin_drift(angles, s->qd + 3, -1.0, dw);
+    compute_rates(angles, dw, s->qdd + 3);
 }
 
-/* Show the model's own q, qd and qdd of the base: most forces are those of one state. */
-void show_base(MbsData *s)
+/* Show q, qd and qdd of the base in the model's axes, until they are hidden.  Most user functions are called in
+   the state of the one before: its axes are kept. */
+void show_model_axes(Run *run)
 {
+    MbsData *s = &run->data;
+    Turn *turn = &run->turn;
     double *rows[] = {s->q, s->qd, s->qdd};
-    int moved = 0;
+    int is_new = 0;
 
-    if (!turned)
+    if (!run->is_turned)
         return;
     for (int i = 0; i < 3; i++) {
-        moved |= memcmp(kept[i], rows[i], sizeof kept[i]);
-        memcpy(kept[i], rows[i], sizeof kept[i]);
+        is_new |= memcmp(turn->state_axes[i], rows[i], sizeof turn->state_axes[i]);
+        memcpy(turn->state_axes[i], rows[i], sizeof turn->state_axes[i]);
     }
-    if (moved)
-        find_own(s);
+    if (is_new) {
+        turn_base_back(run);
+        for (int i = 0; i < 3; i++)
+            memcpy(turn->model_axes[i], rows[i], sizeof turn->model_axes[i]);
+    }
     for (int i = 0; i < 3; i++)
-        memcpy(moved ? own[i] : rows[i], moved ? rows[i] : own[i], sizeof own[i]);
+        memcpy(rows[i], turn->model_axes[i], sizeof turn->model_axes[i]);
 }
 
-/* Back to the turned axes. */
-void hide_base(MbsData *s)
+void hide_model_axes(Run *run)
 {
-    if (turned) {
-        memcpy(s->q, kept[0], sizeof kept[0]);
-        memcpy(s->qd, kept[1], sizeof kept[1]);
-        memcpy(s->qdd, kept[2], sizeof kept[2]);
-    }
+    MbsData *s = &run->data;
+    double *rows[] = {s->q, s->qd, s->qdd};
+
+    for (int i = 0; i < 3 && run->is_turned; i++)
+        memcpy(rows[i], run->turn.state_axes[i], sizeof run->turn.state_axes[i]);
+}
+
+/* Turn the generalized forces Q of the base from some angles to others: n = E'^-1 Q, n = C n, Q = E' n. */
+static void turn_joint_forces(double *Q, const double *from, const double *to, int direction)
+{
+    double n[4], a = from[1], b = from[2];
+    const double rest = (Q[6] - Q[4] * sin(b)) / nonzero(cos(b));
+
+    n[1] = Q[4];
+    n[2] = Q[5] * cos(a) - rest * sin(a);
+    n[3] = Q[5] * sin(a) + rest * cos(a);
+    turn_vector(Q, direction);
+    turn_vector(n, direction);
+    a = to[1];
+    b = to[2];
+    Q[4] = n[1];
+    Q[5] = cos(a) * n[2] + sin(a) * n[3];
+    Q[6] = sin(b) * n[1] + cos(b) * (cos(a) * n[3] - sin(a) * n[2]);
+}
+
+/* Turn the forces Qq of the base's joints into the model's axes, while these are shown. */
+void show_joint_forces(Run *run)
+{
+    if (run->is_turned)
+        turn_joint_forces(run->data.Qq, run->turn.state_axes[0] + 3, run->turn.model_axes[0] + 3, BACKWARD);
 }
 
 double *run_ExtForces(double P[4], double R[4][4], double V[4], double OM[4], double A[4],
                       double OMP[4], MbsData *s, double tsim, int number)
 {
-    static double forces[RUN_FORCES + 1][10]; /* equations read one when others are computed */
-    double *moved[] = {P, V, OM, A, OMP, R[1], R[2], R[3]}, *given, *force = forces[number];
+    Run *run = run_of(s);
+    double *vectors[] = {P, V, OM, A, OMP, R[1], R[2], R[3]}, *in_model_axes, *force;
 
-    if (!turned)
+    enter_user_code(run);
+    if (!run->is_turned)
         return user_ExtForces(P, R, V, OM, A, OMP, s, tsim, number);
     for (int i = 0; i < 8; i++)
-        quarter(moved[i], -1);
-    show_base(s);
-    given = user_ExtForces(P, R, V, OM, A, OMP, s, tsim, number);
-    hide_base(s);
+        turn_vector(vectors[i], BACKWARD);
+    show_model_axes(run);
+    in_model_axes = user_ExtForces(P, R, V, OM, A, OMP, s, tsim, number);
+    hide_model_axes(run);
     for (int i = 0; i < 8; i++)
-        quarter(moved[i], 1);
-    memcpy(force, given, sizeof forces[number]);
-    quarter(force, 1), quarter(force + 3, 1);
+        turn_vector(vectors[i], FORWARD);
+    force = run->turn.force[number]; /* equations read a force when others are computed */
+    memcpy(force, in_model_axes, sizeof run->turn.force[number]);
+    turn_vector(force, FORWARD);
+    turn_vector(force + 3, FORWARD);
     return force;
 }
 
-/* What these three are given and give is the same in all axes, but they may look at the base. */
+/* The next functions are given and return what is the same in all axes, but they may read the base. */
 void run_DrivenJoints(MbsData *s, double tsim)
 {
-    show_base(s);
+    Run *run = run_of(s);
+
+    enter_user_code(run);
+    show_model_axes(run);
     user_DrivenJoints(s, tsim);
-    hide_base(s);
+    hide_model_axes(run);
+}
+
+void run_Derivative(Run *run)
+{
+    enter_user_code(run);
+    show_model_axes(run);
+    user_Derivative(&run->data);
+    hide_model_axes(run);
 }
 
 double run_LinkForces(double Z, double Zd, MbsData *s, double tsim, int number)
 {
+    Run *run = run_of(s);
     double force;
 
-    show_base(s);
+    enter_user_code(run);
+    show_model_axes(run);
     force = user_LinkForces(Z, Zd, s, tsim, number);
-    hide_base(s);
+    hide_model_axes(run);
     return force;
 }
 
 double *run_Link3DForces(double P[4], double R[4][4], double V[4], double OM[4], double A[4],
                          double OMP[4], MbsData *s, double tsim, int number)
 {
+    Run *run = run_of(s);
     double *force;
 
-    show_base(s);
+    enter_user_code(run);
+    show_model_axes(run);
     force = user_Link3DForces(P, R, V, OM, A, OMP, s, tsim, number);
-    hide_base(s);
+    hide_model_axes(run);
     return force;
 }
 
-/* Forces that the user puts on the joints of the base become those of its turned joints. */
+/* A base that constraints of the user may tie to the ground is not turned. */
+void run_cons_hJ(double *h, double **J, MbsData *s, double tsim)
+{
+    enter_user_code(run_of(s));
+    user_cons_hJ(h, J, s, tsim);
+}
+
+void run_cons_jdqd(double *jdqd, MbsData *s, double tsim)
+{
+    enter_user_code(run_of(s));
+    user_cons_jdqd(jdqd, s, tsim);
+}
+
+/* Call user_JointForces; forces on the joints of the base become those of its turned joints. */
 double *run_JointForces(MbsData *s, double tsim)
 {
-    double *Q = s->Qq, n[4], a, b, rest;
+    Run *run = run_of(s);
+    double *Q = s->Qq;
 
-    show_base(s);
+    enter_user_code(run);
+    show_model_axes(run);
     user_JointForces(s, tsim);
-    a = s->q[4], b = s->q[5];
-    hide_base(s);
-    if (turned && (Q[1] != 0.0 || Q[2] != 0.0 || Q[4] != 0.0 || Q[5] != 0.0 || Q[6] != 0.0)) {
-        rest = (Q[6] - Q[4] * sin(b)) / away(cos(b));
-        n[1] = Q[4];
-        n[2] = Q[5] * cos(a) - rest * sin(a);
-        n[3] = Q[5] * sin(a) + rest * cos(a);
-        quarter(Q, 1), quarter(n, 1);
-        a = s->q[4], b = s->q[5];
-        Q[4] = n[1];
-        Q[5] = cos(a) * n[2] + sin(a) * n[3];
-        Q[6] = sin(b) * n[1] + cos(b) * (cos(a) * n[3] - sin(a) * n[2]);
-    }
+    hide_model_axes(run);
+    if (run->is_turned && (Q[1] != 0.0 || Q[2] != 0.0 || Q[4] != 0.0 || Q[5] != 0.0 || Q[6] != 0.0))
+        turn_joint_forces(Q, run->turn.model_axes[0] + 3, run->turn.state_axes[0] + 3, FORWARD);
     return Q;
 }

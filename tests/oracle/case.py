@@ -56,8 +56,8 @@ class Case:
     """True if the project has equations of motion."""
 
     def __init__(self, conversion: Any, data: Any, code: Any) -> None:
-        """``data`` and ``code``: the runtime's MbsData and PythonCode."""
-        self.conversion, self.data, self.code, self.mbs = conversion, data, code, data.mbs
+        """``data`` and ``code``: the runtime's MbsData and PythonEquations."""
+        self.conversion, self.data, self.code, self.mbs = conversion, data, code, data._run.mbs
         self.simulation, self.asked = conversion.state(Simulation), conversion.asked
         self.gravity, self.robot = conversion.settings.config.gravity, conversion.robot
         self.found: dict[str, tuple[float, str]] = {}
@@ -80,7 +80,7 @@ class Case:
             if len(own) == 1
         }
         self.natures = ["", *(joint.nature for joint in self.mbs.joints().values())]
-        self.evaluator = Evaluator(data.model)
+        self.evaluator = Evaluator(data._run.source)
         size = len(joints) + 1
         self.ours = Side(self.urdf.system, numbers, self.moving, size)
         self.theirs = Side(self.evaluator.system, np.arange(size), self.moving, size)

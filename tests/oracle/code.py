@@ -14,9 +14,10 @@ from oracle import equations, followers, forces, ground, joints, sensors, start
 from oracle.case import Case
 from urdf2mbs.conversion import Conversion
 from urdf2mbs_project.simulation import CONTACT_STATES, force_of
-from urdf2mbs_simulate.c_code import CCode, SensorInC, vector
-from urdf2mbs_simulate.data import MbsData
-from urdf2mbs_simulate.python_code import PythonCode, loaded
+from urdf2mbs_simulate.c_code import CCode
+from urdf2mbs_simulate.memory import SensorInC, vector
+from urdf2mbs_simulate.python_code import PythonEquations, loaded
+from urdf2mbs_simulate.runtime import MbsData
 
 #: The folders of a project that hold code.
 FOLDERS = ("userfctR", "symbolicR")
@@ -55,7 +56,7 @@ def prove_code(
         data = MbsData(next(Path(folder).glob("dataR/*.mbs")))
         try:
             with loaded(data):
-                case = Case(conversion, data, PythonCode(data))
+                case = Case(conversion, data, PythonEquations(data))
                 found = case.found
                 case.has_equations = in_c or any(data.symbolic_path.glob("mbs_accelred_*.py"))
                 prove(case)
@@ -70,7 +71,7 @@ def prove_code(
 def _compare_c(case: Case) -> None:
     """C must do what Python does, in the same states."""
     python, user = case.data, ctypes.c_double(0.0)
-    data = MbsData(python.mbs_file)
+    data = MbsData(python._run.file)
     code = CCode(data)
     for side, fast in joints.STATES:
         q, qd = joints.state(case, side, fast)

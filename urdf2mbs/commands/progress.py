@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 import sys
 from threading import Event, Thread
 
@@ -34,9 +35,19 @@ class Progress:
     def __exit__(self, *_: object) -> None:
         self._over.set()
 
+    def say(self, text: str) -> None:
+        """Print a line now, unless the run is quiet."""
+        if not self._quiet:
+            print(f"... {text}", file=sys.stderr)
+
     def _speak(self) -> None:
+        last = ""
         while not self._over.wait(self.PATIENCE):
-            print(f"... {self.at}", file=sys.stderr)
+            # without a terminal, lines stay: one for each thing that is done is enough
+            text = self.at if sys.stderr.isatty() else re.split(r"[:,\d]", self.at)[0].strip()
+            if text != last or sys.stderr.isatty():
+                print(f"... {self.at}", file=sys.stderr)
+            last = text
 
     @hookimpl
     def urdf2mbs_before_pass(self, pass_: Pass) -> None:

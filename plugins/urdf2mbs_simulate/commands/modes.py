@@ -37,7 +37,7 @@ def add_options(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--language",
         choices=("c", "python"),
-        help="the code (default: c, where there is a compiler)",
+        help="of the user functions (default: c, if those in Python are unchanged)",
     )
     add_fields(command, *ALONE)
 
@@ -58,7 +58,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
         raise ConfigError("usage", f"--mode {arguments.mode}: the model has {count} modes")
     files = found.write(arguments.mode, force=arguments.force)
     if is_page(arguments.output) and count:
-        page = make_of_model(data.mbs, model, files[1].name)
+        page = make_of_model(data._run.mbs, model, files[1].name)
         write_files({arguments.output: page.data}, force=arguments.force)
         files.insert(0, arguments.output)
     if arguments.json:
@@ -71,7 +71,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
                     "files": [str(file) for file in files]})  # fmt: skip
         return 0
     print(f"{data.mbs_name}: {count} modes")
-    for line in (*data.said, *found.lines(), *map(near, files)):
+    for line in (*data._run.notes, *found.lines(), *map(near, files)):
         print(f"  {line}")
     see = (
         f"open {near(files[0])}" if is_page(files[0]) else "add '-o PAGE.html' to see a mode swing"

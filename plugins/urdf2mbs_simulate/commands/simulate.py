@@ -31,6 +31,9 @@ from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, counted
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from urdf2mbs.commands.progress import Progress
     from urdf2mbs.config.model import Config
     from urdf2mbs.mbs.model import Joint, Mbs
     from urdf2mbs.plugin import Conversion
@@ -44,6 +47,10 @@ EXAMPLES = (
 
 #: How insert-base calls the joint of a floating base; a number ends it where the name is taken.
 INSERTED_BASE = "floating_base"
+
+
+#: So many files are compiled without a word.
+FEW_FILES = 8
 
 
 def add_options(command: argparse.ArgumentParser) -> None:
@@ -72,9 +79,9 @@ def add_options(command: argparse.ArgumentParser) -> None:
     )
     command.add_argument(
         "--method",
-        choices=("Rosenbrock", "LSODA", "RK45", "DOP853", "RK23", "Radau", "BDF", "RK4"),
-        help="Rosenbrock: our own, in C (default); LSODA (default for Python) and others: scipy's; "
-        "RK4: Robotran's, in steps of 1 ms",
+        choices=("Rosenbrock", "Radau", "DOP853", "RK4"),
+        help="Rosenbrock: our own (default); Radau (implicit) and DOP853 (explicit): scipy's, for "
+        "a second opinion; RK4: Robotran's, with the TIME_STEP of the project",
     )  # fmt: skip
     command.add_argument(
         "--tolerance",
@@ -88,7 +95,7 @@ def add_options(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--language",
         choices=("c", "python"),
-        help="the code (default: c, where there is a compiler)",
+        help="of the user functions (default: c, if those in Python are unchanged)",
     )
     add_fields(command, *ALONE)
 
@@ -113,24 +120,32 @@ def carry_out(arguments: argparse.Namespace) -> int:
         def watch(time: float) -> None:
             if not moves:  # all is compiled
                 moves.append(perf_counter())
-            progress.at = f"{time:.3g} of {arguments.time:g} s"
+            progress.at = describe_progress(time, arguments.time, perf_counter() - moves[0])
 
-        progress.at = "compiling"
+        progress.at = "loading"
         results = simulate(
-            model, time=arguments.time, push=arguments.push, method=arguments.method, watch=watch,
-            language=arguments.language, rate=arguments.rate, rtol=arguments.tolerance,
+            model,
+            time=arguments.time,
+            push=arguments.push,
+            method=arguments.method,
+            watch=watch,
+            language=arguments.language,
+            rate=arguments.rate,
+            rtol=arguments.tolerance,
             equilibrium=arguments.equilibrium,
-        )  # fmt: skip
+            on_compile=tell_compiling(progress, "the simulation"),
+        )
     end = perf_counter()
     files = results.write(force=arguments.force)
     if results.equilibrium is not None:
-        results.data.said += results.equilibrium.lines()
+        results.data._run.notes += results.equilibrium.lines()
         equil = results.equilibrium.results.write("equil", force=arguments.force)
         files[:0] = [file for file in equil if file.suffix == ".res"]
     if is_page(arguments.output):
         with Progress(arguments) as progress:
-            progress.at = "compiling the robot of the page"
-            files.insert(0, _write_page(model, results, arguments))
+            progress.at = "writing the page"
+            on_compile = tell_compiling(progress, "the robot of the page")
+            files.insert(0, _write_page(model, results, arguments, on_compile))
     if arguments.json:
         print_json(_described(results, files, end - begin))
     else:
@@ -155,18 +170,47 @@ def is_page(output: Path | None) -> bool:
     return output is not None and output.suffix.lower() == ".html"
 
 
-def _write_page(model: Path, results: Results, arguments: argparse.Namespace) -> Path:
+def describe_progress(time: float, end: float, passed: float) -> str:
+    """Return how far a run is, and how long it still takes."""
+    text = f"{time:.3g} of {end:g} s"
+    if time > 0.0 and passed > 1.0:
+        text += f", about {passed * (end / time - 1.0):.0f} s to go"
+    return text
+
+
+def tell_compiling(progress: Progress, what: str) -> Callable[[int, int], None]:
+    """Return what says once that the first compilation takes long, and how far it is."""
+    begin = perf_counter()
+
+    def tell(done: int, total: int) -> None:
+        text = f"compiling {what}: {done} of {total} files"
+        if done == 0 and total > FEW_FILES:
+            progress.say(f"compiling {what}, {total} files: only the first time, up to a minute")
+        elif done:
+            left = (perf_counter() - begin) / done * (total - done)
+            text += f", about {left:.0f} s to go"
+        progress.at = text
+
+    return tell
+
+
+def _write_page(
+    model: Path,
+    results: Results,
+    arguments: argparse.Namespace,
+    on_compile: Callable[[int, int], None],
+) -> Path:
     """Write the page of the model; it plays the results that were just written."""
     from urdf2mbs.engine.output import write_files
     from urdf2mbs_report.page import make_of_model
     from urdf2mbs_simulate.live import make_live
 
     try:
-        live = make_live(results)
+        live = make_live(results, on_compile=on_compile)
     except ConversionError as error:
         live = f"the robot cannot be pulled and dropped: {error.message}"
     script = live if isinstance(live, str) else live.script()
-    page = make_of_model(results.data.mbs, model, live=script)
+    page = make_of_model(results.data._run.mbs, model, live=script)
     for diagnostic in page.diagnostics:
         print(with_near_paths(str(diagnostic)), file=sys.stderr)
     write_files({arguments.output: page.data}, force=arguments.force)
@@ -231,7 +275,7 @@ def _described(results: Results, files: list[Path], seconds: float) -> dict[str,
     return {
         "model": results.data.mbs_name, "language": results.language, "stopped": results.stopped,
         "time": float(results.time[-1]), "frames": len(results.time), "wall_time": seconds,
-        "files": [str(file) for file in files], "partition": results.data.said,
+        "files": [str(file) for file in files], "partition": results.data._run.notes,
         "fell": story and story.fell,
         "events": [event._asdict() for event in story.events] if story else [],
     }  # fmt: skip
@@ -247,7 +291,7 @@ def _tell(results: Results, files: list[Path], preparing: float, moving: float) 
     print(f"  computed in {results.language}{compiled}")
     if not data.user_path.is_dir():
         print("  no user functions: gravity alone moves it")
-    for said in data.said:
+    for said in data._run.notes:
         print(f"  {said}")
     if results.stopped:
         print(f"a user function has stopped the run at {time:g} s (flag_stop)", file=sys.stderr)
@@ -256,10 +300,10 @@ def _tell(results: Results, files: list[Path], preparing: float, moving: float) 
         print(f"  {story.words}")
     elif moved.size:
         name = results.joints[int(moved.argmax())]
-        joint = data.mbs.joints()[name]
+        joint = data._run.mbs.joints()[name]
         unit = "m" if joint.type.startswith("T") else "rad"
         print(f"  joint '{name}' moved most: {moved.max():.3g} {unit}")
-        if joint in find_floating_base(data.mbs) and not data.extforce_id:
+        if joint in find_floating_base(data._run.mbs) and not data.extforce_id:
             print(f"  nothing holds it: {_what_holds(joint)}")
     for file in files:
         if file.suffix in (".csv", ".anim", ".html") and "equil" not in file.name:

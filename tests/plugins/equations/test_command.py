@@ -17,7 +17,7 @@ from urdf2mbs_equations.c import CWriter
 from urdf2mbs_equations.files import generate
 from urdf2mbs_equations.routine import Refused
 from urdf2mbs_equations.standalone import headers
-from urdf2mbs_simulate.data import MbsData
+from urdf2mbs_simulate.runtime import MbsData
 
 
 @pytest.fixture
@@ -176,9 +176,9 @@ def test_the_model_for_c_alone_is_the_runtimes(model: Path, tmp_path: Path) -> N
     mbs.links += [Connection(kind, kind, *ends) for kind in ("link", "link3D")]
     model.write_bytes(write(mbs))
     data = MbsData(model)
-    made = generate(data.mbs, model.read_bytes(), "m.mbs", language="c", standalone=True).files
-    assert made.keys() > headers(data.mbs).keys()
-    for name, text in headers(data.mbs).items():
+    made = generate(data._run.mbs, model.read_bytes(), "m.mbs", language="c", standalone=True).files
+    assert made.keys() > headers(data._run.mbs).keys()
+    for name, text in headers(data._run.mbs).items():
         assert made[name].endswith(text.encode())
         (tmp_path / name).write_text(text)
     (tmp_path / "main.c").write_text(PRINT)

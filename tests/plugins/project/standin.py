@@ -14,8 +14,9 @@ import numpy as np
 
 from urdf2mbs import convert
 from urdf2mbs_simulate import runtime
+from urdf2mbs_simulate.c_code import CCode
 from urdf2mbs_simulate.dirdyn import close
-from urdf2mbs_simulate.python_code import PythonCode, load, loaded
+from urdf2mbs_simulate.python_code import load, loaded
 
 
 class From1(np.ndarray):
@@ -55,7 +56,7 @@ class MbsData(runtime.MbsData):
         for name in BOUND:
             object.__setattr__(self, name, getattr(self, name).view(From1))
         self.DonePart = 1
-        points = [(body.name, point) for body in self.mbs.bodies for point in body.points]
+        points = [(body.name, point) for body in self._run.mbs.bodies for point in body.points]
         #: The number among all points, the body and the point of each external force.
         self.forces = [
             (self.points_id[owner][point.name], owner, point)
@@ -73,7 +74,7 @@ class MbsData(runtime.MbsData):
 class RungeKutta:
     """Fixed steps of the fourth order, as Robotran's: ``q``, ``qd`` and so on are in ``data``."""
 
-    def __init__(self, code: PythonCode) -> None:
+    def __init__(self, code: CCode) -> None:
         self.code, self.data, self.time = code, code.data, 0.0
         assert close(code.data, code)
         self.y = code.state()

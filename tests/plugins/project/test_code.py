@@ -10,7 +10,7 @@ from oracle.code import code_of, prove_code
 from oracle.rich import PASSES, convert
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.passes.check import prove
-from urdf2mbs_simulate.c_code import compiler
+from urdf2mbs_simulate.compiler import compiler
 
 ROBOT, USER = "userfctR/rich_robot.py", "userfctR/user_"
 ONE = "\n        <type>scalar</type>\n        <value>1.0</value>"

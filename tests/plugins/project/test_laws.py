@@ -13,7 +13,7 @@ from plugins.simulate.test_turn import BOX
 from urdf2mbs import simulate
 from urdf2mbs.engine.output import write
 from urdf2mbs.testing import TINY
-from urdf2mbs_simulate.c_code import compiler
+from urdf2mbs_simulate.compiler import compiler
 
 PLUGIN = '''
 from urdf2mbs.plugin import Pass, hookimpl, mbs

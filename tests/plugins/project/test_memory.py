@@ -20,7 +20,7 @@ from urdf2mbs.mbs.model import (
 )
 from urdf2mbs.mbs.writer import write as write_mbs
 from urdf2mbs.testing import TINY
-from urdf2mbs_simulate.c_code import compiler
+from urdf2mbs_simulate.compiler import compiler
 from urdf2mbs_simulate.runtime import MbsData, MbsDirdyn
 
 needs_c = pytest.mark.skipif(compiler() is None, reason="no C compiler")

@@ -17,7 +17,7 @@ from urdf2mbs.mbs.kinematics import place
 from urdf2mbs_project.commands.init import init
 from urdf2mbs_project.simulation import Simulation
 from urdf2mbs_project.stance import _is_foot
-from urdf2mbs_simulate.data import MbsData
+from urdf2mbs_simulate.runtime import MbsData
 
 EVEN = SOLID.replace("0.1 -0.2 0.3", "0 0 0")
 

@@ -163,7 +163,7 @@ def test_states_stand_last_and_are_found(tmp_path: Path) -> None:
         assert robot.FRICTION_STATES == {"axle_1": 1}
         assert robot.CONTACT_STATE == 2
     data = simulate(project, time=0.001, language="python").data
-    names = [model.name for model in data.mbs.user_models]
+    names = [model.name for model in data._run.mbs.user_models]
     assert names[-2:] == ["friction_state", "contact_state"]
     assert data.user_model["friction_state"] == {"axle_1": 1}
     assert data.user_model["contact_state"] == {"arm": [2, 3, 4]}

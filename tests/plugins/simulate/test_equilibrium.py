@@ -22,7 +22,7 @@ from urdf2mbs.cli import main
 from urdf2mbs.mbs.model import BASE, Parameter, UserModel
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.mbs.writer import write
-from urdf2mbs_simulate.c_code import compiler
+from urdf2mbs_simulate.compiler import compiler
 from urdf2mbs_simulate.dirdyn import closed_code
 from urdf2mbs_simulate.modal import find_modes
 from urdf2mbs_simulate.runtime import MbsData, MbsDirdyn, MbsEquil, MbsModal, MbsPart
@@ -233,8 +233,8 @@ def test_a_swing_is_shown_and_written(tmp_path: Path, capsys: pytest.CaptureFixt
 def test_a_start_at_a_stop_is_named(tmp_path: Path, upper: str, said: list[str]) -> None:
     text = SLIDER.replace('upper="9"', f'upper="{upper}"')
     project = make(tmp_path, text, base="fixed", language="python")
-    assert modes(project, drawn=True, language="python").data.said == said
-    assert simulate(project, time=0.01, language="python").data.said == said
+    assert modes(project, drawn=True, language="python").data._run.notes == said
+    assert simulate(project, time=0.01, language="python").data._run.notes == said
 
 
 def test_zero_modes_are_named_apart(tmp_path: Path) -> None:

@@ -16,9 +16,9 @@ from plugins.report.conftest import browser as browser
 from urdf2mbs.cli import main
 from urdf2mbs_report import page as report
 from urdf2mbs_simulate import live
-from urdf2mbs_simulate.data import MbsData
 from urdf2mbs_simulate.dirdyn import MbsDirdyn
 from urdf2mbs_simulate.results import Results
+from urdf2mbs_simulate.runtime import MbsData
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser

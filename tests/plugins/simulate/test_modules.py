@@ -13,7 +13,7 @@ from urdf2mbs_simulate.python_code import loaded
 def project(folder: Path, text: str) -> Any:
     folder.mkdir()
     (folder / "helper.py").write_text(text)
-    return SimpleNamespace(user_path=folder, modules={})
+    return SimpleNamespace(user_path=folder, _run=SimpleNamespace(modules={}))
 
 
 def helper() -> Any:

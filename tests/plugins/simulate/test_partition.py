@@ -15,7 +15,7 @@ from urdf2mbs import ConversionError, Results, load_equations, simulate
 from urdf2mbs.cli import main
 from urdf2mbs.mbs.model import BASE, Body, Connection, Joint, Mbs, Point
 from urdf2mbs.mbs.writer import write
-from urdf2mbs_simulate.c_code import compiler
+from urdf2mbs_simulate.compiler import compiler
 from urdf2mbs_simulate.equations import SimulationError
 from urdf2mbs_simulate.runtime import MbsData, MbsDirdyn, MbsPart
 
@@ -141,7 +141,7 @@ def test_redundant_loops_move_in_one_way(
         results = simulate(mechanism(tmp_path, declared), time=time, language=language, **TIGHT)
         data = results.data
         assert (data.nqu, data.nqv) == (1, right)
-        assert any("they imply the others" in said for said in data.said)
+        assert any("they imply the others" in said for said in data._run.notes)
         moves(results)
         energies.append(results.energy()[:, 0])
     assert np.abs(np.array(energies) - energies[0]).max() < 1e-5 * energies[0].max()
@@ -251,11 +251,11 @@ def test_a_rod_that_locks_a_bar_is_named(tmp_path: Path) -> None:
         ), time=0.1, language="python")
         for nature in (FREE, FOLLOWS)
     ]  # fmt: skip
-    (said,) = swings.data.said
+    (said,) = swings.data._run.notes
     assert said.endswith("at a dead point, rod 'cut_1' would lock the model, and is left out; "
                          "it stays with <nature>dependent</nature> in bar_0")  # fmt: skip
     assert np.ptp(swings.q[:, 1]) > 0.1
-    assert "the loops leave no joint free" in stays.data.said[0]
+    assert "the loops leave no joint free" in stays.data._run.notes[0]
     assert np.ptp(stays.q[:, 1]) == 0.0
 
 
@@ -276,7 +276,7 @@ def test_a_joint_without_mass_is_held_or_refused(tmp_path: Path) -> None:
         )
         file = made(tmp_path, bob, end)
         held = simulate(file, time=0.3, language="python", **TIGHT)
-        assert held.data.said == ["held, since they move nothing that has mass: end_0, end_1"]
+        assert held.data._run.notes == ["held, since they move nothing that has mass: end_0, end_1"]
         assert np.allclose(held.q[:, 1], alone.q[:, 1], rtol=0, atol=1e-8)
         assert np.ptp(held.q[:, 2:], axis=0).max() == 0.0
         with pytest.raises(ConversionError, match="joint 'end_0', which moves nothing") as caught:
@@ -300,7 +300,7 @@ def test_a_rod_on_two_balls_turns_about_itself(
         xx, yy = (0.0, 1 / 12) if about == "R1" else (1 / 12, 0.0)
         rod.inertia = (xx, 0.0, 0.0, yy, 0.0, 1 / 12)
         runs.append(simulate(made(tmp_path, rod), time=0.5, language="python", **TIGHT))
-    assert runs[1].data.said == [
+    assert runs[1].data._run.notes == [
         f"held, since they move nothing that has mass: rod_{[*start].index(about)}"
     ]
     assert np.allclose(runs[0].energy(), runs[1].energy(), rtol=0, atol=1e-7)

@@ -8,7 +8,7 @@ import pytest
 from plugins.simulate.test_partition import FOLLOWS, FREE, arm, four_bar, made
 from urdf2mbs import ConversionError, load_equations
 from urdf2mbs.mbs.model import BASE
-from urdf2mbs_simulate.c_code import compiler
+from urdf2mbs_simulate.compiler import compiler
 from urdf2mbs_simulate.runtime import MbsData, MbsDirdyn, MbsInvdyn, MbsSolvekin
 
 FORCES = "def user_JointForces(mbs_data, tsim):\n    mbs_data.Qq[1:] = 0.0\n"

@@ -1,4 +1,4 @@
-"""A base passes the angle at which its three angles have no solution, in Python and in C."""
+"""A base passes the angle at which its three angles have no rates."""
 
 import re
 import shutil
@@ -12,16 +12,15 @@ from plugins.project.standin import make
 from urdf2mbs.mbs.model import Connection
 from urdf2mbs.mbs.reader import read_file
 from urdf2mbs.mbs.writer import write
+from urdf2mbs_simulate.c_code import TURNED, can_turn
 from urdf2mbs_simulate.runtime import MbsData, MbsDirdyn
-from urdf2mbs_simulate.turn import SAID, _rates, _rotation, can_turn
 
 in_c = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
+pytestmark = in_c
 #: The languages of the project, and of the run.
 LANGUAGES = pytest.mark.parametrize(
-    ("written", "language"),
-    [pytest.param("c", "c", marks=in_c), pytest.param("python", "c", marks=in_c),
-     ("python", "python")],
-)  # fmt: skip
+    ("written", "language"), [("c", "c"), ("python", "c"), ("python", "python")]
+)
 MOMENTS = np.diag([0.02, 0.03, 0.04])
 BOX = (
     '<robot name="box"><link name="box"><inertial><mass value="2"/><inertia ixx="0.02" iyy="0.03" '
@@ -30,11 +29,29 @@ BOX = (
 )
 
 
+def _rotation(q: Any) -> Any:
+    """From the axes of a body behind three joints R1, R2, R3 (rad) to those before them."""
+    (a, b, c), (u, v, w) = np.cos(q), np.sin(q)
+    return np.array(
+        [
+            [b * c, -b * w, v],
+            [a * w + u * v * c, a * c - u * v * w, -u * b],
+            [u * w - a * v * c, u * c + a * v * w, a * b],
+        ]
+    )
+
+
+def _rates(q: Any) -> Any:
+    """The spin (columns) by the rates of the angles."""
+    (a, b, _), (u, v, _) = np.cos(q), np.sin(q)
+    return np.array([[1.0, 0.0, v], [0.0, a, -u * b], [0.0, u, a * b]])
+
+
 def thrown(project: Path, q: Any, qd: Any, time: float, language: str, **options: Any) -> Any:
     data = MbsData(project / "dataR" / "robot.mbs")
     data.q[1:], data.qd[1:] = q, qd
     data.set_qdriven(options.pop("driven", []))
-    data.pushes = options.pop("pushes", [])
+    data._run.pushes = options.pop("pushes", [])
     dirdyn = MbsDirdyn(data)
     dirdyn.set_options(tf=time, language=language, save2file=0, **options)
     results = dirdyn.run()
@@ -60,7 +77,7 @@ def test_a_body_that_tumbles_keeps_its_momentum(
             momentum = turned @ MOMENTS @ turned.T @ _rates(q) @ qd
             assert momentum == pytest.approx(first, abs=1e-6)
     assert found.q[-1, 1:4] == pytest.approx([1.0, 2.0, 5.0 - 9.81 / 2], abs=1e-7)
-    assert found.data.said == [SAID]
+    assert found.data._run.notes == [TURNED]
     assert np.abs(np.diff(found.q[:, 1:4], axis=0)).max() < 0.06
 
 
@@ -203,7 +220,7 @@ def test_drives_and_links_see_the_base_in_its_own_axes(
         file.write_text(text)
     rates = [0.0, 0.0, 0.0, 0.0, 6.0, 0.0, 0.0]
     found = thrown(project, [0.0] * 7, rates, 1.0, language, driven=7, dt_max=0.01)
-    assert found.data.said == [SAID]
+    assert found.data._run.notes == [TURNED]
     assert found.q[:, 5] == pytest.approx(6.0 * found.time, abs=1e-4)
     assert found.q[1:, 7] == pytest.approx(found.q[1:, 5], abs=1e-9)
     for name in ("link", "link3D"):
@@ -212,7 +229,7 @@ def test_drives_and_links_see_the_base_in_its_own_axes(
 
 def test_a_base_that_a_link_ties_to_the_ground_keeps_its_axes(tmp_path: Path) -> None:
     data = [MbsData(with_lid(tmp_path, "python", end) / "dataR/robot.mbs") for end in ("box", None)]
-    assert [can_turn(one) for one in data] == [True, False]
+    assert [can_turn(one, (0, 0)) for one in data] == [True, False]
 
 
 @LANGUAGES

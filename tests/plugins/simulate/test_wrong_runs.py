@@ -47,14 +47,14 @@ WRONG_FILES: dict[str, tuple[str, str, str, str, str, str]] = {
         "user-function-failed", "SyntaxError"),
     "no number": ("python", f"{FORCES}.py", "", NAN, "step-failed", NO_STEP),
     "no number, Radau": ("Radau", f"{FORCES}.py", "", NAN, "step-failed", NO_STEP),
-    "no number, LSODA": ("LSODA", f"{FORCES}.py", "", NAN, "step-failed", NO_STEP),
-    "no law": ("LSODA", f"{FORCES}.py", "", WILD, "step-failed", "no step|steps lead"),
+    "no number, DOP853": ("DOP853", f"{FORCES}.py", "", NAN, "step-failed", NO_STEP),
+    "no law": ("Radau", f"{FORCES}.py", "", WILD, "step-failed", "no step|steps lead"),
     "equations of another model": (
-        "python", MODEL, "<type>R1</type>", "<type>R2</type>", "equations-of-another-model",
+        "c", MODEL, "<type>R1</type>", "<type>R2</type>", "equations-of-another-model",
         "not of the model"),
     "a vector for C": (
         "c", MODEL, "<type>scalar</type>", "<type>vector</type>", "user-model-in-c",
-        "is a vector, and C user functions"),
+        "is a vector of 1 values, and C user functions"),
     "a lost function": (
         "python", "userfctR/user_cons_hJ.py", "", None, "partition",
         r"2 joints are dependent.* 0 of user_cons"),
@@ -69,7 +69,7 @@ def test_a_fault_in_a_file_is_named(
     language = "c" if how == "c" else "python"
     if how == "c" and shutil.which("cc") is None:
         pytest.skip("there is no C compiler")
-    passes = {"equations": {"language": "python"}} if "another" in fault else {}
+    passes = {"equations": {"language": "c"}} if "another" in fault else {}
     text = CHAIN if after is None else TINY
     project = make(tmp_path, text, base="fixed", language=language, passes=passes)
     file = project / name
@@ -81,7 +81,7 @@ def test_a_fault_in_a_file_is_named(
         assert file.read_text() != own
     (project / "elsewhere").mkdir()
     (project / "elsewhere" / "accelred.py").touch()
-    method = {"method": how} if how in ("Radau", "LSODA") else {}
+    method = {"method": how} if how in ("Radau", "DOP853") else {}
     with pytest.raises(ConversionError, match=said) as caught:
         simulate(project, time=0.1, language=language, **method)
     assert caught.value.code == code
@@ -103,8 +103,8 @@ def test_a_model_without_mass_is_held_and_called_so(tmp_path: Path) -> None:
     robot.write_text(chain)
     results = simulate(robot, output={"project": tmp_path / "light"}, time=0.1, language="python")
     assert np.ptp(results.q[:, 1:], axis=0).max() == 0.0
-    assert "; no body has a mass: a config gives masses" in results.data.said[-1]
-    assert "estimate-inertia" in results.data.said[-1]
+    assert "; no body has a mass: a config gives masses" in results.data._run.notes[-1]
+    assert "estimate-inertia" in results.data._run.notes[-1]
     robot.write_text(tiny)
     model = load_equations(robot, language="python")
     zeros = [0.0] * model.data.njoint
@@ -135,7 +135,7 @@ def test_a_user_function_that_raises_is_shown_with_its_line(tmp_path: Path, lang
     text = file.read_text()
     file.write_text(text + "    if tsim > 0.01:\n        mbs_data.Qq[99] = 1.0\n")
     with pytest.raises(ConversionError, match=r"at 0\.01\d* s: IndexError: index 99") as caught:
-        simulate(project, time=0.1, language=language, method="RK45")
+        simulate(project, time=0.1, language=language, method="DOP853")
     assert caught.value.file == str(file)
     assert caught.value.line == len(text.splitlines()) + 2
     assert caught.value.code == "user-function-failed"
@@ -204,7 +204,7 @@ def test_a_loop_of_the_user_reads_an_imu_in_both_languages(tmp_path: Path) -> No
     c.write_text('#include "set_output.h"\n' + c.read_text().replace(inside[0], lines))
     read = {}
     for language in ("python", "c"):
-        results = simulate(project, time=0.2, language=language, method="RK45", rtol=1e-9)
+        results = simulate(project, time=0.2, language=language, method="DOP853", rtol=1e-9)
         read[language] = results.outputs["tool_sensor_z"]
     assert len(read["c"]) > 3
     assert np.ptp(read["c"][:, 1]) > 0.1, "it swings"
@@ -243,24 +243,26 @@ def test_robotrans_equations_without_accelred_get_one(tmp_path: Path, language: 
     assert np.allclose(found.q, wanted.q, rtol=0, atol=1e-7)
 
 
-@pytest.mark.parametrize(("language", "old", "said"), [
-    ("python", "#\t==> Number of joints : 21\ndef accelred(s, tsim):\n    s.qdd[21] = 1.0\n",
-     ", of a model with 21 joints"),
-    pytest.param("c", '#include "mbs_message.h"\n', " that want mbs_message.h of another Robotran",
-                 marks=needs_gcc),
-], ids=["joints", "header"])  # fmt: skip
+@needs_gcc
+@pytest.mark.parametrize(
+    ("old", "said"),
+    [
+        ("//\t==> Number of joints : 21\n", ", of a model with 21 joints"),
+        ('#include "mbs_message.h"\n', " that want mbs_message.h of another Robotran"),
+    ],
+    ids=["joints", "header"],
+)
 def test_equations_of_robotrans_that_cannot_run_are_not_used(
-    language: str, old: str, said: str, tmp_path: Path
+    old: str, said: str, tmp_path: Path
 ) -> None:
     """Such as those in C of an older model, left behind in a project whose code is in Python."""
-    project = make(tmp_path, TINY, passes={"equations": {"language": language}})
-    wanted = simulate(project, time=0.1, language=language)
-    name = "accelred" if language == "python" else "dirdyna"
-    (file,) = project.glob(f"symbolicR/mbs_{name}_robot.[pc]*")
+    project = make(tmp_path, TINY, passes={"equations": {"language": "c"}})
+    wanted = simulate(project, time=0.1)
+    (file,) = project.glob("symbolicR/mbs_dirdyna_robot.c")
     file.write_text(old)
-    found = simulate(project, time=0.1, language=language)
+    found = simulate(project, time=0.1)
     assert np.array_equal(found.q, wanted.q)
-    assert found.data.said == [f"not used: equations in symbolicR{said}"]
+    assert found.data._run.notes == [f"not used: equations in symbolicR{said}"]
 
 
 def test_what_cannot_be_simulated_is_told(tmp_path: Path) -> None:

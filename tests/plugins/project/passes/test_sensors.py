@@ -35,9 +35,9 @@ def test_sensors_of_the_config(tmp_path: Path) -> None:
     project = make(tmp_path, TINY, passes={"sensors": {"links": ["tool", "arm"]}})
     data = MbsData(project / "dataR" / "robot.mbs")
     assert data.sensor_id == {"arm_sensor": 1, "tool_sensor": 2}
-    points = {b.name: [p.name for p in b.points] for b in data.mbs.bodies}
+    points = {b.name: [p.name for p in b.points] for b in data._run.mbs.bodies}
     assert points["hand"] == ["tool"], "the frame's own point has the sensor"
-    (tool,) = [p for b in data.mbs.bodies for p in b.points if p.name == "tool"]
+    (tool,) = [p for b in data._run.mbs.bodies for p in b.points if p.name == "tool"]
     assert set(tool.sensor.measures) == {"Pos", "Rot", "Vit", "Om", "Acc", "Omp", "Jac"}
 
 
