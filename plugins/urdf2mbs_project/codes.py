@@ -15,8 +15,6 @@ CODES = {
     "limit. Give start positions within the limits.",
     "posture-state": "warning: a group state names a joint that has not one position. Remove the "
     "joint from the state.",
-    "time-step-softened": "warning: numbers are softened, as the time step would be below "
-    "1e-5 s. State softer numbers, or more inertia.",
     "time-step-short": "warning: a number of robot or config makes the time step less than 1e-5 "
     "s. State a smaller damping or stiffness.",
     "contacts-balance": "warning: a floating robot's centre of mass is not well over its feet, or "

@@ -34,6 +34,10 @@ DAMPING, TIMES = 5.0, (0.0, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
 MOST_STEPS = 20000
 #: Newton's method may end so far (rad, m) from where it begins, and take so many steps.
 NEAR, TURNS = 0.3, 30
+#: A base that has moved further (rad, m) does not stand as it was drawn.
+BASE_MOVES = 0.1
+#: An acceleration counts as 0 if a move by this part of a radian or metre makes it.
+MOVE = 1e-12
 #: A slope is none if it is so small a part of the largest.
 NONE = 1e-10
 
@@ -44,6 +48,8 @@ class Equilibrium:
     def __init__(self, data: MbsData, drawn: Any, residual: float, still: Any) -> None:
         self.data, self.residual = data, residual
         self.q, self.ux = data.q.copy(), data.ux.copy()
+        self.drawn = drawn
+        """q where the search began."""
         self.moved = data.q - drawn
         """How far each joint is from where the search began."""
         self.results: Results | None = None
@@ -58,27 +64,36 @@ class Equilibrium:
             f"equilibrium: no joint accelerates by more than {self.residual:.1g} rad/s^2, m/s^2"
         ]
         if largest:
-            far = self.moved[largest]
-            said.append(f"'{names_of(data, [largest])}' is {far:+.3g} rad or m from where it was")
-            base = {
-                joint.name
-                for body in data._run.mbs.bodies
-                if body.parent is None
-                for joint in body.joints
-            }
-            pose = {
-                name: round(float(data.q[k]), 4)
-                for name, k in data.joint_id.items()
-                if abs(self.moved[k]) > 1e-4 and name not in base and k in data.qu
-            }
-            if pose:
-                posture = ", ".join(f"{name}: {q}" for name, q in pose.items())
-                said.append(f"in a config: 'passes: {{posture: {{joints: {{{posture}}}}}}}'")
+            name, moved = names_of(data, [largest]), self.moved[largest]
+            unit = "m" if data._run.mbs.joints()[name].type.startswith("T") else "rad"
+            said.append(f"'{name}' is {moved:+.3g} {unit} from where it was")
+            said += self._posture()
         if self.free:
-            said.append(f"it may stand anywhere along {names_of(data, self.free)}")
+            where = names_of(data, self.free)
+            said.append(f"{where} does not matter: the equilibrium is the same anywhere along it")
         if self.friction:
-            said.append("friction holds it in a whole set of poses: this is the nearest")
+            said.append("friction allows other equilibria near by; this one was found first")
         return said
+
+    def _posture(self) -> list[str]:
+        """Return the lines of a config that give this pose, where the base has not moved far."""
+        data = self.data
+        base = {
+            joint.name
+            for body in data._run.mbs.bodies
+            if body.parent is None
+            for joint in body.joints
+        }
+        far = [k for name, k in data.joint_id.items() if name in base and k not in self.free]
+        if any(abs(self.moved[k]) > BASE_MOVES for k in far):
+            return ["its base has moved, which 'posture' does not set: it does not stand as drawn"]
+        pose = {
+            name: round(float(data.q[k]), 4)
+            for name, k in data.joint_id.items()
+            if abs(self.moved[k]) > 1e-4 and name not in base and k in data.qu
+        }
+        posture = ", ".join(f"{name}: {q}" for name, q in pose.items())
+        return [f"in a config: 'passes: {{posture: {{joints: {{{posture}}}}}}}'"] * bool(pose)
 
 
 class MbsEquil(Module):
@@ -200,7 +215,8 @@ def _settle_and_solve(
         speeds = y[n : 2 * n][unknowns.joints]
         size = np.abs(there).max(initial=0.0)
         allowed = (NEAR if time else STEP) if may_settle else np.inf
-        if residual < TOLERANCE and size < allowed and there @ speeds >= -1e-3 * size:
+        tolerance = max(TOLERANCE, MOVE * np.abs(slopes).max(initial=0.0))
+        if residual < tolerance and size < allowed and there @ speeds >= -1e-3 * size:
             _take(code, unknowns.y)
             still = _still(slopes)
             count = len(unknowns.joints)

@@ -36,6 +36,10 @@ FLAT = 1e-7
 NOISE = 1e-8
 #: A mode does not swing if so small a part of its value is imaginary.
 REAL = 1e-7
+#: A damping ratio (of either sign) up to this is 0, and grows nothing.
+NO_DAMPING = 1e-8
+#: Joints that move by so small a part of a user state do not move: in a mode that fades, in any.
+INNER, NO_SHAPE = 0.05, 1e-6
 #: Frames of the animation of a mode: FRAMES a second, for SECONDS.
 FRAMES, SECONDS = 50, 4.0
 
@@ -48,6 +52,8 @@ class Mode:
     """1/s; of a pair that swings, the one with a positive imaginary part."""
     shape: Any
     """(joints + 1,), complex: how far and in which phase each joint moves, the most being 1."""
+    is_inner: bool = False
+    """True if user states fade, as those of contacts and friction, and next to no joint moves."""
 
     @property
     def frequency(self) -> float:
@@ -57,15 +63,18 @@ class Mode:
     @property
     def damping(self) -> float:
         """The damping ratio: below 0 it grows, and from 1 on it does not swing."""
-        return -self.value.real / abs(self.value)
+        ratio = -self.value.real / abs(self.value)
+        return 0.0 if abs(ratio) < NO_DAMPING else ratio
 
     @property
     def grows(self) -> bool:
-        return self.damping < -1e-8
+        return self.damping < 0.0
 
     def joints(self) -> list[int]:
         """Those that move most, the most first."""
         far = np.abs(self.shape)
+        if not far.any():
+            return []
         return [int(k) for k in np.argsort(-far, kind="stable") if far[k] > MOVES * far.max()][:4]
 
 
@@ -99,22 +108,30 @@ class Modes:
     def lines(self) -> list[str]:
         """The table of the modes."""
         said = ["mode  frequency (Hz)  damping ratio  joints that move most"]
+        inner = [mode for mode in self.modes if mode.is_inner]
         for number, mode in enumerate(self.modes, start=1):
+            if mode.is_inner and len(inner) > 1:
+                continue
             names = ", ".join(names_of(self.data, [k]) for k in mode.joints())
             swings = mode.value.imag > 0
             rate = f"{mode.frequency:14.4g}" if swings else "             -"
             ratio = f"{mode.damping:13.4g}" if swings else f"{_time_of(mode):>13}"
-            said.append(f"{number:4}  {rate}  {ratio}  {names or 'states of the user'}")
+            said.append(f"{number:4}  {rate}  {ratio}  {names or 'user states'}")
+        if len(inner) > 1:
+            times = sorted(1.0 / abs(mode.value.real) for mode in inner)
+            said.append(
+                f"{len(inner)} more: states of contacts, friction or the user, which fade in "
+                f"{times[0]:.3g} to {times[-1]:.3g} s while the joints stay"
+            )
         if drifting := set(self.free) - set(self.stopped):
-            said.append(f"nothing pulls these back: {names_of(self.data, drifting)}")
+            where = names_of(self.data, drifting)
+            said.append(f"rigid-body motion, which nothing pulls back: {where}")
         if self.stopped:
             where = names_of(self.data, self.stopped)
             said.append(f"friction or damping holds these where they are: {where}")
         if self.states:
             said.append(f"user states that keep their values: {', '.join(self.states)}")
-        growing = [
-            n for n, mode in enumerate(self.modes, 1) if mode.value.real > 1e-9 * abs(mode.value)
-        ]
+        growing = [number for number, mode in enumerate(self.modes, 1) if mode.grows]
         said.append(f"unstable: mode {', '.join(map(str, growing))}" if growing else "stable")
         return said
 
@@ -184,7 +201,7 @@ class MbsModal(Module):
         data, options = self.mbs_data, self.options
         with loaded(data), shown(data):
             code = closed_code(data, options["language"])
-            note_stops(data)
+            note_stops(data, touching=True)
             matrix = slopes_of(code)
             modes = find_modes(code, matrix)
         if options["save_result"]:
@@ -252,8 +269,11 @@ def find_modes(code: CCode, matrix: Any) -> Modes:
         # v = value q: where q was left out, the speed still says how far it swings
         shape[code.free] = vector[n : 2 * n] / value
         shape[code.dependent] = follow @ shape[code.free]
-        largest = shape[np.abs(shape).argmax()]
-        modes.append(Mode(complex(value), shape / largest if largest else shape))
-    modes.sort(key=lambda mode: (mode.value.imag == 0, abs(mode.value)))
+        largest, states = shape[np.abs(shape).argmax()], np.abs(vector[2 * n :]).max(initial=0.0)
+        if abs(largest) < NO_SHAPE * states:  # what rounding has left
+            shape, largest = np.zeros_like(shape), 0.0
+        is_inner = value.imag == 0 and value.real < 0 and abs(largest) < INNER * states
+        modes.append(Mode(complex(value), shape / largest if largest else shape, bool(is_inner)))
+    modes.sort(key=lambda mode: (mode.is_inner, mode.value.imag == 0, abs(mode.value)))
     still = np.linalg.norm(gone, axis=1) > 0.5
     return Modes(data, modes, (still[:n], still[n : 2 * n], still[2 * n :]))

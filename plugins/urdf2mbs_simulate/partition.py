@@ -397,19 +397,22 @@ def check_held(data: MbsData) -> None:
 # --- words ---
 
 
-def note_stops(data: MbsData) -> None:
-    """Which joints are at their soft stops, or beyond: these push from the start."""
+def note_stops(data: MbsData, *, touching: bool = False) -> None:
+    """Note which joints start beyond their soft stops, which push them; with ``touching``, also
+    those that are at a stop: slopes by differences count it half."""
     models = data.user_model
-    at = [
+    margin = AT_STOP if touching else -AT_STOP
+    found = [
         joint
         for joint in models.get("stop_stiffness", {})
         for name, sign in (("q_min", 1.0), ("q_max", -1.0))
         if sign * (data.q[data.joint_id[joint]] - models.get(name, {}).get(joint, -sign * np.inf))
-        < AT_STOP
+        < margin
     ]
-    elsewhere = "'passes: {posture: {joints: {NAME: VALUE}}}' starts elsewhere"
-    said = f"at a stop, or beyond: {some(at)}; {elsewhere}"
-    data._run.notes += [said] * (bool(at) and said not in data._run.notes)
+    what = "at a stop, or beyond" if touching else "pushed by their stops from the start"
+    note = f"{what}: {some(found)}; 'passes: {{posture: {{joints: {{NAME: VALUE}}}}}}' starts "
+    note += "elsewhere"
+    data._run.notes += [note] * (bool(found) and note not in data._run.notes)
 
 
 def _tell_joints(data: MbsData, freed: Any, added: Any) -> None:

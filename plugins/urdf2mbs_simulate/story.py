@@ -54,6 +54,9 @@ def tell(results: Results) -> Story | None:
     standing = {body for body, when in loaded.items() if when[time <= SETTLED].any()}
     if root is None or not standing:
         return None
+    if motion.has_fallen(root.name, 0):
+        words = "does not stand at the equilibrium: its base is not as it was drawn"
+        return Story(True, [], f"{name} {words}")
     if not motion.has_fallen(root.name, len(time) - 1):
         (at, rot), (at_last, rot_last) = (motion.bodies(k)[root.name] for k in (0, -1))
         rise = float(motion.up @ (at_last - at)) * 1e3
@@ -92,6 +95,9 @@ class _Motion:
         self.ground = float(results.data.user_model.get("contact", {}).get("ground", 0.0))
         self.mass = sum(body.mass or 0.0 for body in self.mbs.bodies)
         self.least = LOADED * size * self.mass
+        self.start = self.bodies(0)
+        if results.equilibrium is not None:  # which may be that of a robot that lies
+            self.start = self.place(results.equilibrium.drawn)
         self.forces = [
             (body.name, results.external[point.extforce.name])
             for body in self.mbs.bodies
@@ -108,7 +114,10 @@ class _Motion:
 
     def bodies(self, k: int) -> dict[str | None, tuple[Any, Any]]:
         """Place (m) and axes of each body in a frame."""
-        row = self.results.q[k]
+        return self.place(self.results.q[k])
+
+    def place(self, row: Any) -> dict[str | None, tuple[Any, Any]]:
+        """Place (m) and axes of each body, for positions of the joints from index 1."""
         values = {name: float(row[at]) for name, at in self.results.data.joint_id.items()}
         poses = place(self.mbs, values).bodies
         return {n: (np.array(at), np.reshape(rot, (3, 3))) for n, (at, rot) in poses.items()}
@@ -158,7 +167,7 @@ class _Motion:
         return [Event(float(self.results.time[first]), "under-ground", said)]
 
     def has_fallen(self, trunk: str, k: int) -> bool:
-        (start, now) = (self.bodies(n) for n in (0, k))
+        start, now = self.start, self.bodies(k)
         tilted = self.up @ now[trunk][1] @ start[trunk][1].T @ self.up < cos(TILTED)
         return bool(tilted or self.up @ self.centre(now) < LOW * (self.up @ self.centre(start)))
 

@@ -43,9 +43,9 @@ class Progress:
     def _speak(self) -> None:
         last = ""
         while not self._over.wait(self.PATIENCE):
-            # without a terminal, lines stay: one for each thing that is done is enough
-            text = self.at if sys.stderr.isatty() else re.split(r"[:,\d]", self.at)[0].strip()
-            if text != last or sys.stderr.isatty():
+            # lines stay where there is no terminal: those that differ by numbers alone are one
+            text = re.sub(r"[\d.]+", "", self.at)
+            if text != last or (sys.__stderr__ is not None and sys.__stderr__.isatty()):
                 print(f"... {self.at}", file=sys.stderr)
             last = text
 

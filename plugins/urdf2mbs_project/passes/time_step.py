@@ -4,9 +4,8 @@ Beyond the method.  The model is linearised at the start position, with all stop
 on the ground.  ``TIME_STEP`` is the part ``PART`` of the longest step with which all eigenvalues
 are stable: the robot moves away from the start, and a step must be accurate, too.  Within the step
 in which a joint hits a stop, Runge and Kutta's method is of the second order only, so that robots
-with stops take ``HITTING`` at most.  The step must not be shorter than ``SHORTEST``.  Else the
-numbers of urdf2mbs and of the config give way one by one, first the number that makes the fastest
-mode.
+with stops take ``HITTING`` at most.  No force is softened for a longer step: the runtime of
+urdf2mbs takes steps of its own, and a warning names what makes this one shorter than ``SHORTEST``.
 
 The bristles of friction get their states here, in user models behind all others.  The gains of
 ``hold`` follow from the inertia that each joint carries, which is known only here.
@@ -28,11 +27,11 @@ from urdf2mbs_project.simulation import CONTACT_STATES, JOINT_STATES, Simulation
 
 if TYPE_CHECKING:
     from urdf2mbs_project.mass import Array, Mass
-    from urdf2mbs_project.stability import Mode, Slope
+    from urdf2mbs_project.stability import Slope
 
 #: The step is this part of the longest stable one.
 PART = 0.4
-#: The longest step of joints with stops, and the one below which numbers give way (s).
+#: The longest step of joints with stops, and the one below which a warning is given (s).
 HITTING, SHORTEST = 1e-4, 1e-5
 #: Computing time (s) of a step of RK4 for each joint: MBsysC of 2017 with -O3 needs 1.1 to 1.5e-6 s
 #: for robots of 18 to 38 joints without loops.
@@ -44,15 +43,6 @@ NUMBERS = (
     "joint_forces", "damping", "friction_stiffness", "stop_stiffness", "spring_stiffness",
     "hold_stiffness", "hold_damping", "contact", "link_stiffness", "link_damping",
 )  # fmt: skip
-#: By kind of slope, the user models (of contacts: the parameters of ``contact``) that give way,
-#: and the power of the factor by which.
-GIVES_WAY = {
-    "friction": {"friction_stiffness": 1},
-    "stop": {"stop_stiffness": 1},
-    "hold": {"hold_stiffness": 1, "hold_damping": 1},
-    "contact": {"stiffness": 1, "speed": -1},
-    "slip": {"bristle": -1},
-}
 #: By kind of slope, how it is called.
 NAMES = {
     "damping": "the damping of joint '{}'", "friction": "the friction of joint '{}'",
@@ -151,12 +141,8 @@ def _choose(conversion: Conversion, mass: Mass, reduction: Array) -> None:
     simulation = conversion.state(Simulation)
     reduced = reduction.T @ mass.matrix @ reduction
     models = _numbers(conversion, *NUMBERS)
-    while True:
-        slopes = list(_slopes(conversion, mass, reduction, models))
-        mode = fastest(reduced, slopes)
-        if mode.step * PART >= SHORTEST * (1 - 1e-9) or not _give_way(slopes, mode, models):
-            break
-    changes = _write(conversion, models)
+    slopes = list(_slopes(conversion, mass, reduction, models))
+    mode = fastest(reduced, slopes)
     _add_states(conversion, models)
     if "stop_stiffness" in models:
         simulation.time_step, simulation.shortened_by = HITTING, "joints that hit their stops"
@@ -171,7 +157,6 @@ def _choose(conversion: Conversion, mass: Mass, reduction: Array) -> None:
         )
         if simulation.time_step < SHORTEST:
             _warn_of_short_step(conversion, _describe_slope(worst, mass, reduction))
-    _warn(conversion, changes)
 
 
 def _slopes(
@@ -223,39 +208,6 @@ def _slopes(
                     models["link_damping"][link.name])  # fmt: skip
 
 
-def _give_way(slopes: list[Slope], mode: Mode, models: Models) -> bool:
-    """Soften what makes the fastest mode, as far as it may; False if nothing of it may."""
-    for k in mode.shares.argsort()[::-1]:
-        slope = slopes[k]
-        if mode.shares[k] < 0.5:
-            break
-        if slope.kind not in GIVES_WAY:
-            continue
-        factor = min(0.9, max(0.1, mode.step * PART / SHORTEST))
-        ground = slope.kind in ("contact", "slip")
-        for name, power in GIVES_WAY[slope.kind].items():
-            group, key = ("contact", name) if ground else (name, slope.name)
-            if key in models.get(group, {}):
-                models[group][key] = rounded(models[group][key] * factor**power)
-        return True
-    return False
-
-
-def _write(conversion: Conversion, models: Models) -> list[str]:
-    """Put the numbers that have given way into the user models; gives them in words."""
-    changes: list[str] = []
-    for model in conversion.mbs.user_models:
-        for parameter in model.parameters if model.name in NUMBERS else ():
-            old, new = float(parameter.values[0]), models[model.name][parameter.name]
-            if new != old:
-                parameter.values = (repr(new),)
-                ground = model.name == "contact"
-                called = f"{model.name} of '{parameter.name}'"
-                called = f"the ground's {parameter.name}" if ground else called
-                changes.append(f"{called} is {new:g} instead of {old:g}")
-    return changes
-
-
 def _add_states(conversion: Conversion, models: Models) -> None:
     """Add the states of bristles, last of all: a struct of C keeps its places in front of them."""
     rubbing = models.get("friction_stiffness", {})
@@ -266,16 +218,6 @@ def _add_states(conversion: Conversion, models: Models) -> None:
     ):
         if states:
             conversion.mbs.user_models.append(UserModel(name, states))
-
-
-def _warn(conversion: Conversion, changes: list[str]) -> None:
-    if changes:
-        conversion.warn(
-            "time-step-softened",
-            f"these numbers are softened, as the step would be shorter than {SHORTEST:g} s: "
-            + "; ".join(changes),
-            hint="state other numbers, or more inertia of the links that they move",
-        )
 
 
 def _describe_slope(slope: Slope, mass: Mass, reduction: Array) -> str:

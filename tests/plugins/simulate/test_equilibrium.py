@@ -25,6 +25,7 @@ from urdf2mbs.mbs.writer import write
 from urdf2mbs_simulate.compiler import compiler
 from urdf2mbs_simulate.dirdyn import closed_code
 from urdf2mbs_simulate.modal import find_modes
+from urdf2mbs_simulate.project import find_equilibrium
 from urdf2mbs_simulate.runtime import MbsData, MbsDirdyn, MbsEquil, MbsModal, MbsPart
 
 G = 9.81
@@ -186,7 +187,10 @@ def test_what_falls_has_no_equilibrium_and_is_named(
     assert "error[no-equilibrium]" in said
     assert "joint 'bob_1' still has -9.81 rad/s^2 or m/s^2" in said
     assert main(["modes", str(file), "--drawn"]) == 0
-    assert "nothing pulls these back: bob_0, bob_1\n  stable" in capsys.readouterr().out
+    assert (
+        "rigid-body motion, which nothing pulls back: bob_0, bob_1\n  stable"
+        in capsys.readouterr().out
+    )
 
 
 @pytest.mark.skipif(compiler() is None, reason="no C compiler")
@@ -234,7 +238,85 @@ def test_a_start_at_a_stop_is_named(tmp_path: Path, upper: str, said: list[str])
     text = SLIDER.replace('upper="9"', f'upper="{upper}"')
     project = make(tmp_path, text, base="fixed", language="python")
     assert modes(project, drawn=True, language="python").data._run.notes == said
-    assert simulate(project, time=0.01, language="python").data._run.notes == said
+    assert simulate(project, time=0.01, language="python").data._run.notes == []
+    data = MbsData(next((project / "dataR").glob("*.mbs")))
+    data.q[1] = 0.01
+    dirdyn = MbsDirdyn(data)
+    dirdyn.set_options(tf=0.01, save2file=0)
+    dirdyn.run()
+    assert data._run.notes == [
+        "pushed by their stops from the start: rail; "
+        "'passes: {posture: {joints: {NAME: VALUE}}}' starts elsewhere"
+    ]
+
+
+def test_the_pose_of_a_tiny_pendulum_is_found(tmp_path: Path) -> None:
+    """Of 30 um: its accelerations are large, and what rounding leaves of them is not 1e-8."""
+    text = (
+        '<robot name="p"><link name="base"/><link name="bob"><inertial><origin xyz="0 0 -3e-5"/>'
+        '<mass value="1e-9"/><inertia ixx="1e-22" iyy="1e-22" izz="1e-22" ixy="0" ixz="0" iyz="0"/>'
+        '</inertial></link><joint name="swing" type="continuous"><parent link="base"/>'
+        '<child link="bob"/><axis xyz="0 1 0"/></joint></robot>'
+    )
+    passes = {"posture": {"joints": {"swing": 0.1}}}
+    project = make(tmp_path, text, base="fixed", language="python", passes=passes)
+    found = modes(project)
+    assert found.q[1] == pytest.approx(0.0, abs=1e-9)
+    (mode,) = found.modes
+    assert mode.frequency == pytest.approx(np.sqrt(9.81 / 3e-5) / (2 * np.pi), rel=1e-3)
+    assert mode.damping == 0.0
+
+
+def test_states_that_fade_are_one_line_of_the_table(tmp_path: Path) -> None:
+    """A box rests on its contacts, and an arm hangs in the air, whose bristles move nothing."""
+    box = (
+        '<robot name="box"><link name="box"><inertial><mass value="2"/><inertia ixx="0.02" '
+        'iyy="0.03" izz="0.04" ixy="0" ixz="0" iyz="0"/></inertial><collision><geometry>'
+        '<box size="0.3 0.2 0.1"/></geometry></collision></link><link name="arm"><inertial>'
+        '<origin xyz="0 0 0.1"/><mass value="0.1"/><inertia ixx="0.002" iyy="0.002" izz="0.002" '
+        'ixy="0" ixz="0" iyz="0"/></inertial><collision><origin xyz="0 0 0.2"/><geometry>'
+        '<sphere radius="0.02"/></geometry></collision></link><joint name="swing" type="revolute">'
+        '<parent link="box"/><child link="arm"/><axis xyz="0 1 0"/><limit lower="-1" upper="1" '
+        'effort="9" velocity="9"/></joint></robot>'
+    )
+    passes = {"contacts": {"links": ["*"]}, "posture": {"hold": {"frequency": 3}}}
+    project = make(tmp_path, box, base="floating", language="c", passes=passes)
+    found = modes(project)
+    inner = [mode for mode in found.modes if mode.is_inner]
+    lines = found.lines()
+    assert len(inner) >= 3
+    assert all(mode.value.real < 0 for mode in inner)
+    (line,) = [line for line in lines if "states of contacts, friction or the user" in line]
+    assert line.startswith(f"{len(inner)} more: ")
+    named = [line for line in lines[1:] if line[:4].strip().isdigit()]
+    assert len(named) == len(found.modes) - len(inner)
+    assert not any("user states" in line for line in named)
+
+
+def test_an_equilibrium_that_lies_does_not_stand(tmp_path: Path) -> None:
+    """A box that is drawn on its edge rests on its side; 'posture' cannot give this pose."""
+    box = (
+        '<robot name="box"><link name="box"><inertial><mass value="2"/><inertia ixx="0.02" '
+        'iyy="0.03" izz="0.04" ixy="0" ixz="0" iyz="0"/></inertial><collision><geometry>'
+        '<box size="0.1 0.2 0.3"/></geometry></collision></link></robot>'
+    )
+    passes = {"contacts": {"links": ["*"]}}
+    project = make(tmp_path, box, base="floating", language="c", passes=passes)
+    data = MbsData(next((project / "dataR").glob("*.mbs")))
+    data.q[3], data.q[5] = 0.16, 0.8
+    found = find_equilibrium(data)
+    assert abs(found.moved[5]) > 0.6
+    said = "\n".join(found.lines())
+    assert "its base has moved" in said
+    assert "posture: {joints" not in said
+    dirdyn = MbsDirdyn(data)
+    dirdyn.set_options(tf=0.3, save2file=0)
+    results = dirdyn.run()
+    results.equilibrium = found
+    story = results.story()
+    assert story is not None
+    assert story.fell
+    assert "does not stand at the equilibrium" in story.words
 
 
 def test_zero_modes_are_named_apart(tmp_path: Path) -> None:
@@ -253,7 +335,7 @@ def test_zero_modes_are_named_apart(tmp_path: Path) -> None:
         "def user_derivatives(mbs_data):\n    mbs_data.uxd[1] = -mbs_data.ux[1]\n"
     )
     *_, drifts, stops, states, stable = modes_of(MbsData(file)).lines()
-    assert drifts == "nothing pulls these back: bob_0"
+    assert drifts == "rigid-body motion, which nothing pulls back: bob_0"
     assert stops == "friction or damping holds these where they are: bob_1"
     assert (states, stable) == ("user states that keep their values: memory.at", "stable")
 
