@@ -33,11 +33,22 @@ from urdf2mbs_simulate.memory import (
     table,
     vector,
 )
-from urdf2mbs_simulate.partition import Code, count_rows
+from urdf2mbs_simulate.model_code import Code, count_rows
 from urdf2mbs_simulate.push import place_pushes
 from urdf2mbs_simulate.python_code import changes, default
 
-SOURCES = ("runtime.c", "frame.c", "partition.c", "slopes.c", "steps.c", "turn.c", "hooks.c")
+SOURCES = (
+    "runtime.c",
+    "frame.c",
+    "partition.c",
+    "elements.c",
+    "joint_system.c",
+    "slopes.c",
+    "linear_system.c",
+    "steps.c",
+    "turn.c",
+    "hooks.c",
+)
 TYPES = ("T1", "T2", "T3", "R1", "R2", "R3")
 TURNED = (
     "its base's second angle passes 90 degrees: the steps go on in turned axes, and Robotran "

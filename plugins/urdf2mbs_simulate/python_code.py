@@ -24,7 +24,7 @@ from urdf2mbs_project.code import starters
 from urdf2mbs_simulate import data as model_data
 from urdf2mbs_simulate import names
 from urdf2mbs_simulate.equations import SimulationError, equations
-from urdf2mbs_simulate.partition import Code, count_rows
+from urdf2mbs_simulate.model_code import Code, count_rows
 
 Function = Callable[..., Any]
 

@@ -17,7 +17,8 @@ from urdf2mbs_simulate.compiler import Source, compile_library, compiler, folder
 from urdf2mbs_simulate.data import MbsSensor
 from urdf2mbs_simulate.equations import SimulationError, equations
 from urdf2mbs_simulate.memory import Memory, SensorInC, table, vector
-from urdf2mbs_simulate.partition import Code, part
+from urdf2mbs_simulate.model_code import Code
+from urdf2mbs_simulate.partition import part
 from urdf2mbs_simulate.project import project_of
 from urdf2mbs_simulate.python_code import USER, MbsData, PythonEquations, default, loaded
 

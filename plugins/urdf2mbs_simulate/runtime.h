@@ -208,11 +208,24 @@ void compute_constraints(Run *run, double *h, double **J);
 int compute_accelerations(Run *run);
 void compute_dq_du(const Run *run, int joint, double *dq_du);
 
+/* elements.c */
+double get_state_difference(const Run *run, int state, double atol);
+void find_body_states(Run *run, int number);
+void differentiate_external_force(Run *run, int number, double atol);
+void differentiate_link(Run *run, int number);
+
+/* joint_system.c */
+void find_joint_pattern(Run *run, double atol);
+void differentiate_joint_system(Run *run, double atol);
+
 /* slopes.c */
 void prepare_jacobian(Run *run, double atol);
 int any_force_acts(const Run *run);
 int any_force_begins(const Run *run);
 void update_jacobian(Run *run, double atol);
+
+/* linear_system.c */
+void list_nonzeros(Jacobian *jacobian);
 void solve_stage(Run *run, double h, const double *g, double *k);
 
 /* steps.c */
