@@ -56,7 +56,7 @@ TURNED = (
 )
 #: The bristle of friction may be wrong by this part of the most that it bends, with the tolerance
 #: ``ATOL``, and by less with smaller ones.
-BRISTLE_PART, ATOL = 0.01, 1e-6
+BRISTLE_PART, ATOL = 0.05, 1e-6
 
 
 class CCode(Code):

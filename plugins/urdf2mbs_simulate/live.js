@@ -137,7 +137,10 @@ async function makeLive() {
     change(joints("q"));
     [time, printed] = [0, ""];
     if (robot.restart(page)) tell("the robot cannot start here");
-    else draw();
+    else {
+      tell("0.00 s");
+      draw();
+    }
   };
   const button = (text, title, act) => {
     const made = element("button", "", text);
@@ -148,15 +151,15 @@ async function makeLive() {
   drawArrow = makeArrows([...live.forces.map(() => false), true]);
   const hide = () => [...live.forces, null].forEach((_, k) => drawArrow(k, null, null, vector(), 1));
   onChange(hide);
-  button("Live", "Let the robot move; then pull at it with the mouse", () => run(!running)).id = "live";
+  button("Live", "Run live; then drag a part with the mouse", () => run(!running)).id = "live";
   button("Reset", "Back to the start", () => begin(() => {}));
   const drop = (text, turn) => live.floats && button(text, "From one metre higher", () => {
     begin((row) => { row[3] += 1; turn(row); });
     run(true);
   });
   drop("Drop", () => {});
-  drop("on its back", (row) => { row[5] = -Math.PI / 2; });
-  drop("on its side", (row) => { row[4] = Math.PI / 2; });
+  drop("Drop on its back", (row) => { row[5] = -Math.PI / 2; });
+  drop("Drop on its side", (row) => { row[4] = Math.PI / 2; });
   if ("hold" in live.places) {
     const label = element("label", "", "Hold"), box = element("input");
     label.title = "The controller that holds the start position";
@@ -169,7 +172,7 @@ async function makeLive() {
   said.id = "live-said";
   bar.append(said);
   byId("player").before(bar);
-  tell("drag a part to pull at it, once it lives");
+  tell("press Live, then drag a part");
   if (renderer) view.addEventListener("pointerdown", grab, {capture: true});
   Object.assign(window.urdf2mbs, {live: {begin, run, pass, joints, time: () => time}});
 }

@@ -34,6 +34,7 @@ static const double FREE_SPEED_TIME = 1.0, MIN_SPEED_TIME = 0.01, SPEED_STEPS = 
 /* The next step is so many times as long, at least and at most, and aims at so much of the allowed error. */
 static const double MIN_GROWTH = 0.2, MAX_GROWTH = 2.0, SAFETY = 0.9;
 static const double SHORTEST_STEP = 1e-13; /* s */
+static const double ROUNDING = 1e-9;       /* of how many steps are left */
 /* A base that may be turned turns by no more in a step (rad): its angles are shown as those that are near. */
 static const double MAX_ROTATION = 1.0;
 /* The slope between the last two explicit stages, times h, where the method is no longer stable (IV.2). */
@@ -293,7 +294,7 @@ static double choose_length(const Run *run, const Integration *integration)
 
     if (run->can_turn)
         h = fmin(h, MAX_ROTATION / (fabs(u[3]) + fabs(u[4]) + fabs(u[5])));
-    h = left / ceil(left / h);
+    h = left / fmax(1.0, ceil(left / h - ROUNDING));
     if (integration->n_frames > MAX_FRAMES)
         h = fmin(h, integration->frame_time[MAX_FRAMES - 1] - integration->t);
     return h;

@@ -51,10 +51,11 @@ const bytes = fs.readFileSync("numbers"), packed = new Float64Array(new Uint8Arr
 robot._initialize();
 const at = robot.room(packed.length), rows = [];
 new Float64Array(robot.memory.buffer, at).set(packed);
-if (robot.begin(at) || robot.go(0, 0) !== 0) throw new Error("it cannot start");
+const page = robot.begin(at);
+if (!page || robot.go(page, 0, 0) !== 0) throw new Error("it cannot start");
 for (let frame = 0; frame <= 50; frame++) {
   for (let time = -1; time < frame / 100;) {
-    time = robot.go(frame / 100, 7);
+    time = robot.go(page, frame / 100, 7);
     if (time < 0) throw new Error("it failed");
   }
   rows.push([...new Float64Array(robot.memory.buffer, at + 8 * (places.q + 1), count)]);
@@ -121,7 +122,7 @@ def test_a_page_drops_and_pulls_it(here: Path, browser: Browser) -> None:
     page.goto((here / "biped.html").as_uri())
     page.evaluate("urdf2mbs.ready")
 
-    page.get_by_role("button", name="on its back").click()
+    page.get_by_role("button", name="Drop on its back").click()
     page.evaluate("urdf2mbs.live.run(false)")
     lies = "urdf2mbs.live.pass(3, 1e5); [...urdf2mbs.live.joints('q'), urdf2mbs.live.time()]"
     q = page.evaluate(lies)
