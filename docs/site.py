@@ -14,7 +14,7 @@ from importlib import import_module
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from urdf2mbs import hookspecs
+from urdf2mbs import hookspecs, plugin
 from urdf2mbs.commands import commands_of, parser
 from urdf2mbs.engine.plugins import Plugins
 from urdf2mbs.engine.registered import GROUP
@@ -86,8 +86,39 @@ def pages() -> dict[str, str]:
         "reference/config.schema.json": json.dumps(schema(Plugins(installed=False)), indent=2),
         "reference/passes.md": _passes(),
         "reference/hooks.md": _hooks(),
+        "reference/door.md": _door(),
         "reference/plugins.md": _plugins(),
     }
+
+
+def _door() -> str:
+    """Return the page of the names that a plugin imports, by subject."""
+    lines = [
+        "# The door for plugins",
+        "",
+        "All that a plugin needs stands in `urdf2mbs.plugin`; our own plugins import nothing else "
+        "of the core. A name keeps its meaning within one version of the door, which is "
+        f"{plugin.VERSION}.",
+    ]
+    for title, modules in plugin.EXPORTS.items():
+        lines += ["", f"## {title}", "", "| name | what it is |", "|---|---|"]
+        for module, names in modules.items():
+            for name in names:
+                original, _, renamed = name.partition(" as ")
+                value = getattr(import_module(f"urdf2mbs.{module}"), original)
+                lines.append(f"| `{renamed or original}` | {_describe(value)} |")
+    lines += ["", "## Modules", "", "| name | what is in it |", "|---|---|"]
+    for name, module in plugin.MODULES.items():
+        lines.append(f"| `{name}` | {_describe(import_module(f'urdf2mbs.{module}'))} |")
+    return "\n".join([*lines, ""])
+
+
+def _describe(value: object) -> str:
+    """Return the first paragraph about a class, function or module; of a short constant, it."""
+    if inspect.isclass(value) or inspect.isfunction(value) or inspect.ismodule(value):
+        text = (inspect.getdoc(value) or "").partition("\n\n")[0]
+        return " ".join(text.split()).replace("``", "`").replace("|", "\\|")
+    return f"`{value!r}`".replace("|", "\\|") if len(repr(value)) < 60 else ""
 
 
 def _plugins() -> str:

@@ -14,13 +14,16 @@ from typing import Any
 
 import msgspec
 
-from urdf2mbs.commands.printing import near
-from urdf2mbs.commands.settings import path
-from urdf2mbs.disk.files import noting
-from urdf2mbs.engine.output import write_files
-from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic
-from urdf2mbs.plugin import Difference
-from urdf2mbs.urdf import written
+from urdf2mbs.plugin import (
+    ConversionError,
+    Diagnostic,
+    Difference,
+    near,
+    noting,
+    path,
+    write_files,
+    written,
+)
 
 SCHEMA = "https://json.schemastore.org/sarif-2.1.0.json"
 #: The code of a difference between two robots.

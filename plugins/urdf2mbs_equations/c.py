@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from urdf2mbs.mbs.model import Mbs
+from urdf2mbs.plugin import Mbs
 from urdf2mbs_equations.pairs import in_pairs
 from urdf2mbs_equations.routine import (
     Absent,

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from itertools import chain
 from typing import NamedTuple
 
-from urdf2mbs.mbs.model import Connection, Mbs
+from urdf2mbs.plugin import Connection, Mbs
 from urdf2mbs_equations.graph import Expr, Scalar
 from urdf2mbs_equations.kinematics import Motion, common, ends, motion
 from urdf2mbs_equations.tree import Frame, Tree

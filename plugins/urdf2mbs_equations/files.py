@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 
-from urdf2mbs.mbs.model import SENSOR_MEASURES, Mbs, Sensor
-from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic, quoted
+from urdf2mbs.plugin import SENSOR_MEASURES, ConversionError, Diagnostic, Mbs, quoted
+from urdf2mbs.plugin import MbsSensor as Sensor
 from urdf2mbs_equations.accelerations import Massless, accelerations
 from urdf2mbs_equations.c import CWriter
 from urdf2mbs_equations.constraints import constant_gaps, constraints

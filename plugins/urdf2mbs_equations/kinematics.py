@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
 
-from urdf2mbs.mbs.model import Connection
+from urdf2mbs.plugin import Connection
 from urdf2mbs_equations.graph import Scalar
 from urdf2mbs_equations.tree import Frame, Tree
 from urdf2mbs_equations.vectors import IDENTITY, NONE, Matrix, Vector

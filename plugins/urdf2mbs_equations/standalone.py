@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from urdf2mbs.mbs.model import Mbs
+from urdf2mbs.plugin import Mbs
 from urdf2mbs_equations.c import PARAMETERS
 
 #: The functions that need nothing but the data.

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from urdf2mbs.commands.printing import near
-from urdf2mbs.plugin import Conversion, Summary
+from urdf2mbs.plugin import Conversion, Summary, near
 from urdf2mbs_equations.passes.equations import find_missing
 
 

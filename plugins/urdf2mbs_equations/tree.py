@@ -10,7 +10,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from urdf2mbs.mbs.model import Body, Joint, Mbs
+from urdf2mbs.plugin import Body, Mbs
+from urdf2mbs.plugin import MbsJoint as Joint
 from urdf2mbs_equations.graph import Expr, Graph, Scalar, cosine, sine
 from urdf2mbs_equations.vectors import NONE, OWN, UNITS, Axes, Matrix, Spatial, Vector
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from urdf2mbs.mbs.model import Mbs
+from urdf2mbs.plugin import Mbs
 from urdf2mbs_equations.routine import Count, Made, Routine, Statement, statements
 
 #: What ``sensor`` and ``gensensor`` count.

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from math import sqrt
 
-from urdf2mbs.spatial import Sym
-from urdf2mbs.urdf.inertia import moments, principal, second_moment
-from urdf2mbs.urdf.model import Inertial
+from urdf2mbs.plugin import Inertial, Sym, moments, principal, second_moment
 
 
 def nearest(inertial: Inertial) -> tuple[Inertial, float]:

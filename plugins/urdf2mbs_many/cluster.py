@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Generator
 from typing import Any
 
-from urdf2mbs.messages.diagnostics import ConfigError, Diagnostic, not_installed
+from urdf2mbs.plugin import ConfigError, Diagnostic, not_installed
 from urdf2mbs_many.job import Job, Outcome, convert_one, died, failed
 
 #: Seconds until a scheduler that does not answer is not there.

@@ -8,9 +8,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from urdf2mbs.config.model import Config, Lines, config_of
-from urdf2mbs.disk.files import temporary_name
-from urdf2mbs.disk.record import RECORD
+from urdf2mbs.plugin import RECORD, Config, Lines, config_of, temporary_name
 from urdf2mbs_many.folder import one_name
 from urdf2mbs_many.job import Job, Outcome, convert_one
 from urdf2mbs_many.sweep import members

@@ -9,9 +9,8 @@ from collections import Counter
 from pathlib import Path
 from typing import NoReturn
 
-from urdf2mbs.disk.files import is_file, read
-from urdf2mbs.messages.diagnostics import ConfigError
-from urdf2mbs.urdf.reader import stem
+from urdf2mbs.plugin import ConfigError, is_file, stem
+from urdf2mbs.plugin import read_bytes as read
 
 #: The root of a robot.  That of a file with nothing but macros has no name.
 _ROBOT = re.compile(rb"<robot\s[^<>]*?\bname\s*=")

@@ -7,11 +7,17 @@ from typing import Any
 
 import msgspec
 
-from urdf2mbs.config.model import Config, Lines, Project
-from urdf2mbs.engine.output import write
-from urdf2mbs.engine.pipeline import Pipeline
-from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic
-from urdf2mbs.summary import Report, report
+from urdf2mbs.plugin import (
+    Config,
+    ConversionError,
+    Diagnostic,
+    Lines,
+    Pipeline,
+    Project,
+    Report,
+    report,
+)
+from urdf2mbs.plugin import write_output as write
 from urdf2mbs_many.sweep import in_words
 
 

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import msgspec
 
-from urdf2mbs.config.model import (
+from urdf2mbs.plugin import (
     Config,
     Key,
     Lines,
@@ -22,10 +22,10 @@ from urdf2mbs.config.model import (
     config_of,
     dotted,
     expand,
+    identifiers,
+    is_portable,
+    nearest,
 )
-from urdf2mbs.disk.files import is_portable
-from urdf2mbs.mbs.names import identifiers
-from urdf2mbs.messages.diagnostics import nearest
 
 #: The most robots of one config.
 MOST = 1_000_000

@@ -14,7 +14,7 @@ def _are_there(conversion: Conversion, given: bool) -> bool:
     """Return True if the robot has meshes."""
     if given or conversion.meshes:
         return True
-    from urdf2mbs.urdf.model import Mesh
+    from urdf2mbs.plugin import Mesh
 
     collisions = (shape for link in conversion.robot.links.values() for shape in link.collisions)
     return any(isinstance(shape.geometry, Mesh) for shape in collisions)

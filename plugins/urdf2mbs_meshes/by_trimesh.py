@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import trimesh
 
-from urdf2mbs.messages.diagnostics import ConfigError
+from urdf2mbs.plugin import ConfigError
 from urdf2mbs_meshes import gltf
 from urdf2mbs_meshes.model import NO_LINES, NO_PILLOW, UP_AXES, Material, Mesh, add
 

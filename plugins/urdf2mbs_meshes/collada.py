@@ -17,8 +17,7 @@ from collada.polylist import Polylist
 from collada.triangleset import TriangleSet
 from lxml import etree
 
-from urdf2mbs.disk.xml import safe_parser
-from urdf2mbs.messages.diagnostics import ConfigError
+from urdf2mbs.plugin import ConfigError, safe_parser
 from urdf2mbs_meshes.model import MOST_PARTS, NO_LINES, UP_AXES, Mesh, MeshError, TooLargeError, add
 from urdf2mbs_meshes.model import Material as Look
 

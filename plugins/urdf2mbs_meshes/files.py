@@ -11,11 +11,16 @@ from functools import cached_property
 from pathlib import Path
 from urllib.parse import unquote
 
-from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, some
-from urdf2mbs.plugin import Conversion
-from urdf2mbs.urdf import packages
-from urdf2mbs.urdf.packages import Packages, walk
-from urdf2mbs.urdf.reader import stem
+from urdf2mbs.plugin import (
+    ConfigError,
+    Conversion,
+    ConversionError,
+    Packages,
+    packages,
+    some,
+    stem,
+    walk,
+)
 
 _PACKAGE = r"(?is)(package|model):/*([^/]*)/?(.*)"
 _FILE = r"(?i)^file:(//localhost(?=/))?"

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from urdf2mbs.messages.diagnostics import counted, some
-from urdf2mbs.plugin import Conversion
-from urdf2mbs.urdf.model import Collision, Mesh, Robot, Visual
+from urdf2mbs.plugin import Collision, Conversion, Mesh, Robot, Visual, counted, some
 from urdf2mbs_meshes.files import files_of
 
 

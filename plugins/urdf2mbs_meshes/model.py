@@ -11,7 +11,7 @@ from urllib.parse import unquote, urlsplit
 
 import msgspec
 
-from urdf2mbs.disk import files
+from urdf2mbs.plugin import files
 
 if TYPE_CHECKING:
     import numpy as np

@@ -11,8 +11,7 @@ from pathlib import Path
 
 import msgspec
 
-from urdf2mbs.disk import files
-from urdf2mbs.messages.diagnostics import ConfigError, counted
+from urdf2mbs.plugin import ConfigError, counted, files
 from urdf2mbs_meshes import stl
 from urdf2mbs_meshes.model import Mesh, MeshError, Part
 

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 from urdf2mbs.plugin import Command, PassEntry, always, hookimpl, in_project
 
 if TYPE_CHECKING:
-    from urdf2mbs.plugin import Conversion, Summary, urdf
-    from urdf2mbs.urdf.values import Reading
+    from urdf2mbs.plugin import Conversion, Reading, Summary, urdf
 
 #: The plugins that this plugin needs: contacts read meshes; a project carries a test whether its
 #: equations fit the model, and ``loops`` names the rows that the equations leave out; ``init``

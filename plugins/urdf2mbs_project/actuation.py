@@ -5,13 +5,11 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Any
 
-from urdf2mbs.messages.diagnostics import ConversionError, nearest
-from urdf2mbs.urdf.elements import split_tag
+from urdf2mbs.plugin import ConversionError, nearest, split_tag
 from urdf2mbs_project.followers import get_text
 
 if TYPE_CHECKING:
-    from urdf2mbs.urdf.model import Extension, Robot
-    from urdf2mbs.urdf.values import Reading
+    from urdf2mbs.plugin import Extension, Reading, Robot
 
 #: Types of transmissions that couple several joints, and parts that only such ones have.
 COUPLING = re.compile(r"differential|four_?bar|pushrod", re.IGNORECASE)

@@ -7,10 +7,18 @@ from itertools import pairwise
 from math import hypot
 from typing import TYPE_CHECKING, NamedTuple
 
-from urdf2mbs.mbs.kinematics import Placement
-from urdf2mbs.messages.diagnostics import some
-from urdf2mbs.plugin import Conversion
-from urdf2mbs.spatial import NO_INERTIA, ZERO, Vec, add, dot, lump, rotate
+from urdf2mbs.plugin import (
+    NO_INERTIA,
+    ZERO,
+    Conversion,
+    Placement,
+    Vec,
+    add,
+    dot,
+    lump,
+    rotate,
+    some,
+)
 from urdf2mbs_project.places import floating
 from urdf2mbs_project.simulation import Simulation
 

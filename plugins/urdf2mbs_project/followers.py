@@ -15,12 +15,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from urdf2mbs.messages.diagnostics import ConversionError, nearest
-from urdf2mbs.urdf.model import Mimic
+from urdf2mbs.plugin import ConversionError, Mimic, nearest
 
 if TYPE_CHECKING:
-    from urdf2mbs.urdf.model import Robot
-    from urdf2mbs.urdf.values import Reading
+    from urdf2mbs.plugin import Reading, Robot
 
 
 class FollowerReader:

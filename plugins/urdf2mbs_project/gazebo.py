@@ -20,20 +20,33 @@ from contextlib import contextmanager
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from urdf2mbs.messages.diagnostics import ConversionError, nearest, some
-from urdf2mbs.spatial import HERE, ZERO, Pose, compose, from_rpy, inverse, rotate, transpose
-from urdf2mbs.urdf.elements import quote
-from urdf2mbs.urdf.harmless import OFF, ON
-from urdf2mbs.urdf.model import ClosingJoint, Dynamics, Extension, Sensor
+from urdf2mbs.plugin import (
+    HERE,
+    OFF,
+    ON,
+    ZERO,
+    ClosingJoint,
+    ConversionError,
+    Dynamics,
+    Extension,
+    Pose,
+    compose,
+    from_rpy,
+    inverse,
+    nearest,
+    quote,
+    rotate,
+    some,
+    transpose,
+)
+from urdf2mbs.plugin import UrdfSensor as Sensor
 from urdf2mbs_project.actuation import ActuationReader
 from urdf2mbs_project.followers import FollowerReader, get_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-    from urdf2mbs.spatial import Vec
-    from urdf2mbs.urdf.model import Robot
-    from urdf2mbs.urdf.values import Reading
+    from urdf2mbs.plugin import Reading, Robot, Vec
 
 #: What ``<gazebo>`` says of a link or a joint by one number or truth value.
 NUMBERS = (

@@ -13,9 +13,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from urdf2mbs.mbs.kinematics import Placed, place
-from urdf2mbs.mbs.model import Body, Mbs
-from urdf2mbs.spatial import NO_INERTIA, ZERO, Pose, Vec, add, cross, rotate, rotate_inertia
+from urdf2mbs.plugin import (
+    NO_INERTIA,
+    ZERO,
+    Body,
+    Mbs,
+    Pose,
+    Vec,
+    add,
+    cross,
+    rotate,
+    rotate_inertia,
+)
+from urdf2mbs.plugin import PlacedJoint as Placed
+from urdf2mbs.plugin import compute_placement as place
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from urdf2mbs.mbs.kinematics import Placement
-from urdf2mbs.mbs.model import Body, Mbs
-from urdf2mbs.spatial import Vec, add, rotate
+from urdf2mbs.plugin import Body, Mbs, Placement, Vec, add, rotate
 
 
 def point_at(placement: Placement, mbs: Mbs, body: str | None, point: str | None) -> Vec:

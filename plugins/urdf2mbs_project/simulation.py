@@ -12,8 +12,25 @@ from typing import Any, NamedTuple
 
 import msgspec
 
-from urdf2mbs.mbs.model import Body, Connection, Joint, Mbs, Point, UserModel
-from urdf2mbs.spatial import IDENTITY, ZERO, Pose, Rot, Vec, add, compose, cross, dot, rotate, unit
+from urdf2mbs.plugin import (
+    IDENTITY,
+    ZERO,
+    Body,
+    Connection,
+    Mbs,
+    Point,
+    Pose,
+    Rot,
+    UserModel,
+    Vec,
+    add,
+    compose,
+    cross,
+    dot,
+    rotate,
+    unit,
+)
+from urdf2mbs.plugin import MbsJoint as Joint
 
 #: What Robotran can compute at a point.  What is not asked for is zero there, or not set.
 MEASURES = ("Pos", "Rot", "Vit", "Om", "Acc", "Omp")

@@ -24,8 +24,7 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import msgspec
 
-from urdf2mbs.mbs.model import Body, Mbs
-from urdf2mbs.spatial import NO_INERTIA, ZERO
+from urdf2mbs.plugin import NO_INERTIA, ZERO, Body, Mbs
 
 if TYPE_CHECKING:
     from urdf2mbs_project.mass import Array

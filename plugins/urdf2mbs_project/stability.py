@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import msgspec
 import numpy as np
 
-from urdf2mbs.mbs.model import Connection
+from urdf2mbs.plugin import Connection
 from urdf2mbs_project.mass import Mass
 from urdf2mbs_project.places import point_at
 from urdf2mbs_project.simulation import Simulation

@@ -8,10 +8,8 @@ from __future__ import annotations
 from math import dist, isfinite
 from typing import Any, TypeAlias
 
-from urdf2mbs.mbs.kinematics import place
-from urdf2mbs.mbs.model import Connection, Mbs
-from urdf2mbs.plugin import Summary, Use
-from urdf2mbs.spatial import ZERO, Vec, add, rotate
+from urdf2mbs.plugin import ZERO, Connection, Mbs, Summary, Use, Vec, add, rotate
+from urdf2mbs.plugin import compute_placement as place
 from urdf2mbs_report.table import Cell, Row, plain, titled
 
 End: TypeAlias = "tuple[str | None, str | None]"

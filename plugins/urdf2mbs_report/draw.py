@@ -10,8 +10,8 @@ from collections.abc import Iterator
 from html import escape as _t
 from math import hypot
 
-from urdf2mbs.mbs.model import CUTS, ORIGIN, XY, Body, Connection, Drawing, Joint, Mbs, Point
-from urdf2mbs.messages.diagnostics import ConversionError
+from urdf2mbs.plugin import CUTS, ORIGIN, XY, Body, Connection, ConversionError, Drawing, Mbs, Point
+from urdf2mbs.plugin import MbsJoint as Joint
 
 #: Left, top, right, bottom (px).
 Box = tuple[float, float, float, float]

@@ -10,8 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from urdf2mbs.mbs.model import Mbs
-from urdf2mbs.messages.diagnostics import some
+from urdf2mbs.plugin import Mbs, some
 
 #: Frames a second of the page.
 RATE = 60.0

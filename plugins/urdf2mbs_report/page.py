@@ -18,12 +18,20 @@ from typing import Any
 
 import msgspec
 
-from urdf2mbs.disk.files import project_of
-from urdf2mbs.mbs.model import Mbs
-from urdf2mbs.mbs.reader import read
-from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, Diagnostic, counted, some
-from urdf2mbs.plugin import Conversion, Summary
-from urdf2mbs.summary import of_plugins, report
+from urdf2mbs.plugin import (
+    ConfigError,
+    Conversion,
+    ConversionError,
+    Diagnostic,
+    Mbs,
+    Summary,
+    counted,
+    of_plugins,
+    project_of,
+    report,
+    some,
+)
+from urdf2mbs.plugin import read_mbs as read
 from urdf2mbs_meshes.files import files_of
 from urdf2mbs_meshes.model import MeshLimit
 from urdf2mbs_report import around, sections

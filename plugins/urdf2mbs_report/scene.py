@@ -15,12 +15,9 @@ from typing import TYPE_CHECKING, Any
 
 import msgspec
 
-from urdf2mbs.disk.files import is_file, read, size
-from urdf2mbs.mbs import model as mbs
-from urdf2mbs.mbs.kinematics import place
-from urdf2mbs.messages.diagnostics import ConversionError
-from urdf2mbs.spatial import add, rotate
-from urdf2mbs.urdf import model as urdf
+from urdf2mbs.plugin import ConversionError, add, is_file, mbs, rotate, size, urdf
+from urdf2mbs.plugin import compute_placement as place
+from urdf2mbs.plugin import read_bytes as read
 from urdf2mbs_meshes import reader as meshes
 from urdf2mbs_meshes import vrml_reader
 from urdf2mbs_meshes.model import Mesh, MeshError, MeshLimit, Part, distinct

@@ -9,10 +9,7 @@ from typing import Any
 
 import msgspec
 
-from urdf2mbs.mbs.model import Mbs
-from urdf2mbs.plugin import Conversion
-from urdf2mbs.spatial import HERE
-from urdf2mbs.summary import left_out, verdict
+from urdf2mbs.plugin import HERE, Conversion, Mbs, left_out, verdict
 from urdf2mbs_report.table import Cell, Html, Row, plain, table, titled
 
 #: Messages about what the URDF has and the .mbs has no place for.

@@ -13,12 +13,20 @@ from typing import Any
 import msgspec
 import yaml
 
-from urdf2mbs.disk.record import is_ours
-from urdf2mbs.engine.output import write_files
-from urdf2mbs.messages.diagnostics import ConfigError, Diagnostic
-from urdf2mbs.plugin import Conversion, Pass, Segment, Step, hookimpl
-from urdf2mbs.spatial import IDENTITY, Pose
-from urdf2mbs.urdf.model import Robot
+from urdf2mbs.plugin import (
+    IDENTITY,
+    ConfigError,
+    Conversion,
+    Diagnostic,
+    Pass,
+    Pose,
+    Robot,
+    Segment,
+    Step,
+    hookimpl,
+    is_ours,
+    write_files,
+)
 
 #: The URDF that xacro made.
 EXPANDED = "expanded.urdf"

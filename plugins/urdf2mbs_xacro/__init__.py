@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 from urdf2mbs.plugin import hookimpl
 
 if TYPE_CHECKING:
-    from urdf2mbs.urdf.packages import Packages
-    from urdf2mbs.urdf.reader import Expansion, Located
+    from urdf2mbs.plugin import Expansion, Located, Packages
 
 #: What the name of a robot of ``robot_descriptions`` begins with.
 PREFIX = "robot_descriptions:"
@@ -51,7 +50,7 @@ def has_xacro(data: bytes, file: str) -> bool:
         return False
     from lxml import etree
 
-    from urdf2mbs.urdf import xml
+    from urdf2mbs.plugin import xml
 
     root, _ = xml.parse(data, file)
     return any(map(_is_instruction, root.iter(etree.Element))) or any(
@@ -74,7 +73,7 @@ def _is_instruction(element: Any) -> bool:
 
     A call of a macro by itself does not: no macro is defined.  Nor does a macro without a name.
     """
-    from urdf2mbs.urdf.elements import is_xacro, plain
+    from urdf2mbs.plugin import is_xacro, plain
 
     tag = plain(element.tag).rpartition(":")[2]
     nameless = tag == "macro" and not element.get("name")

@@ -12,8 +12,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from urdf2mbs.messages.diagnostics import ConfigError, nearest, not_installed
-from urdf2mbs.urdf.reader import Located
+from urdf2mbs.plugin import ConfigError, Located, nearest, not_installed
 from urdf2mbs_xacro import PREFIX
 
 

@@ -17,7 +17,7 @@ from functools import partial
 from itertools import islice
 from typing import Any
 
-from urdf2mbs.messages.diagnostics import ConversionError
+from urdf2mbs.plugin import ConversionError
 
 #: The letters and items of one value.
 MOST = 10**5

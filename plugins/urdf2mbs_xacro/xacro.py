@@ -18,12 +18,18 @@ from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, Literal
 from xml.parsers.expat import ExpatError
 
-from urdf2mbs.disk import files
-from urdf2mbs.disk.files import read as read_file
-from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, Diagnostic, nearest
-from urdf2mbs.urdf import xml
-from urdf2mbs.urdf.packages import absolute, workspace
-from urdf2mbs.urdf.reader import Expansion
+from urdf2mbs.plugin import (
+    ConfigError,
+    ConversionError,
+    Diagnostic,
+    Expansion,
+    files,
+    nearest,
+    workspace,
+    xml,
+)
+from urdf2mbs.plugin import absolute_path as absolute
+from urdf2mbs.plugin import read_bytes as read_file
 from urdf2mbs_xacro.expressions import MOST, TRUST, Guard, tokenize, too_large
 from urdf2mbs_xacro.xacro_errors import (
     EVALUATING,
@@ -36,7 +42,7 @@ from urdf2mbs_xacro.xacro_errors import (
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-    from urdf2mbs.urdf.packages import Packages
+    from urdf2mbs.plugin import Packages
 
 _UNKNOWN_MACRO = "unknown macro name: "
 

@@ -8,12 +8,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from xml.parsers.expat import ExpatError
 
-from urdf2mbs.disk import files
-from urdf2mbs.disk.xml import safe_parser
-from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, nearest
-from urdf2mbs.urdf import written, xml
-from urdf2mbs.urdf.elements import LEGACY, LEGACY_HINT
-from urdf2mbs.urdf.packages import absolute
+from urdf2mbs.plugin import (
+    LEGACY,
+    LEGACY_HINT,
+    ConfigError,
+    ConversionError,
+    files,
+    nearest,
+    safe_parser,
+    written,
+    xml,
+)
+from urdf2mbs.plugin import absolute_path as absolute
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence

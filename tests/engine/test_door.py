@@ -1,5 +1,6 @@
 """The one door for plugins, and what a config may do with passes: place, leave out, run twice."""
 
+import ast
 from pathlib import Path
 from typing import Any
 
@@ -172,7 +173,28 @@ def test_a_broken_preset_is_told(preset: str, said: str, tmp_path: Path) -> None
 
 def test_what_the_door_shows() -> None:
     assert all(hasattr(plugin, name) for name in plugin.__all__)
+    assert len(set(plugin.__all__)) == len(plugin.__all__)
     assert plugin.VERSION == 1
+    with pytest.raises(AttributeError, match="has no attribute 'nothing'"):
+        plugin.nothing  # noqa: B018
+
+
+def test_the_stub_has_the_names_of_the_door() -> None:
+    """``python docs/make_stub.py`` writes it."""
+    text = (ROOT / "urdf2mbs" / "plugin.pyi").read_text()
+    module = ast.parse(text)
+    names = [
+        alias.asname
+        for node in module.body
+        if isinstance(node, ast.ImportFrom)
+        for alias in node.names
+    ]
+    assert sorted([*names, "VERSION"]) == sorted(plugin.__all__)
+    (listed,) = [node for node in module.body if isinstance(node, ast.Assign)]
+    assert sorted(ast.literal_eval(listed.value)) == sorted(plugin.__all__)
+
+
+def test_what_strangers_import() -> None:
     for file in ROOT.glob("tests/strangers/samples/*.py"):
         lines = [line for line in file.read_text().splitlines() if "import" in line]
         ours = [line for line in lines if line.startswith(("from urdf2mbs", "import urdf2mbs"))]

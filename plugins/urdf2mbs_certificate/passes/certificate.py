@@ -16,11 +16,19 @@ from xml.etree.ElementTree import Element, ParseError, tostring
 
 import msgspec
 
-from urdf2mbs.disk import files
-from urdf2mbs.plugin import Conversion, File, OnPurpose, Pass
-from urdf2mbs.proof.urdf_side import in_plane
-from urdf2mbs.spatial import unit
-from urdf2mbs.urdf.model import JOINT_TYPES, Joint, Link, Origin
+from urdf2mbs.plugin import (
+    JOINT_TYPES,
+    Conversion,
+    File,
+    Link,
+    OnPurpose,
+    Origin,
+    Pass,
+    files,
+    in_plane,
+    unit,
+)
+from urdf2mbs.plugin import UrdfJoint as Joint
 
 #: The passes that change the robot when they are asked to; ``verify`` asks them again.
 CHANGING = ("snap", "estimate-inertia", "rotors")

@@ -11,19 +11,20 @@ import argparse
 
 import msgspec
 
-from urdf2mbs.commands.printing import print_json
-from urdf2mbs.commands.settings import (
+from urdf2mbs.plugin import (
     READING,
+    Config,
+    ConversionError,
+    Pipeline,
     add_fields,
     add_json,
     add_no_plugins,
     add_verbose,
+    counted,
     path,
+    print_json,
     robot_or_config,
 )
-from urdf2mbs.config.model import Config
-from urdf2mbs.engine.pipeline import Pipeline
-from urdf2mbs.messages.diagnostics import ConversionError, counted
 from urdf2mbs_ci.findings import add_sarif, collecting
 
 EXAMPLES = (

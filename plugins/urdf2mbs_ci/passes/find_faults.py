@@ -5,8 +5,7 @@ The reader names what is odd in single elements; the other passes warn when they
 
 from __future__ import annotations
 
-from urdf2mbs.plugin import Conversion, Pass
-from urdf2mbs.urdf.mimic import find_locked_joints
+from urdf2mbs.plugin import Conversion, Pass, find_locked_joints
 
 
 class FindFaults(Pass):

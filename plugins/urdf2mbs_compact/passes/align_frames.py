@@ -18,13 +18,15 @@ from __future__ import annotations
 from math import hypot
 from typing import NamedTuple
 
-from urdf2mbs.plugin import Conversion, Pass, Step
-from urdf2mbs.ranges import Tolerance
-from urdf2mbs.spatial import (
+from urdf2mbs.plugin import (
     IDENTITY,
     ROUNDING,
+    Conversion,
+    Pass,
     Pose,
     Rot,
+    Step,
+    Tolerance,
     Vec,
     axis_turns,
     cross,
@@ -38,7 +40,7 @@ from urdf2mbs.spatial import (
     transpose,
     unit,
 )
-from urdf2mbs.urdf.model import Joint
+from urdf2mbs.plugin import UrdfJoint as Joint
 
 AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 

@@ -8,8 +8,18 @@ ground.  If nothing moves, one link stays a body, since an .mbs needs a body.
 
 from __future__ import annotations
 
-from urdf2mbs.plugin import Conversion, Pass, Segment, Step, fits
-from urdf2mbs.spatial import HERE, Pose, compose, fewest_turns, from_turns
+from urdf2mbs.plugin import (
+    HERE,
+    Conversion,
+    Pass,
+    Pose,
+    Segment,
+    Step,
+    compose,
+    fewest_turns,
+    fits,
+    from_turns,
+)
 
 
 class LumpFixed(Pass):

@@ -11,11 +11,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from urdf2mbs.plugin import Conversion, Pass, Segment, Step
-from urdf2mbs.spatial import (
+from urdf2mbs.plugin import (
     ROUNDING,
     ZERO,
+    Conversion,
+    Pass,
     Pose,
+    Segment,
+    Step,
     Vec,
     add,
     cross,

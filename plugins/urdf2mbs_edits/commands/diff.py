@@ -9,10 +9,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from urdf2mbs.commands.printing import print_json
-from urdf2mbs.commands.settings import add_json, path
-from urdf2mbs.mbs.reader import read_file
-from urdf2mbs.messages.diagnostics import ConversionError, counted, printable
+from urdf2mbs.plugin import ConversionError, add_json, counted, path, print_json, printable
+from urdf2mbs.plugin import read_mbs_file as read_file
 
 EXAMPLES = (
     "urdf2mbs diff before.mbs after.mbs",

@@ -10,11 +10,16 @@ import argparse
 import sys
 from pathlib import Path
 
-from urdf2mbs.commands.printing import print_json
-from urdf2mbs.commands.settings import add_printing, path
-from urdf2mbs.disk.files import read_model
-from urdf2mbs.engine.output import write_files
-from urdf2mbs.messages.diagnostics import ConversionError, counted, printable
+from urdf2mbs.plugin import (
+    ConversionError,
+    add_printing,
+    counted,
+    path,
+    print_json,
+    printable,
+    read_model,
+    write_files,
+)
 
 EXAMPLES = (
     "urdf2mbs merge base.mbs ours.mbs theirs.mbs -o merged.mbs",
@@ -37,7 +42,7 @@ def add_options(command: argparse.ArgumentParser) -> None:
 
 def carry_out(arguments: argparse.Namespace) -> int:
     """Exit code as git wants it: 0 merged, 1 conflicts, 2 trouble."""
-    from urdf2mbs.mbs.reader import read
+    from urdf2mbs.plugin import read_mbs as read
     from urdf2mbs_edits.merge.base import is_base, renewed
     from urdf2mbs_edits.merge.merge import merge, with_those_before
 

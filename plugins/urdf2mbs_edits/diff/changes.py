@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 import msgspec
 
-from urdf2mbs.mbs.model import ORIGIN, Mbs, without_origin
+from urdf2mbs.plugin import ORIGIN, Mbs, without_origin
 from urdf2mbs_edits.diff.flat import DRAWN, KINDS, Thing, Version, flat, is_drawn, things
 from urdf2mbs_edits.diff.matching import match
 

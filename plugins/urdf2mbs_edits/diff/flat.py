@@ -24,10 +24,8 @@ from typing import Any
 
 import msgspec
 
-from urdf2mbs.mbs import writer
-from urdf2mbs.mbs.model import BASE, Mbs
-from urdf2mbs.mbs.reader import read_again
-from urdf2mbs.spatial import ZERO
+from urdf2mbs.plugin import BASE, ZERO, Mbs, writer
+from urdf2mbs.plugin import read_mbs_again as read_again
 from urdf2mbs_edits.diff.unknown import spelling, unknown
 
 #: The elements of a file's things, by their numbers.

@@ -10,7 +10,7 @@ from collections import Counter
 from collections.abc import Callable, Hashable, Iterable
 from typing import Any
 
-from urdf2mbs.spatial import ZERO
+from urdf2mbs.plugin import ZERO
 from urdf2mbs_edits.diff.flat import Thing, is_place, said
 
 #: What is equal for two things that are the same; None is equal to nothing.

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from lxml import etree
 
-from urdf2mbs.mbs.fields import INSIDE, OBJECTS, Table
-from urdf2mbs.mbs.model import SENSOR_MEASURES
+from urdf2mbs.plugin import INSIDE, OBJECTS, SENSOR_MEASURES, Table
 
 if TYPE_CHECKING:
     from collections.abc import Container

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
-from urdf2mbs.messages.diagnostics import counted, some
+from urdf2mbs.plugin import counted, some
 from urdf2mbs_edits.diff.changes import Change, Differences
 
 #: How a field of the model is called.

@@ -8,8 +8,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from urdf2mbs.disk import files
-from urdf2mbs.disk.record import checksum
+from urdf2mbs.plugin import checksum, files
 
 _BEGIN = "<!-- the base of the next merge, made of robot '"
 _LAST = re.compile(rb"made of robot '(.*)' in (.*), sha256 ([0-9a-f]{64}) -->\s*\Z", re.DOTALL)

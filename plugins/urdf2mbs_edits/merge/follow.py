@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from urdf2mbs.mbs.model import Part
-from urdf2mbs.plugin import Conversion, OnPurpose
+from urdf2mbs.plugin import Conversion, OnPurpose, Part
 from urdf2mbs_edits.diff.changes import Change
 from urdf2mbs_edits.diff.flat import things
 

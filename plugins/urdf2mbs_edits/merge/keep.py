@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from urdf2mbs.mbs.model import XY, Mbs
+from urdf2mbs.plugin import XY, Mbs
 
 
 def keep(mbs: Mbs, drawn: dict[int, Any]) -> None:

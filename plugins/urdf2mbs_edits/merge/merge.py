@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import msgspec
 from lxml import etree
 
-from urdf2mbs.mbs.model import Mbs
-from urdf2mbs.mbs.reader import read
+from urdf2mbs.plugin import Mbs
+from urdf2mbs.plugin import read_mbs as read
 from urdf2mbs_edits.diff.flat import HELD, Thing, Version, elements, file_of, flat, things
 from urdf2mbs_edits.diff.matching import match, match_added
 from urdf2mbs_edits.merge.keep import keep

@@ -14,8 +14,7 @@ from typing import TYPE_CHECKING
 
 from lxml import etree
 
-from urdf2mbs.mbs.fields import INSIDE, KEPT, OBJECTS, Table
-from urdf2mbs.mbs.model import BASE, ORIGIN, SENSOR_MEASURES
+from urdf2mbs.plugin import BASE, INSIDE, KEPT, OBJECTS, ORIGIN, SENSOR_MEASURES, Table
 from urdf2mbs_edits.diff.flat import HELD
 from urdf2mbs_edits.diff.unknown import OBJECT_OF
 

@@ -11,11 +11,17 @@ from typing import Literal
 
 import msgspec
 
-from urdf2mbs.disk import files
-from urdf2mbs.disk.record import is_ours, was_ours
-from urdf2mbs.mbs.reader import read
-from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
-from urdf2mbs.plugin import Conversion, File, Pass
+from urdf2mbs.plugin import (
+    ConfigError,
+    Conversion,
+    ConversionError,
+    File,
+    Pass,
+    files,
+    is_ours,
+    was_ours,
+)
+from urdf2mbs.plugin import read_mbs as read
 from urdf2mbs_edits.merge import base
 
 

@@ -11,17 +11,25 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from urdf2mbs.commands.printing import near, print_json
-from urdf2mbs.commands.settings import add_printing, path, refuse
-from urdf2mbs.commands.streams import is_stream
-from urdf2mbs.disk.files import model_of, project_of, read_model
-from urdf2mbs.engine.output import write_files
-from urdf2mbs.messages.diagnostics import ConfigError, counted
+from urdf2mbs.plugin import (
+    ConfigError,
+    add_printing,
+    counted,
+    is_stream,
+    model_of,
+    near,
+    path,
+    print_json,
+    project_of,
+    read_model,
+    refuse,
+    write_files,
+)
 from urdf2mbs_equations.projects import NAMES, SUFFIXES, find_languages
 from urdf2mbs_equations.summary import describe_build
 
 if TYPE_CHECKING:
-    from urdf2mbs.mbs.model import Mbs
+    from urdf2mbs.plugin import Mbs
     from urdf2mbs_equations.files import Equations
 
 #: The options without a value, and what they do.
@@ -100,7 +108,7 @@ def _generate(
     arguments: argparse.Namespace, model: Path, languages: list[str]
 ) -> tuple[Mbs, Equations]:
     """Read a model, and generate its equations in some languages."""
-    from urdf2mbs.mbs.reader import read
+    from urdf2mbs.plugin import read_mbs as read
     from urdf2mbs_equations.files import Equations, generate
 
     data = read_model(model)

@@ -13,11 +13,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Literal
 
-from urdf2mbs.disk import files
-from urdf2mbs.disk.record import is_ours, was_ours
-from urdf2mbs.mbs.reader import read
-from urdf2mbs.messages.diagnostics import counted, some
-from urdf2mbs.plugin import Conversion, File, Pass
+from urdf2mbs.plugin import Conversion, File, Pass, counted, files, is_ours, some, was_ours
+from urdf2mbs.plugin import read_mbs as read
 from urdf2mbs_equations.equations_fit import fingerprint, fits
 from urdf2mbs_equations.projects import NAMES, SUFFIXES
 

@@ -15,23 +15,34 @@ from typing import Annotated, Any
 
 import msgspec
 
-from urdf2mbs.messages.diagnostics import ConfigError, counted, some
-from urdf2mbs.plugin import Conversion, Estimates, Pass
-from urdf2mbs.ranges import PositiveLength
-from urdf2mbs.spatial import ZERO, Pose, Sym, Vec, compose, lump, rotate_inertia, unit
-from urdf2mbs.urdf import inertia
-from urdf2mbs.urdf.model import (
+from urdf2mbs.plugin import (
+    ZERO,
     Box,
     Capsule,
+    ConfigError,
+    Conversion,
     Cylinder,
+    Estimates,
     Geometry,
     Inertial,
-    Joint,
     Link,
     Mesh,
     Origin,
+    Pass,
+    Pose,
+    PositiveLength,
     Sphere,
+    Sym,
+    Vec,
+    compose,
+    counted,
+    inertia,
+    lump,
+    rotate_inertia,
+    some,
+    unit,
 )
+from urdf2mbs.plugin import UrdfJoint as Joint
 from urdf2mbs_inertia.nearest import nearest, second_moments
 from urdf2mbs_meshes.files import MeshFiles, files_of
 

@@ -12,10 +12,19 @@ from typing import Annotated
 
 import msgspec
 
-from urdf2mbs.mbs.names import free_name
-from urdf2mbs.messages.diagnostics import ConfigError, some
-from urdf2mbs.plugin import Conversion, Pass, choose
-from urdf2mbs.urdf.model import JOINT_TYPES, Inertial, Joint, Link, Mimic
+from urdf2mbs.plugin import (
+    JOINT_TYPES,
+    ConfigError,
+    Conversion,
+    Inertial,
+    Link,
+    Mimic,
+    Pass,
+    choose,
+    free_name,
+    some,
+)
+from urdf2mbs.plugin import UrdfJoint as Joint
 
 
 class Rotors(Pass):

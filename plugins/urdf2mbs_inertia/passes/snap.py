@@ -13,10 +13,21 @@ from typing import Annotated, Any
 
 import msgspec
 
-from urdf2mbs.messages.diagnostics import counted
-from urdf2mbs.plugin import Conversion, Pass
-from urdf2mbs.spatial import ROUNDING, Vec, cross, dot, from_rpy, multiply, transpose, unit
-from urdf2mbs.urdf.model import Joint, Robot
+from urdf2mbs.plugin import (
+    ROUNDING,
+    Conversion,
+    Pass,
+    Robot,
+    Vec,
+    counted,
+    cross,
+    dot,
+    from_rpy,
+    multiply,
+    transpose,
+    unit,
+)
+from urdf2mbs.plugin import UrdfJoint as Joint
 
 
 class Snap(Pass):

@@ -13,13 +13,21 @@ from time import monotonic
 
 import msgspec
 
-from urdf2mbs.commands.printing import near, print_json
-from urdf2mbs.commands.progress import Progress
-from urdf2mbs.commands.settings import REPORT, refuse, without_config
-from urdf2mbs.config.model import Config, Lines
-from urdf2mbs.disk.files import is_file
-from urdf2mbs.engine.output import check_ours, write_files
-from urdf2mbs.messages.diagnostics import ConfigError, counted
+from urdf2mbs.plugin import (
+    REPORT,
+    Config,
+    ConfigError,
+    Lines,
+    Progress,
+    check_ours,
+    counted,
+    is_file,
+    near,
+    print_json,
+    refuse,
+    without_config,
+    write_files,
+)
 from urdf2mbs_many.convert import jobs_of, run
 from urdf2mbs_many.folder import robots_in
 from urdf2mbs_many.job import Job, Outcome

@@ -18,13 +18,18 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import msgspec
 from msgspec import Meta
 
-from urdf2mbs.disk import files
-from urdf2mbs.disk.record import is_ours
-from urdf2mbs.mbs.model import RGB, Shape
-from urdf2mbs.mbs.names import free_name
-from urdf2mbs.messages.diagnostics import counted, some
-from urdf2mbs.plugin import Conversion, Pass
-from urdf2mbs.urdf import model as urdf
+from urdf2mbs.plugin import (
+    RGB,
+    Conversion,
+    Pass,
+    Shape,
+    counted,
+    files,
+    free_name,
+    is_ours,
+    some,
+    urdf,
+)
 from urdf2mbs_meshes.files import files_of
 from urdf2mbs_meshes.missing import name_with_links, warn_of_missing
 from urdf2mbs_meshes.model import MeshLimit

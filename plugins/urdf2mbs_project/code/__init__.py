@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from urdf2mbs.mbs.model import Mbs
+from urdf2mbs.plugin import Mbs
 from urdf2mbs_equations import equations_fit
 
 #: Stands for the name of the project, alone or in NAME_robot.

@@ -7,9 +7,7 @@ import re
 from collections.abc import Iterable, Iterator
 from math import cos, sin
 
-from urdf2mbs.mbs.model import BASE, Mbs, UserModel
-from urdf2mbs.messages.diagnostics import quoted
-from urdf2mbs.spatial import IDENTITY
+from urdf2mbs.plugin import BASE, IDENTITY, Mbs, UserModel, quoted
 from urdf2mbs_project.code import FOLDER, dependent, fill
 from urdf2mbs_project.simulation import (
     CONTACT_STATES,

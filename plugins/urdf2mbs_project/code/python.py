@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from urdf2mbs.mbs.model import Mbs
-from urdf2mbs.messages.diagnostics import quoted
+from urdf2mbs.plugin import Mbs, quoted
 from urdf2mbs_project.code import FOLDER, dependent, fill, plotted
 from urdf2mbs_project.simulation import (
     JOINT_STATES,

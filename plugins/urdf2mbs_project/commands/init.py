@@ -16,19 +16,32 @@ from typing import Any, NamedTuple
 import yaml
 from lxml import etree
 
-from urdf2mbs.commands.printing import print_json
-from urdf2mbs.commands.settings import add_fields, add_printing, choose_fields, path
-from urdf2mbs.commands.streams import STREAM
-from urdf2mbs.config.model import Config, Lines, typed
-from urdf2mbs.disk import files
-from urdf2mbs.disk.xml import safe_parser
-from urdf2mbs.engine.output import write_files
-from urdf2mbs.engine.pipeline import Pipeline
-from urdf2mbs.messages.diagnostics import ConfigError, counted, printable, some
-from urdf2mbs.plugin import Conversion
-from urdf2mbs.summary import report
-from urdf2mbs.urdf.model import Mesh, Robot
-from urdf2mbs.urdf.reader import is_name, read_text, stem
+from urdf2mbs.plugin import (
+    STREAM,
+    Config,
+    ConfigError,
+    Conversion,
+    Lines,
+    Mesh,
+    Pipeline,
+    Robot,
+    add_fields,
+    add_printing,
+    choose_fields,
+    counted,
+    files,
+    is_name,
+    path,
+    print_json,
+    printable,
+    read_text,
+    report,
+    safe_parser,
+    some,
+    stem,
+    typed,
+    write_files,
+)
 from urdf2mbs_meshes.files import files_of
 from urdf2mbs_project.stance import find_stance, shapes
 

@@ -22,13 +22,31 @@ from typing import Annotated, Any
 
 from msgspec import Meta
 
-from urdf2mbs.mbs.kinematics import place
-from urdf2mbs.mbs.model import Body, Mbs, Point, Sensor, UserModel
-from urdf2mbs.messages.diagnostics import ConfigError, some
-from urdf2mbs.plugin import Conversion, Pass, Segment, choose, fits
-from urdf2mbs.ranges import PositiveLength, rounded
-from urdf2mbs.spatial import ROUNDING, ZERO, Pose, Vec, compose, dot, unit
-from urdf2mbs.urdf import model as urdf
+from urdf2mbs.plugin import (
+    ROUNDING,
+    ZERO,
+    Body,
+    ConfigError,
+    Conversion,
+    Mbs,
+    Pass,
+    Point,
+    Pose,
+    PositiveLength,
+    Segment,
+    UserModel,
+    Vec,
+    choose,
+    compose,
+    dot,
+    fits,
+    rounded,
+    some,
+    unit,
+    urdf,
+)
+from urdf2mbs.plugin import MbsSensor as Sensor
+from urdf2mbs.plugin import compute_placement as place
 from urdf2mbs_meshes.files import files_of
 from urdf2mbs_project.balance import warn_of_falling
 from urdf2mbs_project.places import floating, way

@@ -11,9 +11,7 @@ from collections.abc import Iterable
 
 import msgspec
 
-from urdf2mbs.messages.diagnostics import some
-from urdf2mbs.plugin import Conversion, Pass
-from urdf2mbs.urdf.model import Robot
+from urdf2mbs.plugin import Conversion, Pass, Robot, some
 from urdf2mbs_project.simulation import Simulation
 from urdf2mbs_project.singular import Rule, Singular, find_singular
 

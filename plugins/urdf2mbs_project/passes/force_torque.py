@@ -7,9 +7,7 @@ sensor costs six joints, so the pass makes only the sensors that the config name
 
 from __future__ import annotations
 
-from urdf2mbs.mbs.names import free_name
-from urdf2mbs.messages.diagnostics import ConfigError, nearest
-from urdf2mbs.plugin import Conversion, Pass, Placed, choose
+from urdf2mbs.plugin import ConfigError, Conversion, Pass, Placed, choose, free_name, nearest
 from urdf2mbs_project.gazebo import FORCE_TORQUE
 
 

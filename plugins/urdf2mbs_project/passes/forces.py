@@ -12,12 +12,9 @@ from math import dist
 
 import msgspec
 
-from urdf2mbs.mbs.kinematics import place
-from urdf2mbs.mbs.model import Connection, Sensor, UserModel
-from urdf2mbs.mbs.names import identifiers
-from urdf2mbs.messages.diagnostics import ConfigError
-from urdf2mbs.plugin import Conversion, Pass
-from urdf2mbs.spatial import ZERO
+from urdf2mbs.plugin import ZERO, ConfigError, Connection, Conversion, Pass, UserModel, identifiers
+from urdf2mbs.plugin import MbsSensor as Sensor
+from urdf2mbs.plugin import compute_placement as place
 from urdf2mbs_project.places import point_at
 from urdf2mbs_project.ranges import End, Force, Gain, Length, Place, Time
 from urdf2mbs_project.simulation import MEASURES, WRENCH, Simulation, Wrench

@@ -12,9 +12,7 @@ from __future__ import annotations
 
 from math import isfinite, pi
 
-from urdf2mbs.mbs.model import UserModel
-from urdf2mbs.plugin import Conversion, JointModels, Pass
-from urdf2mbs.ranges import rounded
+from urdf2mbs.plugin import Conversion, JointModels, Pass, UserModel, rounded
 from urdf2mbs_project.simulation import Simulation
 
 #: The moved inertia would swing on the bristle at this rate (1/s).

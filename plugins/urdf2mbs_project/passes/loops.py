@@ -18,14 +18,29 @@ from typing import TYPE_CHECKING, Literal
 
 import msgspec
 
-from urdf2mbs.mbs.kinematics import Placement
-from urdf2mbs.mbs.model import Connection, Mbs
-from urdf2mbs.mbs.names import free_name
-from urdf2mbs.messages.diagnostics import ConfigError, counted, some
-from urdf2mbs.plugin import Conversion, Pass, Placed, fits
-from urdf2mbs.ranges import PositiveLength
-from urdf2mbs.spatial import Pose, Vec, compose, inverse, multiply, rotate, transpose, unit
-from urdf2mbs.urdf.model import ClosingJoint
+from urdf2mbs.plugin import (
+    ClosingJoint,
+    ConfigError,
+    Connection,
+    Conversion,
+    Mbs,
+    Pass,
+    Placed,
+    Placement,
+    Pose,
+    PositiveLength,
+    Vec,
+    compose,
+    counted,
+    fits,
+    free_name,
+    inverse,
+    multiply,
+    rotate,
+    some,
+    transpose,
+    unit,
+)
 from urdf2mbs_project.places import point_at
 from urdf2mbs_project.ranges import End
 from urdf2mbs_project.simulation import Simulation

@@ -12,8 +12,16 @@ from typing import Literal
 
 import msgspec
 
-from urdf2mbs.mbs.model import UserConstraint
-from urdf2mbs.plugin import Conversion, OnPurpose, Pass, Placed, choose, fits, follow
+from urdf2mbs.plugin import (
+    Conversion,
+    OnPurpose,
+    Pass,
+    Placed,
+    UserConstraint,
+    choose,
+    fits,
+    follow,
+)
 from urdf2mbs_project.simulation import Coupling, Simulation
 
 Nature = Literal["dependent", "independent", "driven"]

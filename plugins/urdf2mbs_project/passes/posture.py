@@ -16,11 +16,20 @@ import msgspec
 from lxml import etree
 from msgspec import Meta
 
-from urdf2mbs.disk import files
-from urdf2mbs.disk.xml import safe_parser
-from urdf2mbs.mbs.model import Joint
-from urdf2mbs.messages.diagnostics import ConfigError, nearest, some
-from urdf2mbs.plugin import Conversion, Pass, Placed, Step, choose, fits
+from urdf2mbs.plugin import (
+    ConfigError,
+    Conversion,
+    Pass,
+    Placed,
+    Step,
+    choose,
+    files,
+    fits,
+    nearest,
+    safe_parser,
+    some,
+)
+from urdf2mbs.plugin import MbsJoint as Joint
 from urdf2mbs_project.ranges import Coordinate
 from urdf2mbs_project.simulation import Coupling, Held, Simulation
 

@@ -12,12 +12,20 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-from urdf2mbs.disk import files
-from urdf2mbs.disk.record import is_ours
-from urdf2mbs.mbs.model import Mbs
-from urdf2mbs.mbs.reader import read
-from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, counted, some
-from urdf2mbs.plugin import Conversion, File, OnPurpose, Pass
+from urdf2mbs.plugin import (
+    ConfigError,
+    Conversion,
+    ConversionError,
+    File,
+    Mbs,
+    OnPurpose,
+    Pass,
+    counted,
+    files,
+    is_ours,
+    some,
+)
+from urdf2mbs.plugin import read_mbs as read
 from urdf2mbs_project.simulation import CONTACT_STATES, JOINT_STATES, Simulation, force_of
 
 #: The endings of files in which user functions may be.

@@ -10,13 +10,21 @@ from __future__ import annotations
 from collections.abc import Iterator
 from math import dist
 
-from urdf2mbs.mbs import model as mbs
-from urdf2mbs.mbs.model import Point
-from urdf2mbs.mbs.names import free_name
-from urdf2mbs.messages.diagnostics import counted
-from urdf2mbs.plugin import Conversion, Pass, Placed, Segment, choose
-from urdf2mbs.spatial import HERE, Pose, compose
-from urdf2mbs.urdf.model import Sensor
+from urdf2mbs.plugin import (
+    HERE,
+    Conversion,
+    Pass,
+    Placed,
+    Point,
+    Pose,
+    Segment,
+    choose,
+    compose,
+    counted,
+    free_name,
+    mbs,
+)
+from urdf2mbs.plugin import UrdfSensor as Sensor
 from urdf2mbs_project.gazebo import MOTION
 from urdf2mbs_project.simulation import MEASURES, ForceTorque, PointSensor, Simulation
 

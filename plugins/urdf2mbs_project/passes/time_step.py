@@ -18,9 +18,7 @@ from collections.abc import Iterator
 from math import floor, hypot, log10, pi, sqrt
 from typing import TYPE_CHECKING
 
-from urdf2mbs.mbs.model import Parameter, UserModel
-from urdf2mbs.plugin import Conversion, Pass
-from urdf2mbs.ranges import rounded
+from urdf2mbs.plugin import Conversion, Parameter, Pass, UserModel, rounded
 from urdf2mbs_project.balance import warn_of_weak_motors
 from urdf2mbs_project.places import floating, point_at, way
 from urdf2mbs_project.simulation import CONTACT_STATES, JOINT_STATES, Simulation

@@ -8,11 +8,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from urdf2mbs.commands.printing import beside, print_json
-from urdf2mbs.commands.settings import add_printing, path
-from urdf2mbs.commands.streams import is_stream, saving
-from urdf2mbs.mbs.reader import read_file
-from urdf2mbs.messages.diagnostics import counted
+from urdf2mbs.plugin import add_printing, beside, counted, is_stream, path, print_json, saving
+from urdf2mbs.plugin import read_mbs_file as read_file
 
 EXAMPLES = (
     "urdf2mbs diagram robot.mbs",

@@ -12,24 +12,31 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from urdf2mbs.commands.printing import beside, near, print_json, tell, with_near_paths
-from urdf2mbs.commands.progress import Progress
-from urdf2mbs.commands.settings import (
+from urdf2mbs.plugin import (
     ALONE,
     FLAGS,
+    ConfigError,
+    Pipeline,
+    Progress,
     add_fields,
     add_printing,
     add_running,
+    beside,
     choose_fields,
+    counted,
+    is_file,
+    is_stream,
+    near,
     path,
+    print_json,
+    report,
     robot_or_config,
+    saving,
+    tell,
+    with_near_paths,
 )
-from urdf2mbs.commands.streams import is_stream, saving
-from urdf2mbs.disk.files import is_file, read
-from urdf2mbs.engine.pipeline import Pipeline
-from urdf2mbs.mbs.reader import read_file
-from urdf2mbs.messages.diagnostics import ConfigError, counted
-from urdf2mbs.summary import report
+from urdf2mbs.plugin import read_bytes as read
+from urdf2mbs.plugin import read_mbs_file as read_file
 
 if TYPE_CHECKING:
     from urdf2mbs_report.page import Page

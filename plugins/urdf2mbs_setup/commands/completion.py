@@ -8,8 +8,7 @@ from __future__ import annotations
 import argparse
 import re
 
-from urdf2mbs.commands import parser
-from urdf2mbs.messages.diagnostics import not_installed
+from urdf2mbs.plugin import not_installed, parser
 
 EXAMPLES = (
     "urdf2mbs completion bash > ~/.local/share/bash-completion/completions/urdf2mbs",

@@ -15,11 +15,8 @@ import sys
 from importlib.metadata import requires, version
 from pathlib import Path
 
-from urdf2mbs import __file__ as our_file
-from urdf2mbs.commands.printing import print_json
-from urdf2mbs.commands.settings import add_json, add_no_plugins
-from urdf2mbs.engine.plugins import Plugins
-from urdf2mbs.engine.registered import version_of
+from urdf2mbs import plugin
+from urdf2mbs.plugin import Plugins, add_json, add_no_plugins, print_json, version_of
 
 #: Packages that a user installs when they are needed, and what for.
 EXTRAS = {
@@ -63,7 +60,7 @@ def examine(*, installed_plugins: bool = True) -> dict[str, dict[str, str]]:
             listed[found.plugin] = f"{found.package} {found.version}"
     return {
         "urdf2mbs": {
-            "urdf2mbs": f"{version('urdf2mbs')} ({Path(our_file).parent})",
+            "urdf2mbs": f"{version('urdf2mbs')} ({Path(plugin.__file__).parent})",
             "Python": f"{platform.python_version()} ({sys.executable})",
             "system": f"{platform.system()} {platform.machine()}",
             "C compiler": (compiler and compiler()) or "none: simulations run in Python",

@@ -13,21 +13,24 @@ from typing import Any
 
 import msgspec
 
-from urdf2mbs.commands.printing import near, print_json
-from urdf2mbs.commands.settings import (
+from urdf2mbs.plugin import (
     ALONE,
+    Config,
+    Lines,
+    Pipeline,
+    Plugins,
+    Registered,
     add_fields,
     add_json,
     add_running,
+    counted,
+    near,
+    of_plugin,
     path,
+    print_json,
     robot_or_config,
 )
-from urdf2mbs.config.model import Config, Lines
-from urdf2mbs.engine.pipeline import Pipeline
-from urdf2mbs.engine.plugins import Plugins, of_plugin
-from urdf2mbs.engine.registered import Registered
-from urdf2mbs.messages.diagnostics import counted
-from urdf2mbs.urdf.reader import read_file
+from urdf2mbs.plugin import read_robot_file as read_file
 
 #: What the summaries of the passes call "the method".
 METHOD = (

@@ -10,12 +10,7 @@ import re
 import sys
 from pathlib import Path
 
-from urdf2mbs.commands.printing import print_json
-from urdf2mbs.commands.settings import add_printing, path
-from urdf2mbs.engine.output import write_files
-from urdf2mbs.engine.plugins import Plugins
-from urdf2mbs.engine.registered import GROUP
-from urdf2mbs.messages.diagnostics import ConfigError
+from urdf2mbs.plugin import GROUP, ConfigError, Plugins, add_printing, path, print_json, write_files
 
 EXAMPLES = (
     "urdf2mbs new-pass actuate",

@@ -13,10 +13,7 @@ from typing import Any
 
 import msgspec
 
-from urdf2mbs.commands.printing import print_json
-from urdf2mbs.commands.settings import add_fields, add_no_plugins, field_docs
-from urdf2mbs.config.model import Config
-from urdf2mbs.engine.plugins import Plugins
+from urdf2mbs.plugin import Config, Plugins, add_fields, add_no_plugins, field_docs, print_json
 from urdf2mbs_setup.commands.explain import warn_of
 
 EXAMPLES = ("urdf2mbs schema > config.schema.json",)

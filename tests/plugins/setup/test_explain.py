@@ -17,7 +17,7 @@ def test_explain_runs_nothing(here: Path, capsys: Any) -> None:
     out = capsys.readouterr().out
     assert f"source  {here}/tiny.urdf" in out
     assert "prune-massless: the method's" in out
-    assert "   reads    robot, base\n   writes   bodies\n   options  keep: []" in out
+    assert "   reads    robot\n   writes   bodies\n   options  keep: []" in out
     assert main(["explain", "--json", "tiny.yaml"]) == 0
     told = json.loads(capsys.readouterr().out)
     prune = next(one for one in told if one["name"] == "prune-massless")
@@ -30,7 +30,7 @@ def test_passes(capsys: Any) -> None:
     plugin = str(ROOT / "tests" / "strangers" / "samples" / "rename_links.py")
     assert main(["explain", "--no-plugins", "--plugin", plugin]) == 0
     out = capsys.readouterr().out
-    assert "robot, base -> bodies; urdf2mbs " in out
+    assert "robot -> bodies; urdf2mbs " in out
     assert f"- -> robot; rename_links ({near(Path(plugin))})" in out
     assert main(["explain", "--no-plugins", "--json"]) == 0
     assert {one["name"] for one in json.loads(capsys.readouterr().out)} >= {"expand", "emit"}
