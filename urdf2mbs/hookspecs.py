@@ -6,6 +6,7 @@ marked with ``hookimpl`` of ``urdf2mbs.plugin``.
 
 from __future__ import annotations
 
+import argparse
 import re
 import sys
 from collections.abc import Callable, Mapping
@@ -16,6 +17,7 @@ import msgspec
 import pluggy
 
 if TYPE_CHECKING:
+    from urdf2mbs.config.model import Config, Lines
     from urdf2mbs.conversion import Conversion, Summary
     from urdf2mbs.urdf.model import Extension, Robot
     from urdf2mbs.urdf.packages import Packages
@@ -118,6 +120,40 @@ def urdf2mbs_passes() -> list[type[Pass] | PassEntry]:
 def urdf2mbs_commands() -> list[Command]:
     """The commands that this plugin brings."""
     raise NotImplementedError
+
+
+@hookspec
+def urdf2mbs_options(command: str, parser: argparse.ArgumentParser) -> None:
+    """Add options to a command of the core.
+
+    Args:
+        command: ``run``, ``convert`` or ``verify``.
+        parser: What reads the words of the command.
+    """
+
+
+@hookspec
+def urdf2mbs_observe(arguments: argparse.Namespace) -> object | None:
+    """Return an object whose own hooks are called around the passes of one robot.
+
+    Its method ``finish``, if it has one, is called when the passes have ended, also by an error.
+
+    Args:
+        arguments: The options of ``run`` or ``convert``, those of ``urdf2mbs_options`` among them.
+    """
+
+
+@hookspec(firstresult=True)
+def urdf2mbs_carry_out(
+    command: str, configs: list[tuple[Config, Lines]], arguments: argparse.Namespace
+) -> int | None:
+    """Carry out a command for many robots, and return the exit code; None: another plugin may.
+
+    Args:
+        command: ``run``, of several configs or a sweep; or ``convert``, of a folder of robots.
+        configs: The configs of ``run``, and where each value stands in its file.
+        arguments: The options of the command.
+    """
 
 
 @hookspec

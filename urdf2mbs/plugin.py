@@ -124,7 +124,6 @@ EXPORTS: dict[str, dict[str, tuple[str, ...]]] = {
             "ALONE",
             "FLAGS",
             "READING",
-            "REPORT",
             "add_fields",
             "add_json",
             "add_no_plugins",

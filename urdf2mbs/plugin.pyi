@@ -10,7 +10,6 @@ from urdf2mbs.commands.progress import Progress as Progress
 from urdf2mbs.commands.settings import ALONE as ALONE
 from urdf2mbs.commands.settings import FLAGS as FLAGS
 from urdf2mbs.commands.settings import READING as READING
-from urdf2mbs.commands.settings import REPORT as REPORT
 from urdf2mbs.commands.settings import add_fields as add_fields
 from urdf2mbs.commands.settings import add_json as add_json
 from urdf2mbs.commands.settings import add_no_plugins as add_no_plugins
@@ -231,7 +230,6 @@ __all__ = [
     "ORIGIN",
     "READING",
     "RECORD",
-    "REPORT",
     "RGB",
     "ROUNDING",
     "SENSOR_MEASURES",

@@ -1,6 +1,31 @@
 """What helps to set up and to write plugins: versions, schema, completion, new passes, dumps."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 from urdf2mbs.plugin import Command, hookimpl
+
+if TYPE_CHECKING:
+    import argparse
+
+
+@hookimpl
+def urdf2mbs_options(command: str, parser: argparse.ArgumentParser) -> None:
+    if command in ("run", "convert"):
+        from urdf2mbs.plugin import path
+
+        does = "write the state after every pass, as YAML"
+        parser.add_argument("--dump", type=path, metavar="DIR", help=does)
+
+
+@hookimpl
+def urdf2mbs_observe(arguments: argparse.Namespace) -> object | None:
+    if arguments.dump is None:
+        return None
+    from urdf2mbs_setup.dump import Dump
+
+    return Dump(arguments.dump, force=arguments.force)
 
 
 @hookimpl
@@ -16,11 +41,6 @@ def urdf2mbs_commands() -> list[Command]:
         Command(name, does, f"urdf2mbs_setup.commands.{name.replace('-', '_')}")
         for name, does in sentences.items()
     ]
-
-
-@hookimpl
-def urdf2mbs_api() -> dict[str, str]:
-    return {"Dump": "urdf2mbs_setup.dump:Dump"}
 
 
 @hookimpl

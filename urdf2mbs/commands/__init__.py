@@ -114,7 +114,8 @@ def parse(words: Sequence[str]) -> argparse.Namespace:
     if name not in known:
         known = commands_of(plugins_of((), installed="--no-plugins" not in words))
     may_ask_for_help = any(HELP.fullmatch(word) for word in words)
-    whole = parser(known, words[:1], texts=may_ask_for_help or not words)
+    installed = "--no-plugins" not in words
+    whole = parser(known, words[:1], texts=may_ask_for_help or not words, installed=installed)
     if not words:
         whole.print_help()
         whole.exit()
@@ -147,6 +148,7 @@ def parser(
     named: Iterable[str] | None = None,
     *,
     texts: bool = True,
+    installed: bool = True,
 ) -> argparse.ArgumentParser:
     """The known commands in the order of the help, those that are ``named`` with their options.
 
@@ -170,7 +172,7 @@ def parser(
             formatter_class=argparse.RawDescriptionHelpFormatter,
         )  # fmt: skip
         if name in named:
-            _add_options(one, command)
+            _add_options(one, command, installed=installed)
             if texts:
                 from urdf2mbs.commands.settings import add_texts
 
@@ -191,7 +193,7 @@ def _listed(known: Mapping[str, Command]) -> str:
     return "\n".join(lines)
 
 
-def _add_options(own: argparse.ArgumentParser, command: Command) -> None:
+def _add_options(own: argparse.ArgumentParser, command: Command, *, installed: bool) -> None:
     """The options of a command, those that all commands have among them."""
     module = import_module(command.module)
     does = f"{command.does[0].upper()}{command.does[1:]}"
@@ -205,6 +207,9 @@ def _add_options(own: argparse.ArgumentParser, command: Command) -> None:
         help="colours; auto: on a terminal only",
     )  # fmt: skip
     module.add_options(own)
+    if command in CORE:
+        hook = plugins_of((), installed=installed).hook
+        hook.urdf2mbs_options(command=command.name, parser=own)
 
 
 class _Help(argparse.RawDescriptionHelpFormatter):

@@ -13,11 +13,10 @@ from pathlib import Path
 from typing import Any
 
 from urdf2mbs.commands.printing import tell
-from urdf2mbs.commands.run import carry_out_one, convert_one
+from urdf2mbs.commands.run import carry_out_many, carry_out_one, convert_one
 from urdf2mbs.commands.settings import ALONE, add_converting, add_fields, without_config
 from urdf2mbs.commands.streams import STREAM, is_stream, saving
 from urdf2mbs.disk.files import is_folder
-from urdf2mbs.engine.plugins import of_plugin
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.summary import report
 from urdf2mbs.urdf.reader import stem
@@ -59,8 +58,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
     if is_stream(output) or (output is None and is_stream(arguments.robot)):
         return _pass_on(arguments)
     if is_folder(Path(arguments.robot)):
-        code: int = of_plugin("carry_out_folder", "many")(arguments)
-        return code
+        return carry_out_many("convert", [], arguments)
     if folder:
         output = {"project": output, "language": arguments.language or "python"}
     config, lines = without_config(arguments.robot, output, arguments)

@@ -8,16 +8,17 @@ exit code 3 if they are not the same robot.  Files that you edited stay.
 from __future__ import annotations
 
 import argparse
+from contextlib import ExitStack
 
 from urdf2mbs.commands.printing import near, next_steps, print_json, tell, tell_diagnostics
 from urdf2mbs.commands.progress import Progress
-from urdf2mbs.commands.settings import add_converting, path, read_config, refuse
+from urdf2mbs.commands.settings import add_converting, path, read_config
 from urdf2mbs.config.model import Config, Lines
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.output import plan, write
 from urdf2mbs.engine.pipeline import Pipeline
-from urdf2mbs.engine.plugins import of_plugin
-from urdf2mbs.messages.diagnostics import printable, some
+from urdf2mbs.engine.plugins import plugins_of
+from urdf2mbs.messages.diagnostics import ConfigError, printable, some
 from urdf2mbs.summary import Report, report
 
 EXAMPLES = (
@@ -37,32 +38,47 @@ def add_options(command: argparse.ArgumentParser) -> None:
 def carry_out(arguments: argparse.Namespace) -> int:
     configs = [read_config(file, arguments) for file in arguments.config]
     if len(configs) > 1 or configs[0][0].sweep is not None:
-        code: int = of_plugin("carry_out_many", "many")(configs, arguments)
-        return code
+        return carry_out_many("run", configs, arguments)
     return carry_out_one(*configs[0], arguments)
 
 
+def carry_out_many(
+    command: str, configs: list[tuple[Config, Lines]], arguments: argparse.Namespace
+) -> int:
+    """Let a plugin convert many robots, and return the exit code.
+
+    Raises:
+        ConfigError: ``plugin-missing``, no plugin does.
+    """
+    hook = plugins_of((), installed=not arguments.no_plugins).hook
+    code: int | None = hook.urdf2mbs_carry_out(
+        command=command, configs=configs, arguments=arguments
+    )
+    if code is None:
+        message = "these are many robots, and no plugin converts many"
+        hint = "convert them one by one, or install urdf2mbs whole"
+        raise ConfigError("plugin-missing", message, hint=hint)
+    return code
+
+
 def convert_one(config: Config, lines: Lines, arguments: argparse.Namespace) -> Conversion:
-    """The conversion, run; nothing is written but the dump."""
+    """Run the passes of a config; nothing is written but by observers."""
     pipeline = Pipeline(
         config, lines, installed_plugins=not arguments.no_plugins,
         fresh=arguments.fresh or arguments.force,
     )  # fmt: skip
-    with Progress(arguments) as progress:
+    hook = plugins_of((), installed=not arguments.no_plugins).hook
+    observers = [found for found in hook.urdf2mbs_observe(arguments=arguments) if found is not None]
+    with Progress(arguments) as progress, ExitStack() as ends:
         pipeline.watch(progress)
-        if arguments.dump is None:
-            return pipeline.run(stop_after=arguments.stop_after)
-        dump = of_plugin("Dump", "setup")(arguments.dump, force=arguments.force)
-        pipeline.watch(dump)
-        try:
-            return pipeline.run(stop_after=arguments.stop_after)
-        finally:
-            dump.finish()
+        for observer in observers:
+            pipeline.watch(observer)
+            ends.callback(getattr(observer, "finish", lambda: None))
+        return pipeline.run(stop_after=arguments.stop_after)
 
 
 def carry_out_one(config: Config, lines: Lines, arguments: argparse.Namespace) -> int:
     """Convert one robot, write its files, and say what became of it."""
-    refuse(arguments, ("workers", "cluster", "report"), "many robots, and this is one")
     conversion = convert_one(config, lines, arguments)
     if arguments.plan:
         return _show_plan(conversion, arguments)

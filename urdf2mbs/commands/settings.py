@@ -16,9 +16,6 @@ from urdf2mbs.disk import files
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.urdf.reader import is_name
 
-#: The name of the report of many robots.
-REPORT = "urdf2mbs-report.json"
-
 
 class _Flag(NamedTuple):
     """The option of a command line that sets a field of ``Config``."""
@@ -212,7 +209,7 @@ def add_running(command: argparse.ArgumentParser) -> None:
 
 
 def add_converting(command: argparse.ArgumentParser) -> None:
-    """For ``run`` and ``convert``: where to stop, what to keep, many robots."""
+    """Add the options of ``run`` and ``convert``; plugins add theirs by ``urdf2mbs_options``."""
     add_printing(command)
     either = command.add_mutually_exclusive_group()
     either.add_argument("--plan", action="store_true", help="list the changes, and write nothing")
@@ -221,15 +218,3 @@ def add_converting(command: argparse.ArgumentParser) -> None:
     )
     add_running(command)
     command.add_argument("--stop-after", metavar="PASS", help="run the passes up to this one")
-    command.add_argument(
-        "--dump", type=path, metavar="DIR", help="write the state after every pass, as YAML"
-    )
-    many = command.add_argument_group("many robots")
-    many.add_argument("--workers", type=int, metavar="N", help="processes (default: every core)")
-    many.add_argument(
-        "--cluster", metavar="ADDRESS", help="the address of a Dask scheduler to use instead"
-    )
-    many.add_argument(
-        "--report", type=path, metavar="FILE.json",
-        help=f"default: {REPORT} in the folder of all outputs",
-    )  # fmt: skip

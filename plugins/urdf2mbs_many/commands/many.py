@@ -14,7 +14,6 @@ from time import monotonic
 import msgspec
 
 from urdf2mbs.plugin import (
-    REPORT,
     Config,
     ConfigError,
     Lines,
@@ -28,6 +27,7 @@ from urdf2mbs.plugin import (
     without_config,
     write_files,
 )
+from urdf2mbs_many import REPORT
 from urdf2mbs_many.convert import jobs_of, run
 from urdf2mbs_many.folder import robots_in
 from urdf2mbs_many.job import Job, Outcome
