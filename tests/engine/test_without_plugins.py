@@ -7,9 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from urdf2mbs.engine.registered import OURS
+from urdf2mbs.engine.registered import find_own_plugins
 from urdf2mbs.testing import TINY
 
+#: The names of our own plugins.
+OWN = sorted(find_own_plugins(tuple(sys.path)))
 TESTS = Path(__file__).resolve().parents[1]
 
 #: Calls the commands of the core, without the plugins that are named.
@@ -44,7 +46,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
     return files_of(tmp_path_factory.mktemp("whole") / "all", "")[0]
 
 
-@pytest.mark.parametrize("away", ["all", *OURS])
+@pytest.mark.parametrize("away", ["all", *OWN])
 def test_the_commands_of_the_core_need_no_plugin(
     away: str, whole: dict[str, bytes], tmp_path: Path
 ) -> None:

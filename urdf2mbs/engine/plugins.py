@@ -16,7 +16,13 @@ import pluggy
 from urdf2mbs import hookspecs, passes
 from urdf2mbs.config.model import Lines, Preset, typed
 from urdf2mbs.disk.files import is_file
-from urdf2mbs.engine.registered import GROUP, OURS, Registered, installed_plugins, version_of
+from urdf2mbs.engine.registered import (
+    GROUP,
+    Registered,
+    find_own_plugins,
+    installed_plugins,
+    version_of,
+)
 from urdf2mbs.engine.tracebacks import FAILURES, frames_in, in_words, line_in
 from urdf2mbs.hookspecs import Command, Pass, PassEntry
 from urdf2mbs.messages.diagnostics import ConfigError, Diagnostic
@@ -84,6 +90,8 @@ class Plugins:
         self._manager.add_hookspecs(hookspecs)
         self._files: dict[str, str] = {}
         """The file of each plugin, by the plugin's name."""
+        self._own = {GROUP}
+        """The names of the core and of our own plugins."""
         self.broken: list[Diagnostic] = []
         """Installed plugins that are left out, and what is wrong with each."""
         self.hook: Any = self._manager.hook
@@ -97,6 +105,7 @@ class Plugins:
         """The functions and classes of plugins that others call by name: ``module:name``."""
         self._add(passes, GROUP, GROUP, passes.__file__ or "")
         for name, plugin in _ours():
+            self._own.add(name)
             self._add(plugin, name, GROUP, plugin.__file__ or "")
         if installed:
             for entry, package in installed_plugins(tuple(sys.path)):
@@ -120,14 +129,14 @@ class Plugins:
     def blame(self, tb: TracebackType | None) -> tuple[str, str] | None:
         """The plugin (name, file) whose code a traceback went through; None: no plugin's."""
         for plugin, file in self._files.items():
-            if plugin not in (GROUP, *OURS) and frames_in(file, tb):
+            if plugin not in self._own and frames_in(file, tb):
                 return plugin, file
         return None
 
     def with_hook(self, hook: str) -> list[str]:
         """The plugins, ours apart, that have a hook."""
         impls = getattr(self.hook, hook).get_hookimpls()
-        return [impl.plugin_name for impl in impls if impl.plugin_name not in (GROUP, *OURS)]
+        return [impl.plugin_name for impl in impls if impl.plugin_name not in self._own]
 
     def summaries(self, conversion: Conversion) -> tuple[list[Summary], list[Diagnostic]]:
         """Return what plugins have to say of a conversion, and a warning for each that fails."""
@@ -325,7 +334,7 @@ class Plugins:
             if not isinstance(kind, type) or not issubclass(kind, Pass):
                 fault = f"urdf2mbs_passes gave {kind!r}, which is no subclass of Pass"
                 raise self._broken(name, fault, EXPECTED["urdf2mbs_passes"])
-            fault, hint = ("", "") if name in (GROUP, *OURS) else _fault(kind)
+            fault, hint = ("", "") if package == GROUP else _fault(kind)
             if fault:
                 raise self._broken(name, f"pass {kind.name!r}: {fault}", hint)
             if kind.name in found:
@@ -363,18 +372,21 @@ EXPECTED = {
 
 @cache
 def _ours() -> tuple[tuple[str, Any], ...]:
-    """Our own plugins, as far as they are there, each behind those that it ``NEEDS``."""
-    found: dict[str, Any] = {}
-    for name in OURS:
-        module = f"{GROUP}_{name}"
+    """Return our own plugins, as far as they are there, each after those that it ``NEEDS``."""
+    there: dict[str, Any] = {}
+    for name, module in find_own_plugins(tuple(sys.path)).items():
         try:
-            plugin = import_module(module)
+            there[name] = import_module(module)
         except ModuleNotFoundError as error:
             if error.name != module:
                 raise
-        else:
-            if found.keys() >= {*getattr(plugin, "NEEDS", ())}:
-                found[name] = plugin
+    found: dict[str, Any] = {}
+    while ready := [
+        name
+        for name, plugin in there.items()
+        if name not in found and found.keys() >= {*getattr(plugin, "NEEDS", ())}
+    ]:
+        found |= {name: there[name] for name in ready}
     return tuple(found.items())
 
 

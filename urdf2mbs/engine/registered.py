@@ -24,14 +24,44 @@ if TYPE_CHECKING:
 
     from urdf2mbs.conversion import Conversion
 
-#: The entry point group in which an installed package names its plugin, and our own name there.
+#: The entry point group in which an installed package names its plugin, and our own package.
 GROUP = "urdf2mbs"
-#: The plugins of this project: the packages ``urdf2mbs_NAME``.  One that is not there is missed by
-#: nobody.
-OURS = (
-    "xacro", "compact", "meshes", "inertia", "equations", "project", "report", "simulate", "edits",
-    "certificate", "many", "ci", "setup",
-)  # fmt: skip
+
+
+@cache
+def find_own_plugins(path: tuple[str, ...]) -> dict[str, str]:
+    """Return the plugins of our own package, as it is installed: the name and module of each.
+
+    They are registered as anybody's, by entry points.  Our own are read without
+    ``importlib.metadata``, whose import would be a tenth of a small conversion.
+
+    Args:
+        path: ``sys.path``.
+    """
+    for folder in path:
+        try:
+            names = os.listdir(folder or ".")  # noqa: PTH208
+        except OSError:
+            continue
+        for name in names:
+            if name.startswith(f"{GROUP}-") and name.endswith((".dist-info", ".egg-info")):
+                text = beginning(Path(folder, name, "entry_points.txt"), MOST)
+                if plugins := _read_group(text.decode("utf-8", "replace")):
+                    return plugins
+    return {}
+
+
+def _read_group(text: str) -> dict[str, str]:
+    """Return the names and modules of our group in the text of an ``entry_points.txt``."""
+    plugins: dict[str, str] = {}
+    in_group = False
+    for line in text.splitlines():
+        if line.startswith("["):
+            in_group = line.strip() == f"[{GROUP}]"
+        name, sign, module = line.partition("=")
+        if in_group and sign:
+            plugins[name.strip()] = module.strip()
+    return plugins
 
 
 @cache
@@ -48,6 +78,7 @@ def installed_plugins(path: tuple[str, ...]) -> tuple[tuple[EntryPoint, str], ..
     return tuple(
         (entry, name)
         for name, package in reversed(packages.items())
+        if name != GROUP
         for entry in package.entry_points.select(group=GROUP)
     )
 
@@ -70,6 +101,7 @@ def _may_name_plugins(folder: str) -> bool:
         name.endswith(".egg") or group in beginning(Path(folder, name, "entry_points.txt"), MOST)
         for name in names
         if name.lower().endswith((".dist-info", ".egg-info", ".egg"))
+        and not name.startswith(f"{GROUP}-")
     )
 
 
@@ -120,7 +152,7 @@ class Registered:
 
     @property
     def is_ours(self) -> bool:
-        return self.plugin in (GROUP, *OURS)
+        return self.package == GROUP
 
     @cached_property
     def kind(self) -> type[Pass]:
@@ -144,7 +176,7 @@ class Registered:
         """The file of the pass; that of the plugin, as long as the pass is not imported."""
         if isinstance(self.brought, PassEntry) and "kind" not in vars(self):
             return self._file
-        return _source(self.kind, self.plugin, self._file)
+        return _source(self.kind, self.is_ours, self._file)
 
     @property
     def version(self) -> str:
@@ -157,8 +189,8 @@ class Registered:
         return not isinstance(brought, PassEntry) or brought.work(conversion, given)
 
 
-def _source(kind: type[Pass], plugin: str, file: str) -> str:
-    """The file that a pass is written in: a plugin's own, where it lends our ``run``, too."""
-    if plugin not in (GROUP, *OURS) and kind.__module__.partition(".")[0].startswith(GROUP):
+def _source(kind: type[Pass], is_ours: bool, file: str) -> str:
+    """Return the file that a pass is written in: a plugin's own also where it lends our ``run``."""
+    if not is_ours and kind.__module__.partition(".")[0].startswith(GROUP):
         return file
     return str(getattr(sys.modules.get(kind.__module__), "__file__", None) or file)
