@@ -157,6 +157,12 @@ def urdf2mbs_carry_out(
 
 
 @hookspec
+def urdf2mbs_folders() -> list[str]:
+    """Return the folders of a Robotran project that this plugin fills, such as ``workR``."""
+    raise NotImplementedError
+
+
+@hookspec
 def urdf2mbs_api() -> dict[str, str]:
     """Functions and classes that others call by name: each name, and ``module:name`` of the thing.
 

@@ -78,6 +78,11 @@ def urdf2mbs_commands() -> list[Command]:
 
 
 @hookimpl
+def urdf2mbs_folders() -> list[str]:
+    return ["animationR/vrml", "dataR", "resultsR", "symbolicR", "userfctR", "workR"]
+
+
+@hookimpl
 def urdf2mbs_api() -> dict[str, str]:
     return {"simulation": "urdf2mbs_project.simulation"}
 

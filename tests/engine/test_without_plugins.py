@@ -60,7 +60,7 @@ def test_the_commands_of_the_core_need_no_plugin(
 @pytest.mark.parametrize(
     ("plugin", "inside", "says"),
     [
-        ("project", "", "error[plugin-missing]: this is work for the plugin 'project'"),
+        ("project", "", "error[plugin-missing]: no plugin writes the code of a Robotran project"),
         ("xacro", "<xacro:arm/>", "is xacro, for which the plugin 'xacro' is missing\n  install"),
     ],
 )

@@ -20,11 +20,8 @@ from types import MappingProxyType
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.disk import record
 from urdf2mbs.disk.files import is_portable, read, temporary_name
-from urdf2mbs.engine.plugins import of_plugin
 from urdf2mbs.messages.diagnostics import ConfigError
 
-#: What Robotran expects in a project's folder.
-FOLDERS = ("animationR/vrml", "dataR", "resultsR", "symbolicR", "userfctR", "workR")
 WINDOWS = os.name == "nt"
 
 
@@ -36,14 +33,22 @@ def write(conversion: Conversion, *, force: bool = False) -> None:
     project also where the plugin is away that writes the project's code.
     """
     project = conversion.settings.project
-    if project is not None:
-        of_plugin("simulation", "project")
-    folders = [] if project is None else [project / name for name in FOLDERS]
+    folders = [] if project is None else _list_folders(conversion, project)
     files = _all_files(conversion)
     write_files(
         files, folders, once=conversion.files_of("starter"),
         obsolete=conversion.files_of("obsolete"), force=force, replaces=_replaced(files),
     )  # fmt: skip
+
+
+def _list_folders(conversion: Conversion, project: Path) -> list[Path]:
+    """Return the folders of a project that plugins fill; raises ConfigError if none does."""
+    names = [name for names in conversion.hook.urdf2mbs_folders() for name in names]
+    if not names:
+        message = "no plugin writes the code of a Robotran project"
+        hint = "name an .mbs file as the output, or install urdf2mbs whole"
+        raise ConfigError("plugin-missing", message, hint=hint)
+    return [project / name for name in names]
 
 
 def plan(conversion: Conversion, *, force: bool = False) -> dict[str, list[Path]]:
