@@ -15,6 +15,7 @@ import pytest
 
 from plugins.project.standin import make
 from urdf2mbs import ConversionError, load_equations, simulate
+from urdf2mbs_simulate.steps import Rosenbrock
 
 pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="there is no C compiler")
 
@@ -127,7 +128,7 @@ def test_user_states_in_c_are_states_of_the_run(pendulum: Path) -> None:
 
 @pytest.mark.parametrize(("stiffness", "damping"), [(1e5, 1e3), (1e5, 1e4), (1e6, 3e3), (1e7, 1e4)])
 def test_a_spring_between_two_joints_is_exact_and_fast(
-    pendulum: Path, stiffness: float, damping: float
+    pendulum: Path, stiffness: float, damping: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     add_forces(
         pendulum,
@@ -137,11 +138,18 @@ def test_a_spring_between_two_joints_is_exact_and_fast(
     )
     tight = {"rtol": 1e-8, "atol": 1e-10, "language": "c", "time": 2.0}
     exact = simulate(pendulum, method="Radau", **tight)
-    times: list[float] = []
-    found = simulate(pendulum, time=2.0, language="c", watch=times.append)
+    taken, step = [0], Rosenbrock.step
+
+    def count(solver: Rosenbrock) -> None:
+        step(solver)
+        taken[0] += solver.taken
+
+    monkeypatch.setattr(Rosenbrock, "step", count)
+    found = simulate(pendulum, time=2.0, language="c")
     assert np.abs(found.q - exact.q).max() < 1e-4
-    steps = simulate(pendulum, time=2.0, language="c", rtol=1e-8)
-    assert np.abs(steps.q - exact.q).max() < 1e-6
+    assert taken[0] < 1000
+    fine = simulate(pendulum, time=2.0, language="c", rtol=1e-8)
+    assert np.abs(fine.q - exact.q).max() < 1e-6
 
 
 def test_smaller_tolerances_give_smaller_errors(pendulum: Path) -> None:
@@ -185,6 +193,22 @@ def test_outputs_are_those_of_the_frames(pendulum: Path, language: str) -> None:
     speed = results.outputs["speed"]
     assert speed[:, 0].tolist() == results.time.tolist()
     assert speed[:, 1].tolist() == results.qd[:, 1].tolist()
+
+
+@pytest.mark.parametrize("language", ["c", "python"])
+def test_trial_states_give_no_outputs(pendulum: Path, language: str) -> None:
+    file = pendulum / "userfctR" / "user_JointForces.c"
+    file.write_text(f'#include "set_output.h"\n{file.read_text()}')
+    off = "fabs(100 * tsim - floor(100 * tsim + 0.5)) > 1e-6"
+    add_forces(pendulum, f'if ({off}) set_output(1.0, "between");')
+    add_python(
+        pendulum,
+        "user_JointForces.py",
+        "    robot.joint_forces(mbs_data)\n",
+        "    if abs(100 * tsim - round(100 * tsim)) > 1e-6:\n"
+        '        mbs_data.set_output(1.0, "between")\n',
+    )
+    assert "between" not in simulate(pendulum, time=0.1, language=language).outputs
 
 
 def test_an_error_of_python_is_that_of_the_user(in_python: Path) -> None:
