@@ -35,7 +35,7 @@ from urdf2mbs_simulate.memory import (
 )
 from urdf2mbs_simulate.model_code import Code, count_rows
 from urdf2mbs_simulate.push import place_pushes
-from urdf2mbs_simulate.python_code import changes, default
+from urdf2mbs_simulate.python_code import changes, default, modules_of
 
 SOURCES = (
     "runtime.c",
@@ -230,7 +230,8 @@ class CCode(Code):
         """Call user_dirdyn_init, _loop or _finish, which are shown the model's own axes."""
         with self.recording(), self.model_axes():
             if not self.in_c:
-                getattr(self.data, name)(self.data, dirdyn)
+                with modules_of(self.data):
+                    getattr(self.data, name)(self.data, dirdyn)
                 return
             self.run.data.tsim = self.data.tsim
             self.library.enter_user_code(self.at)
@@ -309,7 +310,8 @@ class CCode(Code):
         def call(*arguments: Any) -> Any:
             self.data.tsim = self.run.data.tsim
             try:
-                return function(*arguments)
+                with modules_of(self.data):
+                    return function(*arguments)
             except BaseException as error:
                 self.raised = self.raised or error
                 self.run.data.flag_stop = 1

@@ -7,7 +7,6 @@ import os
 import re
 import sys
 import traceback
-from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from importlib import import_module
@@ -54,7 +53,10 @@ def function(data: model_data.MbsData, name: str) -> Function:
     if not file.is_file():
         return default(data, name)
     with shown(data):
-        return cast(Function, getattr(load(file), name))
+        if data not in _modules.running:
+            return cast(Function, getattr(load(file), name))
+        with modules_of(data):
+            return cast(Function, getattr(load(file), name))
 
 
 def default(data: model_data.MbsData, name: str) -> Function:
@@ -99,68 +101,94 @@ def load(file: Path) -> Any:
     return module
 
 
-class _Active:
-    """What user code sees of Python's modules, while simulations run, in any thread."""
+class _Modules:
+    """What user code sees of Python's modules: those of one project at a time, in any thread.
+
+    Projects have modules of the same names.  Those of a project are kept with its data while
+    another one is shown.
+    """
 
     def __init__(self) -> None:
         self.lock = RLock()
-        self.counts: Counter[Path] = Counter()
-        """How many simulations run in a folder of user functions."""
-        self.replaced: dict[str, Any] = {}
-        """Modules whose names are those of stand-ins, by name."""
+        self.running: list[Any] = []
+        """The data whose simulations run, the last one last."""
+        self.shown: Any = None
+        """The data whose modules are in ``sys.modules``."""
+        self.displaced: dict[str, Any] = {}
+        """Modules of others, of the same names."""
+
+    def show(self, data: Any) -> None:
+        """Show the modules of some data, or (None) those that were there before."""
+        if data is self.shown:
+            return
+        if self.shown is not None:
+            self._hide()
+        self.shown = data
+        if data is None:
+            return
+        names_of_project = _stems(data)
+        self.displaced = {
+            name: sys.modules[name]
+            for name in (*names_of_project, *names.MODULES)
+            if name in sys.modules
+        }
+        for name, module in self.displaced.items():
+            file = getattr(module, "__file__", None)
+            if name in names_of_project and (file is None or Path(file).parent != data.user_path):
+                del sys.modules[name]
+        sys.path[:0] = _folders(data)
+        sys.modules.update({name: import_module(at) for name, at in names.MODULES.items()})
+        sys.modules.update(data._run.modules)
+
+    def _hide(self) -> None:
+        data = self.shown
+        for folder in _folders(data):
+            if folder in sys.path:
+                sys.path.remove(folder)
+        own = _stems(data)
+        data._run.modules = {name: sys.modules[name] for name in own & sys.modules.keys()}
+        for name in (*own, *names.MODULES):
+            sys.modules.pop(name, None)
+        sys.modules.update(self.displaced)
 
 
-_active = _Active()
+_modules = _Modules()
+
+
+def _stems(data: model_data.MbsData) -> set[str]:
+    return {file.stem for file in data.user_path.glob("*.py")}
+
+
+def _folders(data: model_data.MbsData) -> list[str]:
+    return [str(data.user_path), str(data.user_path.parent / "workR")]
 
 
 @contextmanager
 def loaded(data: model_data.MbsData) -> Iterator[None]:
     """While user code runs: its folder is on Python's path, and MBsysPy is this runtime.
 
-    Afterwards all is as it was.  Another project may have modules of the same names: those of this
-    one are kept with the data meanwhile.
+    Afterwards all is as it was.
     """
-    folders = [str(data.user_path), str(data.user_path.parent / "workR")]
-    own = {file.stem for file in data.user_path.glob("*.py")}
-    with _active.lock:
-        others = _remove_modules(own, data.user_path)
-        sys.path[:0] = folders
-        if not _active.counts.total():
-            _active.replaced = {
-                name: sys.modules[name] for name in names.MODULES if name in sys.modules
-            }
-        _active.counts[data.user_path] += 1
-        sys.modules.update({name: import_module(at) for name, at in names.MODULES.items()})
-        sys.modules.update(data._run.modules)
+    with _modules.lock:
+        _modules.running.append(data)
+        _modules.show(data)
     names.present.models.append(data)
     try:
         yield
     finally:
         names.present.models.pop()
-        with _active.lock:
-            _active.counts[data.user_path] -= 1
-            for folder in folders:
-                if folder in sys.path:
-                    sys.path.remove(folder)
-            data._run.modules = {name: sys.modules[name] for name in own & sys.modules.keys()}
-            if not _active.counts[data.user_path]:
-                for name in own:
-                    sys.modules.pop(name, None)
-            sys.modules.update(others)
-            if not _active.counts.total():
-                for name in names.MODULES:
-                    sys.modules.pop(name, None)
-                sys.modules.update(_active.replaced)
+        with _modules.lock:
+            last = len(_modules.running) - 1 - _modules.running[::-1].index(data)
+            del _modules.running[last]
+            _modules.show(_modules.running[-1] if _modules.running else None)
 
 
-def _remove_modules(modules: set[str], folder: Path) -> dict[str, Any]:
-    """Remove the modules of some names that are of other folders; return them."""
-    removed = {}
-    for name in modules & sys.modules.keys():
-        file = getattr(sys.modules[name], "__file__", None)
-        if file is None or Path(file).parent != folder:
-            removed[name] = sys.modules.pop(name)
-    return removed
+@contextmanager
+def modules_of(data: model_data.MbsData) -> Iterator[None]:
+    """While user code of some data is called: what it imports is of its own project."""
+    with _modules.lock:
+        _modules.show(data)
+        yield
 
 
 @contextmanager

@@ -342,7 +342,11 @@ def test_runs_in_threads_are_those_alone(ball_and_pendulum: list[Path]) -> None:
                 waiting[k] = False
                 begin.wait()
 
-        return run_case(*jobs[k], watch=watch)
+        try:
+            return run_case(*jobs[k], watch=watch)
+        except BaseException:
+            begin.abort()
+            raise
 
     with ThreadPoolExecutor(len(jobs)) as pool:
         together = list(pool.map(run, range(len(jobs))))
