@@ -202,6 +202,7 @@ def test_main_starts_from_any_folder(tmp_path: Path, start: str) -> None:
     assert done.stdout.splitlines() == [
         "MBsysPy simulates", "constraints 2", "MbsPart 1", "rowperm=1 verbose=1", "MbsDirdyn 3",
         "dt0=0.0005 tf=1.0 save2file=1", "saveperiod=20", "no plot: pip install matplotlib",
+        f"robot: 0 s simulated; results are in {project / 'resultsR'}",
     ]  # fmt: skip
 
 
@@ -218,6 +219,7 @@ def test_main_runs_without_robotran(tmp_path: Path) -> None:
     assert done.stdout.splitlines() == [
         "MBsysPy is not installed: the runtime of urdf2mbs simulates",
         "no plot: pip install matplotlib",
+        f"robot: 1 s simulated; results are in {project / 'resultsR'}",
     ]
     q = np.loadtxt(project / "resultsR" / "dirdyn_q.res")
     data = MbsData(project / "dataR" / "robot.mbs")
