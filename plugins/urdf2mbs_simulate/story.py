@@ -51,7 +51,8 @@ def tell(results: Results) -> Story | None:
     motion, name, time = _Motion(results), results.data.mbs_name, results.time
     root = floating(motion.mbs)
     loaded = {body: push > motion.least for body, push in motion.pushes().items()}
-    standing = {body for body, when in loaded.items() if when[time <= SETTLED].any()}
+    settled = time <= max(SETTLED, time[1])  # also of few frames
+    standing = {body for body, when in loaded.items() if when[settled].any()}
     if root is None or not standing:
         return None
     if motion.has_fallen(root.name, 0):

@@ -41,6 +41,13 @@ def test_it_stands(post: Path) -> None:
     assert story.words.startswith("post stands: its base is ")
 
 
+@pytest.mark.parametrize("rate", [2.0, 1000.0])
+def test_it_stands_at_any_rate_of_frames(post: Path, rate: float) -> None:
+    story = simulate(post, time=1.0, rate=rate).story()
+    assert story is not None
+    assert not story.fell
+
+
 @pytest.mark.parametrize(
     ("force", "way"),
     [("0,9,0", "to the left"), ("0,-9,0", "to the right"), ("9,1,0", "forward"),
