@@ -17,8 +17,8 @@ CHILDREN: dict[str, frozenset[str]] = {
         "collision_group collision_checking camera light lidar audio_source author version "
         "license description name copyright date url software created_by meta metadata info",
         "link": "self_collision_checking collision_checking self_filter selfCollide "
-        "self_collide enable_wind must_be_base_link description verbose audio_source",
-        "joint": "controller_gains hardwareInterface interface description",
+        "self_collide enable_wind must_be_base_link description verbose audio_source sensor",
+        "joint": "controller_gains hardwareInterface interface description sensor",
         "visual": "meta cast_shadows transparency laser_retro lighting visible layer "
         "accepting_renderer perception_properties plugin verbose",
         "collision": "verbose laser_retro max_contacts self_collide meta sdf",
