@@ -16,7 +16,7 @@ def make_stub() -> str:
     for name, module in plugin.MODULES.items():
         package, _, last = f"urdf2mbs.{module}".rpartition(".")
         imports.append(f"from {package} import {last} as {name}\n")
-    for name, (module, original) in plugin.list_places().items():
+    for name, (module, original) in plugin.PLACES.items():
         imports.append(f"from {module} import {original} as {name}\n")
     names = "".join(f'    "{name}",\n' for name in sorted(plugin.__all__))
     return f"{''.join(sorted(imports))}\nVERSION: int\n__all__ = [\n{names}]\n"

@@ -316,7 +316,7 @@ MODULES = {
 }
 
 
-def list_places() -> dict[str, tuple[str, str]]:
+def _list_places() -> dict[str, tuple[str, str]]:
     """Return where each name of ``EXPORTS`` comes from: its module, and its name there."""
     places: dict[str, tuple[str, str]] = {}
     for modules in EXPORTS.values():
@@ -327,7 +327,9 @@ def list_places() -> dict[str, tuple[str, str]]:
     return places
 
 
-__all__ = ["VERSION", *MODULES, *list_places()]
+#: Where each name comes from: its module, and its name there.
+PLACES = _list_places()
+__all__ = ["VERSION", *MODULES, *PLACES]
 
 
 def __getattr__(name: str) -> object:
@@ -336,7 +338,7 @@ def __getattr__(name: str) -> object:
     if name in MODULES:
         value: object = import_module(f"urdf2mbs.{MODULES[name]}")
     else:
-        module, original = list_places().get(name, ("", ""))
+        module, original = PLACES.get(name, ("", ""))
         if not module:
             raise AttributeError(f"module 'urdf2mbs.plugin' has no attribute '{name}'")
         value = getattr(import_module(module), original)

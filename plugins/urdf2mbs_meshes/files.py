@@ -84,16 +84,22 @@ class MeshFiles:
         """
         tail = _list_parts(filename)[-MOST_PARTS:]
         for length in range(len(tail), 1, -1):
-            for folder in self._folders_above:
-                path = folder.joinpath(*tail[-length:])
-                with suppress(OSError, ValueError):
-                    if path.is_file():
-                        return path
+            for folder, names in self._folders_above.items():
+                if tail[-length] in names:
+                    path = folder.joinpath(*tail[-length:])
+                    with suppress(OSError, ValueError):
+                        if path.is_file():
+                            return path
         return None
 
     @cached_property
-    def _folders_above(self) -> list[Path]:
-        return packages.folders_above(self.packages.source)
+    def _folders_above(self) -> dict[Path, frozenset[str]]:
+        """The folders above the robot, and the names of what is in each."""
+        folders: dict[Path, frozenset[str]] = {}
+        for folder in packages.folders_above(self.packages.source):
+            with suppress(OSError):
+                folders[folder] = frozenset(entry.name for entry in folder.iterdir())
+        return folders
 
     def _find_moved(self, filename: str) -> list[Path]:
         """Return the files of the workspace that may be meant; several, if they fit equally well.
