@@ -15,8 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from urdf2mbs.mbs.model import BASE
-from urdf2mbs.messages.diagnostics import ConversionError
+from urdf2mbs.plugin import BASE, ConversionError
 from urdf2mbs_equations.files import FUNCTIONS
 from urdf2mbs_project.code.c import STATES
 from urdf2mbs_project.simulation import CONTACT_STATES, JOINT_STATES, state_numbers

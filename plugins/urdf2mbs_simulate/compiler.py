@@ -19,7 +19,7 @@ from typing import Any
 
 import msgspec
 
-from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
+from urdf2mbs.plugin import ConfigError, ConversionError
 from urdf2mbs_simulate.equations import HEADERS, INCLUDES, cache_folder, keep
 from urdf2mbs_simulate.names import describe_add_on
 

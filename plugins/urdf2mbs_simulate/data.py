@@ -15,9 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from urdf2mbs.disk import files
-from urdf2mbs.mbs.model import BASE, Mbs
-from urdf2mbs.mbs.reader import read
+from urdf2mbs.plugin import BASE, Mbs, files
+from urdf2mbs.plugin import read_mbs as read
 
 #: Returns a function of a project's Python files by its name, or None if it is no such name.
 Loader = Callable[["MbsData", str], Any]

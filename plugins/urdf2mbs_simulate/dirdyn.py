@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from urdf2mbs.messages.diagnostics import ConfigError
+from urdf2mbs.plugin import ConfigError
 from urdf2mbs_simulate.c_code import CCode
 from urdf2mbs_simulate.data import MbsData
 from urdf2mbs_simulate.equations import SimulationError

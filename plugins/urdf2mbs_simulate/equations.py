@@ -10,8 +10,7 @@ from functools import cache
 from hashlib import sha256
 from pathlib import Path
 
-from urdf2mbs.disk.files import temporary_name
-from urdf2mbs.messages.diagnostics import ConversionError
+from urdf2mbs.plugin import ConversionError, temporary_name
 from urdf2mbs_equations.equations_fit import fits
 from urdf2mbs_simulate.data import MbsData
 

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from urdf2mbs.engine.output import write_files
+from urdf2mbs.plugin import write_files
 from urdf2mbs_simulate.c_code import CCode
 from urdf2mbs_simulate.data import MbsData
 from urdf2mbs_simulate.dirdyn import Module, closed_code

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from urdf2mbs.messages.diagnostics import ConversionError
+from urdf2mbs.plugin import ConversionError
 from urdf2mbs_simulate.data import MbsData
 
 #: What stands for the modules of MBsysPy.

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from urdf2mbs.messages.diagnostics import some
+from urdf2mbs.plugin import some
 from urdf2mbs_equations.constraints import constant_gaps, constraints
 from urdf2mbs_equations.tree import Tree, is_fixed
 from urdf2mbs_project.singular import GOLDEN, find_singular, singular_at, size_of

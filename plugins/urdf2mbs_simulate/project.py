@@ -10,13 +10,18 @@ from typing import Any
 
 import msgspec
 
-from urdf2mbs.config.model import Config, Project, config_of
-from urdf2mbs.disk.files import absolute, model_of
-from urdf2mbs.engine.output import write
-from urdf2mbs.engine.pipeline import Pipeline
-from urdf2mbs.messages.diagnostics import ConversionError
-from urdf2mbs.plugin import Conversion
-from urdf2mbs.urdf.reader import stem
+from urdf2mbs.plugin import (
+    Config,
+    Conversion,
+    ConversionError,
+    Pipeline,
+    Project,
+    absolute,
+    config_of,
+    model_of,
+    stem,
+)
+from urdf2mbs.plugin import write_output as write
 from urdf2mbs_simulate.compiler import compiler
 from urdf2mbs_simulate.dirdyn import MbsDirdyn
 from urdf2mbs_simulate.equilibrium import Equilibrium, MbsEquil

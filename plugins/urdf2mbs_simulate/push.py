@@ -7,8 +7,7 @@ from typing import Any
 
 import msgspec
 
-from urdf2mbs.messages.diagnostics import ConfigError, nearest
-from urdf2mbs.spatial import ZERO, Vec
+from urdf2mbs.plugin import ZERO, ConfigError, Vec, nearest
 from urdf2mbs_simulate.data import MbsData
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"

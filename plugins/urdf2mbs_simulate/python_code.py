@@ -16,7 +16,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from urdf2mbs.messages.diagnostics import ConversionError
+from urdf2mbs.plugin import ConversionError
 from urdf2mbs_equations.files import FUNCTIONS, OWN
 from urdf2mbs_equations.python import PythonWriter
 from urdf2mbs_project.code import starters

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from urdf2mbs.engine.output import check_ours, write_files
-from urdf2mbs.messages.diagnostics import not_installed
+from urdf2mbs.plugin import check_ours, not_installed, write_files
 from urdf2mbs_simulate.data import MbsData, MbsSensor
 from urdf2mbs_simulate.push import columns_of_pushes
 from urdf2mbs_simulate.python_code import loaded

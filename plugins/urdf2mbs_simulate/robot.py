@@ -8,9 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from urdf2mbs.config.model import Config
-from urdf2mbs.mbs.model import BASE
-from urdf2mbs.messages.diagnostics import ConfigError
+from urdf2mbs.plugin import BASE, Config, ConfigError
 from urdf2mbs_equations.tree import is_fixed
 from urdf2mbs_simulate.c_code import CCode
 from urdf2mbs_simulate.compiler import Source, compile_library, compiler, folders_of

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from urdf2mbs.mbs.kinematics import place
+from urdf2mbs.plugin import compute_placement as place
 from urdf2mbs_project.places import floating
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from urdf2mbs.messages.diagnostics import ConfigError
+from urdf2mbs.plugin import ConfigError
 from urdf2mbs_simulate.c_code import CCode
 from urdf2mbs_simulate.dirdyn import Module, closed_code
 from urdf2mbs_simulate.equations import SimulationError

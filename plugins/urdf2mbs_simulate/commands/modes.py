@@ -4,9 +4,16 @@ from __future__ import annotations
 
 import argparse
 
-from urdf2mbs.commands.printing import near, print_json
-from urdf2mbs.commands.settings import ALONE, add_fields, add_printing, add_running, path
-from urdf2mbs.messages.diagnostics import ConfigError
+from urdf2mbs.plugin import (
+    ALONE,
+    ConfigError,
+    add_fields,
+    add_printing,
+    add_running,
+    near,
+    path,
+    print_json,
+)
 from urdf2mbs_simulate.commands.simulate import is_page, make_project
 
 EXAMPLES = (
@@ -43,9 +50,7 @@ def add_options(command: argparse.ArgumentParser) -> None:
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
-    from urdf2mbs.commands.progress import Progress
-    from urdf2mbs.disk.files import model_of
-    from urdf2mbs.engine.output import write_files
+    from urdf2mbs.plugin import Progress, model_of, write_files
     from urdf2mbs_report.page import make_of_model
     from urdf2mbs_simulate.project import modes
 

@@ -17,26 +17,29 @@ from typing import TYPE_CHECKING
 
 import msgspec
 
-from urdf2mbs.commands.printing import near, print_json, tell_diagnostics, with_near_paths
-from urdf2mbs.commands.settings import (
+from urdf2mbs.plugin import (
     ALONE,
+    ConfigError,
+    ConversionError,
+    Pipeline,
     add_fields,
     add_printing,
     add_running,
     choose_fields,
+    counted,
+    near,
     path,
+    print_json,
     robot_or_config,
+    tell_diagnostics,
+    with_near_paths,
 )
-from urdf2mbs.engine.pipeline import Pipeline
-from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, counted
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from urdf2mbs.commands.progress import Progress
-    from urdf2mbs.config.model import Config
-    from urdf2mbs.mbs.model import Joint, Mbs
-    from urdf2mbs.plugin import Conversion
+    from urdf2mbs.plugin import Config, Conversion, Mbs, Progress
+    from urdf2mbs.plugin import MbsJoint as Joint
     from urdf2mbs_simulate.results import Results
 
 EXAMPLES = (
@@ -101,8 +104,7 @@ def add_options(command: argparse.ArgumentParser) -> None:
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
-    from urdf2mbs.commands.progress import Progress
-    from urdf2mbs.disk.files import model_of, project_of
+    from urdf2mbs.plugin import Progress, model_of, project_of
     from urdf2mbs_simulate.project import simulate
     from urdf2mbs_simulate.results import check_results
 
@@ -156,8 +158,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
 
 def _copied(model: Path, arguments: argparse.Namespace) -> Path:
     """The .mbs in the project of its own that ``-o`` names."""
-    from urdf2mbs.disk.files import read_model
-    from urdf2mbs.engine.output import write_files
+    from urdf2mbs.plugin import read_model, write_files
 
     if model.parent.name == "dataR":
         raise ConfigError("usage", f"--output: '{arguments.config}' is a project already")
@@ -201,7 +202,7 @@ def _write_page(
     on_compile: Callable[[int, int], None],
 ) -> Path:
     """Write the page of the model; it plays the results that were just written."""
-    from urdf2mbs.engine.output import write_files
+    from urdf2mbs.plugin import write_files
     from urdf2mbs_report.page import make_of_model
     from urdf2mbs_simulate.live import make_live
 
@@ -229,9 +230,7 @@ def make_project(arguments: argparse.Namespace) -> Path:
 
     A robot alone is converted, and stands, as ``init`` proposes.
     """
-    from urdf2mbs.commands.progress import Progress
-    from urdf2mbs.disk.files import absolute
-    from urdf2mbs.urdf.reader import stem
+    from urdf2mbs.plugin import Progress, absolute, stem
     from urdf2mbs_project.commands.init import find
     from urdf2mbs_simulate.project import make, with_project
 
