@@ -92,6 +92,7 @@ class Robot:
         for name in USER:
             if not name.startswith("user_cons_"):
                 setattr(data, name, default(data, name))
+        data.user_JointForces = _keep_forces
         self.memory = Memory(data) if language == "c" else None
         self.functions: dict[str, Any] = {}
         self.code: Code | None = None
@@ -332,3 +333,7 @@ class Robot:
             raise ValueError(f"the model has no body and no point '{place}'; its bodies: {known}")
         body, number = found[0]
         return None if body == BASE else body, data.dpt[1:, number].copy()
+
+
+def _keep_forces(data: MbsData, tsim: float) -> None:
+    """Leave the forces of the joints as they are given, where no user function computes them."""
