@@ -263,7 +263,8 @@ class Conversion(msgspec.Struct, eq=False, dict=True):  # plugins keep attribute
         """The plugin's own object of this class; made when it is asked for first.
 
         A method ``sections()`` of the class gives what of the object belongs to sections that
-        passes read and write: section by section, what changes when the section does.
+        passes read and write: section by section, what changes when the section does.  Each item
+        of a list counts by itself, so that one more changes none of the others.
         """
         if kind not in self.states:
             self.states[kind] = kind()

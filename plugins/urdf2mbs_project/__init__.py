@@ -44,8 +44,8 @@ def _senses(conversion: Conversion, given: bool) -> bool:
 
 
 def _holds(conversion: Conversion, given: bool) -> bool:
-    """True in a project, or if a controller holds joints."""
-    return in_project(conversion, given or "posture" in conversion.settings.config.passes)
+    """True if a controller may hold joints."""
+    return given or "posture" in conversion.settings.config.passes
 
 
 @hookimpl
@@ -60,7 +60,9 @@ def urdf2mbs_passes() -> list[PassEntry]:
         ("contacts", ("joint-parameters", "loops"), None),
         ("sensors", ("joint-parameters", "contacts"), _senses),
         ("forces", ("joint-parameters", "sensors"), None),
-        ("time-step", ("joint-parameters", "forces"), _holds),
+        ("hold-gains", ("joint-parameters", "forces"), _holds),
+        ("friction-states", ("joint-parameters", "forces", "hold-gains"), in_project),
+        ("time-step", ("joint-parameters", "forces", "friction-states"), in_project),
         ("find-singular", ("emit", "merge"), always),
         ("project", ("check", "equations"), in_project),
     ]

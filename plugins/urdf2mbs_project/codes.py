@@ -78,7 +78,8 @@ CODES = {
     "forces-name": "error: the name of a wrench or spring is no identifier. "
     "Write letters, digits and `_`.",
     "forces-spring": "error: the ends of a spring are at one place. Move one end.",
-    "project-states": "error: a project whose links or joints rub has no pass `time-step`. "
+    "project-states": "error: a project whose links or joints rub has no pass "
+    "`friction-states`. "
     "Add the pass.",
     "law-missing": "error: a plugin's law has no function in a language of the project. "
     "Write the function.",

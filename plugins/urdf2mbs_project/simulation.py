@@ -7,6 +7,7 @@ still change a name, and then the new one is seen here.
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from math import cos, hypot, sin
 from typing import Any, NamedTuple
 
@@ -36,9 +37,25 @@ from urdf2mbs.plugin import MbsJoint as Joint
 MEASURES = ("Pos", "Rot", "Vit", "Om", "Acc", "Omp")
 #: The parts of a wrench, by their names in its user model: N and N m, in the axes of the base.
 WRENCH = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
+#: The longest step (s) of a project whose forces allow any.
+LONGEST_STEP = 5e-4
 #: The user models of the states of friction: one of each joint that rubs, three of each body that
 #: may touch the ground.
 JOINT_STATES, CONTACT_STATES = "friction_state", "contact_state"
+
+
+def numbers_of(mbs: Mbs, names: Collection[str]) -> dict[str, dict[str, float]]:
+    """Return the first number of each parameter of the user models that ``names`` lists.
+
+    Returns:
+        By the name of the user model, the numbers by the names of its parameters, in their units.
+        A model that the robot does not have is left out.
+    """
+    return {
+        model.name: {p.name: float(p.values[0]) for p in model.parameters}
+        for model in mbs.user_models
+        if model.name in names
+    }
 
 
 def state_numbers(mbs: Mbs, kind: str) -> dict[str, int]:
@@ -230,7 +247,7 @@ class Simulation(msgspec.Struct):
     """Forces of plugins."""
     up: Vec = (0.0, 0.0, 1.0)
     """Against gravity, in the axes of the base."""
-    time_step: float = 5e-4
+    time_step: float = LONGEST_STEP
     """A step (s) that a fixed-step integrator can take."""
     shortened_by: str = "no force"
     """What makes the step as short as it is, such as "damping of joint 'wrist'"."""
@@ -242,7 +259,10 @@ class Simulation(msgspec.Struct):
                 (coupling.leader.type, coupling.follower.type, coupling.multiplier, coupling.offset)
                 for coupling in (*self.couplings, *self.driven)
             ],
-            "forces": [len(made) for made in (self.contacts, self.wrenches, self.springs) if made],
+            "forces": [
+                *(len(made) for made in (self.contacts, self.wrenches, self.springs) if made),
+                *([{"time_step": self.time_step}] if self.time_step < LONGEST_STEP else []),
+            ],
         }
 
     @property

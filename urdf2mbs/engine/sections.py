@@ -154,15 +154,13 @@ def take_snapshot(conversion: Conversion) -> dict[str, Counter[bytes]]:
         TypeError: A section holds what no file can hold.
         ValueError: Likewise.
     """
-    states = [
-        state.sections() for state in conversion.states.values() if hasattr(state, "sections")
-    ]
-    return {
-        name: Counter(
-            map(encode, (*take(conversion), *(state[name] for state in states if state.get(name))))
-        )
-        for name, take in SECTIONS.items()
-    }
+    taken = {name: list(take(conversion)) for name, take in SECTIONS.items()}
+    for state in conversion.states.values():
+        found = state.sections() if hasattr(state, "sections") else {}
+        for name in found.keys() & taken.keys():
+            made = found[name]
+            taken[name] += made if isinstance(made, list) else [made] if made else []
+    return {name: Counter(map(encode, parts)) for name, parts in taken.items()}
 
 
 def compare(before: dict[str, Counter[bytes]], after: dict[str, Counter[bytes]]) -> Change:

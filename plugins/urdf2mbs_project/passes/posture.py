@@ -4,7 +4,7 @@ Beyond the method, whose models start at zero.  In a project no joint starts bey
 soft stop would throw the joint back.  Such a joint starts at the nearest limit.  A leader also
 stays within the limits of its followers, if it can keep all of them.
 
-The pass ``time-step`` computes the gains of ``hold``.
+The pass ``hold-gains`` computes the gains of ``hold``.
 """
 
 from __future__ import annotations

@@ -108,9 +108,10 @@ def _check_states(conversion: Conversion) -> None:
     rubs = "friction_stiffness" in models or conversion.state(Simulation).contacts
     if rubs and not models & {JOINT_STATES, CONTACT_STATES}:
         raise ConfigError(
-            "project-states", "friction of a project has states, which the pass 'time-step' adds",
-            hint="leave 'time-step' in the pipeline",
-        )  # fmt: skip
+            "project-states",
+            "friction of a project has states, which the pass 'friction-states' adds",
+            hint="leave 'friction-states' in the pipeline",
+        )
 
 
 def _check_laws(conversion: Conversion) -> None:

@@ -6,22 +6,18 @@ are stable: the robot moves away from the start, and a step must be accurate, to
 in which a joint hits a stop, Runge and Kutta's method is of the second order only, so that robots
 with stops take ``HITTING`` at most.  No force is softened for a longer step: the runtime of
 urdf2mbs takes steps of its own, and a warning names what makes this one shorter than ``SHORTEST``.
-
-The bristles of friction get their states here, in user models behind all others.  The gains of
-``hold`` follow from the inertia that each joint carries, which is known only here.
 ``docs/passes/time-step.md`` derives all this.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import floor, hypot, log10, pi, sqrt
+from math import floor, hypot, log10, sqrt
 from typing import TYPE_CHECKING
 
-from urdf2mbs.plugin import Conversion, Parameter, Pass, UserModel, rounded
-from urdf2mbs_project.balance import warn_of_weak_motors
-from urdf2mbs_project.places import floating, point_at, way
-from urdf2mbs_project.simulation import CONTACT_STATES, JOINT_STATES, Simulation
+from urdf2mbs.plugin import Conversion, Pass
+from urdf2mbs_project.places import point_at
+from urdf2mbs_project.simulation import Simulation, numbers_of
 
 if TYPE_CHECKING:
     from urdf2mbs_project.mass import Array, Mass
@@ -34,8 +30,6 @@ HITTING, SHORTEST = 1e-4, 1e-5
 #: Computing time (s) of a step of RK4 for each joint: MBsysC of 2017 with -O3 needs 1.1 to 1.5e-6 s
 #: for robots of 18 to 38 joints without loops.
 TIME_OF_STEP = 1.3e-6
-#: By the inertia that a joint feels, the most damping (1/s) and stiffness (1/s^2) of ``hold``.
-FASTEST, STIFFEST = 3000.0, 1e8
 #: The user models that the forces of a project depend on.
 NUMBERS = (
     "joint_forces", "damping", "friction_stiffness", "stop_stiffness", "spring_stiffness",
@@ -57,104 +51,31 @@ class TimeStep(Pass):
     writes = ("forces",)
 
     def run(self, conversion: Conversion) -> None:
-        simulation = conversion.state(Simulation)
-        in_project = conversion.settings.project is not None
-        if not conversion.mbs.bodies or not (simulation.hold or in_project):
+        if not conversion.mbs.bodies or conversion.settings.project is None:
             return
         from urdf2mbs_project.mass import Mass
-        from urdf2mbs_project.stability import reduction_of
+        from urdf2mbs_project.stability import fastest, reduction_of
 
+        simulation = conversion.state(Simulation)
         mass = Mass(conversion.mbs)
         reduction = reduction_of(mass, simulation)
-        if simulation.hold:
-            _add_hold(conversion, mass, reduction)
-            motors = _numbers(conversion, "effort").get("effort", {})
-            warn_of_weak_motors(conversion, mass, reduction, motors)
-        if in_project:
-            _choose(conversion, mass, reduction)
-
-
-def _numbers(conversion: Conversion, *names: str) -> Models:
-    """The numbers of user models."""
-    return {
-        model.name: {p.name: float(p.values[0]) for p in model.parameters}
-        for model in conversion.mbs.user_models
-        if model.name in names
-    }
-
-
-# --- the gains of hold ---
-
-
-def _add_hold(conversion: Conversion, mass: Mass, reduction: Array) -> None:
-    from urdf2mbs_project.stability import felt
-
-    stiffness: dict[str, float] = {}
-    damping: dict[str, float] = {}
-    carried = _carry(conversion.state(Simulation), mass, reduction)
-    feels = felt(mass, reduction)
-    holding = {held.joint.name: held for held in conversion.state(Simulation).hold}
-    for index, placed in enumerate(mass.placement.joints):
-        held = holding.get(placed.joint.name)
-        if held is None:
-            continue
-        inertia, k, d = carried[index], held.stiffness, held.damping
-        if k is None:
-            wanted = inertia * (2 * pi * held.frequency) ** 2
-            k = rounded(min(wanted, STIFFEST * float(feels[index])))
-        if d is None:
-            wanted = 2 * held.damping_ratio * sqrt(inertia * k)
-            d = rounded(min(wanted, FASTEST * float(feels[index])))
-        stiffness[held.joint.name], damping[held.joint.name] = k, d
-    conversion.mbs.user_models += [
-        UserModel.of("hold", {"on": 1.0}),
-        UserModel.of("hold_stiffness", stiffness),
-        UserModel.of("hold_damping", damping),
-    ]
-
-
-def _carry(simulation: Simulation, mass: Mass, reduction: Array) -> list[float]:
-    """The inertia that each joint carries (kg m^2, kg), with all that follows it."""
-    feet = {body for body, _ in simulation.stance}
-    reduced = reduction.T @ mass.matrix @ reduction
-    whole = mass.behind[[placed.before < 0 for placed in mass.placement.joints]].sum(axis=0)
-    floats = floating(mass.mbs) is not None
-    carried: list[float] = []
-    for index, twist in enumerate(mass.twists):
-        inertia = float(reduction[index] @ reduced @ reduction[index])
-        standing = sum(index in way(mass.placement, foot) for foot in feet)
-        if standing and floats:
-            rest = float(twist @ (whole - mass.behind[index]) @ twist)
-            inertia = max(inertia, rest * standing / len(feet))
-        carried.append(inertia)
-    return carried
-
-
-# --- the step ---
-
-
-def _choose(conversion: Conversion, mass: Mass, reduction: Array) -> None:
-    from urdf2mbs_project.stability import fastest
-
-    simulation = conversion.state(Simulation)
-    reduced = reduction.T @ mass.matrix @ reduction
-    models = _numbers(conversion, *NUMBERS)
-    slopes = list(_slopes(conversion, mass, reduction, models))
-    mode = fastest(reduced, slopes)
-    _add_states(conversion, models)
-    if "stop_stiffness" in models:
-        simulation.time_step, simulation.shortened_by = HITTING, "joints that hit their stops"
-    if mode.step * PART < simulation.time_step:
-        worst = slopes[int(mode.shares.argmax())]
-        simulation.shortened_by = NAMES[worst.kind].format(worst.name)
-        simulation.time_step = _round_down(mode.step * PART)
-        conversion.note(
-            "time-step",
-            f"TIME_STEP is {simulation.time_step:g} s, as {simulation.shortened_by} needs so short "
-            "a step",
-        )
-        if simulation.time_step < SHORTEST:
-            _warn_of_short_step(conversion, _describe_slope(worst, mass, reduction))
+        reduced = reduction.T @ mass.matrix @ reduction
+        models = numbers_of(conversion.mbs, NUMBERS)
+        slopes = list(_slopes(conversion, mass, reduction, models))
+        mode = fastest(reduced, slopes)
+        if "stop_stiffness" in models:
+            simulation.time_step, simulation.shortened_by = HITTING, "joints that hit their stops"
+        if mode.step * PART < simulation.time_step:
+            worst = slopes[int(mode.shares.argmax())]
+            simulation.shortened_by = NAMES[worst.kind].format(worst.name)
+            simulation.time_step = _round_down(mode.step * PART)
+            conversion.note(
+                "time-step",
+                f"TIME_STEP is {simulation.time_step:g} s, as {simulation.shortened_by} needs so "
+                "short a step",
+            )
+            if simulation.time_step < SHORTEST:
+                _warn_of_short_step(conversion, _describe_slope(worst, mass, reduction))
 
 
 def _slopes(
@@ -204,18 +125,6 @@ def _slopes(
         row = way / np.linalg.norm(way) @ (there - here) @ reduction
         yield Slope("spring", link.name, row, models["link_stiffness"][link.name],
                     models["link_damping"][link.name])  # fmt: skip
-
-
-def _add_states(conversion: Conversion, models: Models) -> None:
-    """Add the states of bristles, last of all: a struct of C keeps its places in front of them."""
-    rubbing = models.get("friction_stiffness", {})
-    touching = [contact.body.name for contact in conversion.state(Simulation).contacts]
-    for name, states in (
-        (JOINT_STATES, [Parameter(joint, "state", ("0.0",)) for joint in rubbing]),
-        (CONTACT_STATES, [Parameter(body, "state", ("0.0",) * 3) for body in touching]),
-    ):
-        if states:
-            conversion.mbs.user_models.append(UserModel(name, states))
 
 
 def _describe_slope(slope: Slope, mass: Mass, reduction: Array) -> str:

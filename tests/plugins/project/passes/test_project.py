@@ -318,5 +318,7 @@ def test_a_law_needs_a_function_of_its_own_name(name: str, code: str, tmp_path: 
 def test_a_project_without_the_states_of_friction_is_refused(tmp_path: Path) -> None:
     passes = {"contacts": {"points": {"hand": [[0.0, 0.0, 0.0]]}}}
     with pytest.raises(ConfigError) as caught:
-        convert_text(TINY, output={"project": tmp_path / "p"}, passes=passes, without=["time-step"])
+        convert_text(
+            TINY, output={"project": tmp_path / "p"}, passes=passes, without=["friction-states"]
+        )
     assert caught.value.code == "project-states"
