@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Collection, Iterable, Iterator
 from fnmatch import fnmatchcase
-from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal, TypeVar
 
@@ -203,10 +203,11 @@ class Checked(msgspec.Struct):
     """Where the .mbs goes instead, as it is not the same robot."""
 
 
-class Conversion(msgspec.Struct, eq=False, dict=True):  # plugins keep attributes of their own
+class Conversion(msgspec.Struct, eq=False):
     """One robot on its way from URDF to .mbs; every pass reads and writes this.
 
-    docs/passes.md lists the sections that passes read and write.
+    docs/passes.md lists the sections that passes read and write.  A plugin keeps data of its own by
+    ``state``.
     """
 
     settings: Settings
@@ -235,10 +236,22 @@ class Conversion(msgspec.Struct, eq=False, dict=True):  # plugins keep attribute
     pipeline: Any = None
     """What runs the passes; None in a test of one pass."""
 
-    @cached_property
+    def __setattr__(self, name: str, value: Any) -> None:
+        """Set a field; refuse what is not a field, which would be lost without a word."""
+        if name not in self.__struct_fields__:
+            state = f"conversion.state(Class).{name} keeps data of a plugin"
+            remedies = [nearest(name, self.__struct_fields__), state]
+            remedy = "; ".join(filter(None, remedies))
+            raise AttributeError(f"a Conversion has no field '{name}'; {remedy}")
+        super().__setattr__(name, value)
+
+    @property
     def packages(self) -> Packages:
         """The folders of ROS packages."""
-        return Packages(self.settings.packages, self.settings.source)
+        if Packages not in self.states:
+            self.states[Packages] = Packages(self.settings.packages, self.settings.source)
+        packages: Packages = self.states[Packages]
+        return packages
 
     @property
     def hook(self) -> Any:
@@ -270,6 +283,36 @@ class Conversion(msgspec.Struct, eq=False, dict=True):  # plugins keep attribute
             self.states[kind] = kind()
         found: S = self.states[kind]
         return found
+
+    @property
+    def output_folder(self) -> Path:
+        """The folder of the output: the project, or the folder of the .mbs."""
+        return self.settings.project or self.settings.output.parent
+
+    def add_file(self, name: str | os.PathLike[str], data: bytes) -> Path:
+        """Add a file, which is written with the .mbs once all passes are done.
+
+        Args:
+            name: Its path, relative to ``output_folder``, such as ``masses.csv``.
+            data: Its bytes, or a ``File``.
+
+        Returns:
+            Its absolute path, the key in ``files``.
+
+        Raises:
+            TypeError: The data are not bytes.
+            ValueError: The path is absolute.
+        """
+        if not isinstance(data, bytes):
+            kind = type(data).__name__
+            raise TypeError(f"add_file: '{name}' is {kind}; expected bytes, as text.encode()")
+        if Path(name).is_absolute():
+            raise ValueError(
+                f"add_file: '{name}' is absolute; expected a path in {self.output_folder}"
+            )
+        path = self.output_folder / name
+        self.files[path] = data
+        return path
 
     def files_of(self, *kinds: str) -> dict[Path, bytes]:
         """The files of these kinds."""
@@ -339,12 +382,20 @@ class Conversion(msgspec.Struct, eq=False, dict=True):  # plugins keep attribute
     ) -> None:  # fmt: skip
         """Say that something of the robot is not in the .mbs as one would expect.
 
-        ``line``: in the URDF; none: that of the link or joint.
+        Args:
+            code: The code of the message; the plugin's ``urdf2mbs_codes`` has it.
+            message: What is wrong, in one sentence.
+            link: The URDF link that the message is about.
+            joint: The URDF joint that the message is about.
+            hint: What to do; by default, what the meaning of the code says.
+            line: The line in the URDF; by default that of the joint or link.
+            level: How serious it is, unless the user says something else.
         """
         robot, expansion = self.robot, self.input.expansion
         kind, name = ("joint", joint) if joint else ("link", link)
         element = robot.joints.get(joint or "") or robot.links.get(link or "")
-        line = line if element is None else element.line
+        if line is None and element is not None:
+            line = element.line
         names = [] if expansion is None else expansion.files
         file, line = written.locate(kind, name or "", names, robot.file or "", line)
         self.diagnostics.append(Diagnostic(level, code, message, link, joint, file, line, hint))

@@ -134,16 +134,6 @@ def urdf2mbs_summary(conversion):
     assert "  scaled: ['arm']\n" in capsys.readouterr().out
 
 
-def test_a_plugin_keeps_what_it_knows_on_the_conversion(tmp_path: Path) -> None:
-    """For a later pass of its own."""
-    text = SCALE.replace(
-        "        conversion.robot",
-        "        conversion.scaled = self.link\n        conversion.robot",
-    )
-    result = convert_text(plugins=[write(tmp_path, text)], after={"expand": "scale"})
-    assert result.conversion.scaled == "arm"
-
-
 @pytest.mark.skipif("compact" not in PRESETS, reason="the plugin compact is away")
 def test_a_preset_of_a_plugin_extends_compact(tmp_path: Path) -> None:
     name = "ours"

@@ -1,9 +1,11 @@
 """A wrong option of a pass is an error with its code; test_ranges.py has the ranges of numbers."""
 
+from pathlib import Path
 from typing import Any
 
 import pytest
 
+from urdf2mbs.cli import main
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY, convert_text
 
@@ -39,3 +41,10 @@ def test_wrong_options(name: str, options: dict[str, Any], code: str) -> None:
     with pytest.raises(ConfigError) as caught:
         convert_text(TINY, passes={name: options})
     assert caught.value.code == code
+
+
+def test_a_pass_of_ours_names_the_line(here: Path, capsys: Any) -> None:
+    config = "source: tiny.urdf\npasses:\n  posture:\n    joints: {tool_mount: 1}\n"
+    Path("tiny.yaml").write_text(config)
+    assert main(["run", "tiny.yaml"]) == 2
+    assert "tiny.yaml:4: error[posture-joint]" in capsys.readouterr().err

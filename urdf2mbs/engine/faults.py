@@ -84,8 +84,8 @@ def check_left(found: Registered, conversion: Conversion, known: bool) -> None:
     code, hint = "plugin-robot-broken", "each link but one is the child of one joint"
     fault = _tree_fault(robot) if known or robot.links else None
     if fault is None:
-        code, hint = "plugin-output-broken", "files map a pathlib.Path to bytes, facts are plain"
-        fault = _output_fault(conversion)
+        code = "plugin-output-broken"
+        fault, hint = _output_fault(conversion) or (None, "")
     if fault is not None:
         raise ConversionError(
             code,
@@ -108,14 +108,19 @@ def _robot(conversion: Conversion) -> str:
     return getattr(conversion.robot, "name", "") or conversion.settings.source.name
 
 
-def _output_fault(conversion: Conversion) -> str | None:
+def _output_fault(conversion: Conversion) -> tuple[str, str] | None:
+    """Return what keeps the files and the report from being written, and what to do."""
     for path, data in conversion.files.items():
+        add = "conversion.add_file(name, data) takes a path in the folder of the output, and bytes"
         if not isinstance(path, Path) or not isinstance(data, bytes):
-            return f"conversion.files has {path!r}: {type(data).__name__}"
+            return f"conversion.files has {path!r}: {type(data).__name__}", add
+        if not path.is_absolute() and path != conversion.written:
+            return f"conversion.files has '{path}', which is in no folder", add
     try:
         msgspec.json.encode(conversion.report, enc_hook=without_origin)
     except Exception as error:
-        return f"conversion.report cannot be JSON: {error}"
+        hint = "conversion.report must be plain data: numbers, texts, lists, dicts, Structs"
+        return f"conversion.report cannot be JSON: {error}", hint
     return None
 
 

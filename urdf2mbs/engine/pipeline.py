@@ -21,6 +21,7 @@ from urdf2mbs.engine.faults import (
     protected_state,
 )
 from urdf2mbs.engine.levels import judge, weigh
+from urdf2mbs.engine.options import locate_option
 from urdf2mbs.engine.order import check_order, find_stale
 from urdf2mbs.engine.plugins import hooks_of, plugins_of
 from urdf2mbs.engine.registered import Registered
@@ -50,6 +51,7 @@ class Pipeline:
                 "sweep-many", "this config is a sweep, which makes many robots", ("sweep",),
                 "'urdf2mbs run' makes them; 'explain' shows the first",
             )  # fmt: skip
+        self._lines = lines
         self._files = []
         for index, file in enumerate(config.plugins):
             with lines.gather():
@@ -231,6 +233,9 @@ class Pipeline:
                 check_left(registered, conversion, known)
             if robot is not None:
                 _note_change(conversion, robot, pass_.name, plugin, "robot" in pass_.writes)
+        except ConfigError as error:
+            locate_option(error, registered.name, self.settings.config, self._lines)
+            raise
         except ConversionError:
             raise
         except FAILURES as error:
@@ -273,13 +278,21 @@ class Pipeline:
         codes = self.plugins.codes.items()
         known = {code for code, meaning in codes if not meaning.startswith("error:")}
         for code in [code for code in config.diagnostics if code not in known]:
-            lines.faults.append(lines.error(
-                "unknown-code",
-                f"there is no '{code}' among the codes whose level can be changed",
-                ("diagnostics", code),
-                nearest(code, known)
-                or "docs/diagnostics.md lists them; a plugin names its own by urdf2mbs_codes",
-            ))  # fmt: skip
+            message = f"there is no '{code}' among the codes whose level can be changed"
+            hint = nearest(code, known) or "docs/diagnostics.md lists them"
+            if code not in self.plugins.codes:
+                hint += self._explain_declaration(code)
+            lines.faults.append(lines.error("unknown-code", message, ("diagnostics", code), hint))
+
+    def _explain_declaration(self, code: str) -> str:
+        """Return where plugins would declare a code, as more lines of a hint."""
+        passes = [registered for offered in self.plugins.passes.values() for registered in offered]
+        files = {each.plugin: each.file for each in passes if not each.is_ours}
+        return "".join(
+            f"\n  if it is a code of plugin '{plugin}': add \"{code}\" to what its hook "
+            f"'urdf2mbs_codes' returns, in {file}"
+            for plugin, file in files.items()
+        )
 
     def _idle(self) -> list[tuple[str, list[str]]]:
         """The files of the config that bring nothing but passes, none of which is used."""

@@ -77,7 +77,7 @@ class Equations(Pass):
             counts |= {name: count.operations for name, count in made.counts.items()}
             left_out |= made.left_out
             for name, text in made.files.items():
-                conversion.files[_folder(conversion) / name] = text
+                conversion.add_file(f"symbolicR/{name}", text)
         conversion.report["equations"] = {"counts": counts, "not_generated": left_out}
 
     def _languages(self, conversion: Conversion) -> tuple[str, ...]:
@@ -86,14 +86,9 @@ class Equations(Pass):
         return ("python", "c") if self.language == "both" else (str(self.language),)
 
 
-def _folder(conversion: Conversion) -> Path:
-    settings = conversion.settings
-    return (settings.project or settings.output.parent) / "symbolicR"
-
-
 def _warn_of_stale(conversion: Conversion, model: bytes) -> None:
     """Remove our equations of another model, and warn of those that are not ours or are missing."""
-    folder = _folder(conversion)
+    folder = conversion.output_folder / "symbolicR"
     if not files.is_folder(folder):
         return
     name = "*" if conversion.settings.project else conversion.mbs.name
@@ -156,7 +151,7 @@ def _states_other_joints(equations: Path, n_joints: int) -> bool:
 
 def find_missing(conversion: Conversion) -> dict[str, Path]:
     """Return the languages of a project that have no equations of motion, and the missing files."""
-    folder, written = _folder(conversion), conversion.files_of("ours")
+    folder, written = conversion.output_folder / "symbolicR", conversion.files_of("ours")
     dynamics = {
         language: folder / f"mbs_dirdyna_{conversion.mbs.name}{SUFFIXES[language]}"
         for language in conversion.settings.languages

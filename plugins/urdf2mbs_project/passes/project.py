@@ -53,14 +53,14 @@ class Project(Pass):
         _check_states(conversion)
         _check_laws(conversion)
         if "python" in languages:
-            conversion.files[user / f"{mbs.name}_robot.py"] = robot_module(mbs, simulation)
+            conversion.add_file(f"userfctR/{mbs.name}_robot.py", robot_module(mbs, simulation))
         if "c" in languages:
-            made = generated(mbs, simulation)
-            conversion.files |= {user / name: data for name, data in made.items()}
+            for name, data in generated(mbs, simulation).items():
+                conversion.add_file(f"userfctR/{name}", data)
             _warn_of_rows_of_zeros(conversion)
         for language in languages:
             for file in EQUATIONS_FIT[language]:
-                conversion.files[user / file.name] = file.read_bytes()
+                conversion.add_file(f"userfctR/{file.name}", file.read_bytes())
         of_users: set[Path] = set()
         for language in ("python", "c"):
             texts = {folder / path: data for path, data in starters(language, mbs).items()}

@@ -2,6 +2,7 @@
 
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -232,7 +233,7 @@ def test_progress_names_each_mesh(tmp_path: Path) -> None:
     samples = [write_sample(name, tmp_path) for name in ("stl_ascii", "obj_quads")]
     conversion = convert(tmp_path, [visual(sample) for sample in samples])
     told: list[str] = []
-    conversion.progress = told.append
+    conversion.pipeline = SimpleNamespace(progress=told.append)
     ConvertMeshes().run(conversion)
     assert ["1 of 2" in told[0], samples[1].name in told[1]] == [True, True]
 
