@@ -1,8 +1,8 @@
-"""A plugin of strangers/ as pip would leave it when installed, without pip."""
+"""A plugin of door/ as pip would leave it when installed, without pip."""
 
 from pathlib import Path
 
-PLUGIN = Path(__file__).resolve().parent / "strangers" / "samples" / "rename_links.py"
+PLUGIN = Path(__file__).resolve().parent / "door" / "rename_links.py"
 
 
 def install(site: Path, text: str | None = None) -> Path:
@@ -15,4 +15,15 @@ def install(site: Path, text: str | None = None) -> Path:
     (site / "renaming.py").write_text(PLUGIN.read_text() if text is None else text)
     (info / "METADATA").write_text("Metadata-Version: 2.1\nName: renaming\nVersion: 0.1.0\n")
     (info / "entry_points.txt").write_text("[urdf2mbs]\nrename = renaming\n")
+    return site
+
+
+def install_file(site: Path, file: Path) -> Path:
+    """Put a package of one file, which is the plugin of its name, into a folder."""
+    name = file.stem
+    info = site / f"{name}-0.1.0.dist-info"
+    info.mkdir(parents=True)
+    (site / file.name).write_text(file.read_text())
+    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 0.1.0\n")
+    (info / "entry_points.txt").write_text(f"[urdf2mbs]\n{name} = {name}\n")
     return site

@@ -306,7 +306,7 @@ class Conversion(msgspec.Struct, eq=False):
         if not isinstance(data, bytes):
             kind = type(data).__name__
             raise TypeError(f"add_file: '{name}' is {kind}; expected bytes, as text.encode()")
-        if Path(name).is_absolute():
+        if Path(name).anchor:  # also a root of Windows without a drive
             raise ValueError(
                 f"add_file: '{name}' is absolute; expected a path in {self.output_folder}"
             )

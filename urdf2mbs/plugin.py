@@ -246,6 +246,7 @@ EXPORTS: dict[str, dict[str, tuple[str, ...]]] = {
             "find_locked_joints",
             "follow",
         ),
+        "urdf.renaming": ("rename as rename_elements",),
         "urdf.packages": (
             "Packages",
             "absolute as absolute_path",
@@ -256,6 +257,7 @@ EXPORTS: dict[str, dict[str, tuple[str, ...]]] = {
     "The .mbs": {
         "mbs.model": (
             "BASE",
+            "Base",
             "Body",
             "CUTS",
             "Connection",

@@ -92,6 +92,7 @@ from urdf2mbs.mbs.model import ORIGIN as ORIGIN
 from urdf2mbs.mbs.model import RGB as RGB
 from urdf2mbs.mbs.model import SENSOR_MEASURES as SENSOR_MEASURES
 from urdf2mbs.mbs.model import XY as XY
+from urdf2mbs.mbs.model import Base as Base
 from urdf2mbs.mbs.model import Body as Body
 from urdf2mbs.mbs.model import Connection as Connection
 from urdf2mbs.mbs.model import Drawing as Drawing
@@ -207,6 +208,7 @@ from urdf2mbs.urdf.reader import is_name as is_name
 from urdf2mbs.urdf.reader import read_file as read_robot_file
 from urdf2mbs.urdf.reader import read_text as read_text
 from urdf2mbs.urdf.reader import stem as stem
+from urdf2mbs.urdf.renaming import rename as rename_elements
 from urdf2mbs.urdf.values import Reading as Reading
 
 VERSION: int
@@ -237,6 +239,7 @@ __all__ = [
     "VERSION",
     "XY",
     "ZERO",
+    "Base",
     "Body",
     "Box",
     "Capsule",
@@ -389,6 +392,7 @@ __all__ = [
     "read_robot_file",
     "read_text",
     "refuse",
+    "rename_elements",
     "report",
     "robot_or_config",
     "rotate",

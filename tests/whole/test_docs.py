@@ -22,7 +22,7 @@ import yaml
 from lxml import etree
 
 from codes import CATALOGUE, TABLES
-from installed import PLUGIN, install
+from installed import install_file
 from making import passes_of
 from robots import FOLDER
 from urdf2mbs import hookspecs
@@ -49,6 +49,8 @@ PAGES = [
     ROOT / "urdf2mbs" / "README.md",
     *sorted(ROOT.glob("plugins/*/*.md")),
 ]
+#: The plugin that is installed while the pages are followed.
+INSTALLED = ROOT / "tests" / "door" / "list_masses.py"
 BUILT_IN: dict[str, type[Pass]] = {
     name: found[0].kind for name, found in Plugins(installed=False).passes.items()
 }
@@ -89,9 +91,10 @@ OURS = {
 class Page:
     """A page being followed, block by block, in a folder of its own."""
 
-    def __init__(self, folder: Path, capsys: Any) -> None:
+    def __init__(self, folder: Path, capsys: Any, monkeypatch: pytest.MonkeyPatch) -> None:
         self.folder = folder
         self.capsys = capsys
+        self.monkeypatch = monkeypatch
         self.said = ""
         self.globals: dict[str, Any] = {"__name__": "docs"}
         (folder / "tiny.urdf").write_text(TINY)
@@ -132,7 +135,7 @@ class Page:
         json.loads(block.text)
 
     def toml(self, block: Block) -> None:
-        assert PLUGIN.stem in block.text
+        assert INSTALLED.stem in block.text
 
     def sh(self, block: Block) -> None:
         if block.info and block.info[0] in ("install", "test", "setup"):
@@ -142,6 +145,10 @@ class Page:
         for line in block.text.splitlines():
             words = shlex.split(line, comments=True)
             if not words:
+                continue
+            if words[0] == "export":
+                name, _, value = words[1].partition("=")
+                self.monkeypatch.setenv(name, value)
                 continue
             if words[0] == "urdf2mbs" and ">" not in words:
                 code = main(words[1:])
@@ -184,12 +191,12 @@ class Page:
 def test_the_code_runs(
     page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any
 ) -> None:
-    monkeypatch.syspath_prepend(install(tmp_path / "site-packages"))
-    monkeypatch.delitem(sys.modules, "renaming", raising=False)
+    monkeypatch.syspath_prepend(install_file(tmp_path / "site-packages", INSTALLED))
+    monkeypatch.delitem(sys.modules, INSTALLED.stem, raising=False)
     folder = tmp_path / "robots"
     folder.mkdir()
     monkeypatch.chdir(folder)
-    followed = Page(folder, capsys)
+    followed = Page(folder, capsys, monkeypatch)
     for block in blocks(page):
         try:
             followed.follow(block)

@@ -8,6 +8,8 @@ CODES = {
     "wrong-root": "error: the root is not `<robot>`: SDF, MJCF or other. Take the URDF.",
     "no-links": "error: the robot has no link. Add a link.",
     "name-missing": "error: a link or joint has no name. Name it.",
+    "rename-unknown": "error: a table names a link or joint that does not exist. Correct it.",
+    "rename-doubled": "error: a table would give two links or joints one name. Correct it.",
     "name-doubled": "error: two links or joints have one name and differ. Rename one.",
     "number-missing": "error: a number that the `.mbs` needs is missing. State it.",
     "number-invalid": "error: a number is not finite, or not a number. Write a number.",

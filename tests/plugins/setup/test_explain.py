@@ -27,7 +27,7 @@ def test_explain_runs_nothing(here: Path, capsys: Any) -> None:
 
 
 def test_passes(capsys: Any) -> None:
-    plugin = str(ROOT / "tests" / "strangers" / "samples" / "rename_links.py")
+    plugin = str(ROOT / "tests" / "door" / "rename_links.py")
     assert main(["explain", "--no-plugins", "--plugin", plugin]) == 0
     out = capsys.readouterr().out
     assert "robot -> bodies; urdf2mbs " in out

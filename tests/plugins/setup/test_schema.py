@@ -85,12 +85,10 @@ def test_every_key_of_a_config_is_described(ours: dict[str, Any]) -> None:
 
 
 def test_a_plugins_options_are_in_the_schema() -> None:
-    whole = schema(
-        Plugins([ROOT / "tests" / "strangers" / "samples" / "rename_links.py"], installed=False)
-    )
+    whole = schema(Plugins([ROOT / "tests" / "door" / "rename_links.py"], installed=False))
     text = "source: x\nafter: {expand: rename-links}\npasses: {rename-links: {links: {a: b}}}"
     assert good(text, whole)
     assert not good(text.replace("a: b", "a: 1"), whole)
     assert not good(text.replace("{links", "{lnks"), whole)
     rules = whole["$defs"]["rename-links.rename_links.RenameLinks"]["properties"]
-    assert rules["links"]["description"] == "Link: its new name."
+    assert rules["links"]["description"] == "The new name of each link that gets one."
