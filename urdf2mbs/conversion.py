@@ -289,23 +289,25 @@ class Conversion(msgspec.Struct, eq=False):
         """The folder of the output: the project, or the folder of the .mbs."""
         return self.settings.project or self.settings.output.parent
 
-    def add_file(self, name: str | os.PathLike[str], data: bytes) -> Path:
+    def add_file(self, name: str | os.PathLike[str], data: bytes | str) -> Path:
         """Add a file, which is written with the .mbs once all passes are done.
 
         Args:
             name: Its path, relative to ``output_folder``, such as ``masses.csv``.
-            data: Its bytes, or a ``File``.
+            data: Its bytes, a ``File``, or its text, which is written in UTF-8.
 
         Returns:
             Its absolute path, the key in ``files``.
 
         Raises:
-            TypeError: The data are not bytes.
+            TypeError: The data are neither bytes nor text.
             ValueError: The path is absolute.
         """
+        if isinstance(data, str):
+            data = data.encode()
         if not isinstance(data, bytes):
             kind = type(data).__name__
-            raise TypeError(f"add_file: '{name}' is {kind}; expected bytes, as text.encode()")
+            raise TypeError(f"add_file: the data of '{name}' are {kind}; expected bytes or text")
         if Path(name).anchor:  # also a root of Windows without a drive
             raise ValueError(
                 f"add_file: '{name}' is absolute; expected a path in {self.output_folder}"

@@ -1,13 +1,11 @@
-"""`masses`: list the mass of each body of an .mbs.
-
-Prints the bodies, the heaviest first, and their sum (kg).
-"""
+"""`masses`: list the mass (kg) of each body of an .mbs; 'run --masses' writes masses.csv."""
 
 import argparse
 
-from urdf2mbs.plugin import Command, add_json, hookimpl, path, print_json, read_mbs_file
+from urdf2mbs.plugin import Command, Conversion, Pass, hookimpl, path, read_mbs_file
 
-EXAMPLES = ("urdf2mbs masses robot.mbs", "urdf2mbs masses robot.mbs --json")
+EXAMPLES = ("urdf2mbs masses robot.mbs",)
+ROW = "{0.name},{0.mass}\n"
 
 
 @hookimpl
@@ -17,16 +15,26 @@ def urdf2mbs_commands() -> list[Command]:
 
 def add_options(command: argparse.ArgumentParser) -> None:
     command.add_argument("model", type=path, metavar="MODEL.mbs", help="an .mbs file")
-    add_json(command)
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
-    masses = {body.name: body.mass or 0.0 for body in read_mbs_file(arguments.model).bodies}
-    heaviest_first = dict(sorted(masses.items(), key=lambda item: -item[1]))
-    if arguments.json:
-        print_json(heaviest_first)
-        return 0
-    for name, mass in heaviest_first.items():
-        print(f"{mass:10.4g} kg  {name}")
-    print(f"{sum(masses.values()):10.4g} kg  in all")
+    print("".join(map(ROW.format, read_mbs_file(arguments.model).bodies)), end="")
     return 0
+
+
+@hookimpl
+def urdf2mbs_options(command: str, parser: argparse.ArgumentParser) -> None:
+    if command in ("run", "convert"):
+        parser.add_argument("--masses", action="store_true", help="write masses.csv, too")
+
+
+@hookimpl
+def urdf2mbs_observe(arguments: argparse.Namespace) -> object | None:
+    return AddMasses() if arguments.masses else None
+
+
+class AddMasses:
+    @hookimpl
+    def urdf2mbs_after_pass(self, pass_: Pass, conversion: Conversion) -> None:
+        if pass_.name == "emit":
+            conversion.add_file("masses.csv", "".join(map(ROW.format, conversion.mbs.bodies)))

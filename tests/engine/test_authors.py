@@ -56,13 +56,13 @@ def test_the_packages_are_searched_once(tmp_path: Path) -> None:
 
 def test_a_file_is_written_beside_the_mbs(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Not into the folder in which the command runs."""
-    write_plugin(here, "lab", "conversion.add_file('tables/masses.csv', b'arm,0.5')")
+    write_plugin(here, "lab", "conversion.add_file('tables/masses.csv', 'µ,0.5')")
     elsewhere = here / "elsewhere"
     elsewhere.mkdir()
     monkeypatch.chdir(elsewhere)
     words = ["convert", "../tiny.urdf", "-o", "../out/tiny.mbs", "--plugin", "../lab.py"]
     assert main([*words, "--after", "expand=lab"]) == 0
-    assert (here / "out" / "tables" / "masses.csv").read_bytes() == b"arm,0.5"
+    assert (here / "out" / "tables" / "masses.csv").read_bytes() == "µ,0.5".encode()
     assert list(elsewhere.iterdir()) == []
 
 
@@ -78,7 +78,7 @@ def test_a_file_of_a_project_is_written_into_its_folder(here: Path) -> None:
 @pytest.mark.parametrize(
     ("does", "message"),
     [
-        ("conversion.add_file('a.csv', 'text')", "TypeError: add_file: 'a.csv' is str; expected"),
+        ("conversion.add_file('a.csv', 3)", "TypeError: add_file: the data of 'a.csv' are int;"),
         ("conversion.add_file('/a.csv', b'')", "ValueError: add_file: '/a.csv' is absolute"),
     ],
 )
