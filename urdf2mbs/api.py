@@ -8,7 +8,7 @@ from typing import Any
 
 import msgspec
 
-from urdf2mbs.config.model import Config, config_of
+from urdf2mbs.config.model import Config, Lines, config_of
 from urdf2mbs.conversion import Conversion, Names
 from urdf2mbs.disk import files
 from urdf2mbs.engine.output import write
@@ -22,6 +22,7 @@ from urdf2mbs.proof.match import Match, fixed_to_world, floating_joints, match, 
 from urdf2mbs.proof.pair import TOLERANCE
 from urdf2mbs.proof.verdict import Difference, Proof
 from urdf2mbs.ranges import LARGEST_TOLERANCE
+from urdf2mbs.states import OnPurpose
 from urdf2mbs.summary import Report, report
 from urdf2mbs.urdf.changes import describe
 from urdf2mbs.urdf.model import Robot
@@ -101,6 +102,8 @@ class Verdict(Proof, kw_only=True):
     """The result of ``verify``: a proof, and how the two sides match."""
 
     robot: str
+    model: str = ""
+    """The file that was compared with the robot."""
     base: str
     """``floating`` or ``fixed``, as the .mbs has it."""
     floating_base: tuple[str, ...] = ()
@@ -109,6 +112,8 @@ class Verdict(Proof, kw_only=True):
     """The URDF's moving joints that the .mbs has too, and its names for them."""
     moving: int
     """The number of moving joints of the URDF."""
+    changed: list[str] = []
+    """What the passes of a config changed of the URDF's robot, a sentence for each pass."""
     diagnostics: list[Diagnostic] = []
     """Warnings and notes of reading the URDF."""
     made_of: str = ""
@@ -117,39 +122,52 @@ class Verdict(Proof, kw_only=True):
     @property
     def verdict(self) -> str:
         """In words, the same as those of a conversion."""
-        return self.in_words()
+        return self.in_words(self.changed)
 
 
 def verify(
-    source: str | os.PathLike[str], model: str | os.PathLike[str], *, frames: bool = False,
-    tolerance: float = TOLERANCE, **fields: Any,
-) -> Verdict:  # fmt: skip
-    """Compare a URDF or xacro file with an .mbs, which may have been edited by hand.
+    source: Config | str | os.PathLike[str],
+    model: str | os.PathLike[str] | None = None,
+    *,
+    frames: bool = False,
+    tolerance: float = TOLERANCE,
+    **fields: Any,
+) -> Verdict:
+    """Compare a robot with an .mbs, which may have been edited by hand.
 
-    The .mbs may be given as its project's folder.  A second URDF in its place is converted in
-    memory, and the result is compared with the first.
+    Joints are matched by name.
 
-    Joints are matched by name.  ``frames``: a link's frame that is elsewhere in the .mbs is a
-    difference, too.  ``fields`` are those of ``Config``, for reading the robot.  Its ``base`` is
-    what the .mbs should have; ``auto`` takes it from the .mbs, unless the URDF is tied to
-    ``world``.  Its ``gravity`` is what the .mbs should have, since a URDF has none.
-    Raises ConversionError.
+    Args:
+        source: A URDF or xacro file; or a config, whose passes make the robot to compare with.
+        model: The .mbs, or its project's folder.  Without it, that which the config writes.  A
+            second URDF in its place is converted in memory, and the result is compared with the
+            first.
+        frames: Whether a link's frame that is elsewhere in the .mbs is a difference, too.
+        tolerance: The largest relative deviation that is no difference.
+        fields: Those of ``Config``.  Of a URDF: how to read the robot.  Its ``base`` is what the
+            .mbs should have; ``auto`` takes it from the .mbs, unless the URDF is tied to
+            ``world``.  Its ``gravity`` is what the .mbs should have, since a URDF has none.
+
+    Raises:
+        ConversionError: A file or an option is wrong.
     """
-    if not 0.0 < tolerance <= LARGEST_TOLERANCE:
-        raise ConfigError(
-            "tolerance-invalid",
-            f"the tolerance is {tolerance}: above 0, at most {LARGEST_TOLERANCE} is wanted",
-            hint=f"such as {TOLERANCE}",
-        )
+    if isinstance(source, Config) or is_config(source):
+        config, lines = config_of(source, **fields)
+        return verify_config(config, lines, model, frames=frames, tolerance=tolerance)
+    if model is None:
+        raise _missing_side(os.fspath(source))
+    if is_config(model) and os.fspath(source).lower().endswith(".mbs"):
+        return verify(model, source, frames=frames, tolerance=tolerance, **fields)
+    if is_config(model):
+        raise _misplaced_config(model)
+    _check_tolerance(tolerance)
     robot, other = os.fspath(source), os.fspath(model)
     if files.is_folder(Path(other, "dataR")):
         other = os.fspath(files.model_of(Path(other)) or "")
     if robot.lower().endswith(".mbs"):
         if not _is_robot(other):
-            raise ConfigError(
-                "usage", "verify compares a URDF with an .mbs, and neither file is a URDF",
-                hint=f"urdf2mbs diff {robot} {other}",
-            )  # fmt: skip
+            message = "verify compares a URDF with an .mbs, and neither file is a URDF"
+            raise ConfigError("usage", message, hint=f"urdf2mbs diff {robot} {other}")
         robot, other = other, robot
     # what people changed in an .mbs that is there is no part of a model that is made of a URDF
     made = (
@@ -161,10 +179,155 @@ def verify(
         mbs = read(files.read_model(other), other)
         certified = of_ours("certified")
         known = certified(other) if certified else ({}, [])
-        verdict = _verify(robot, mbs, known, None, frames, tolerance, fields)
+        verdict = _verify_robot(robot, mbs, known, None, frames, tolerance, fields)
     else:
-        verdict = _verify(robot, made.mbs, ({}, []), made.robot, frames, tolerance, fields)
+        verdict = _verify_robot(robot, made.mbs, ({}, []), made.robot, frames, tolerance, fields)
         verdict.made_of = other
+    verdict.model = other
+    return _count_frames(verdict, frames)
+
+
+def is_config(source: str | os.PathLike[str]) -> bool:
+    """Return whether a name is that of a config file."""
+    return os.fspath(source).lower().endswith((".yaml", ".yml"))
+
+
+def verify_config(
+    config: Config,
+    lines: Lines,
+    model: str | os.PathLike[str] | None = None,
+    *,
+    installed_plugins: bool = True,
+    frames: bool = False,
+    tolerance: float = TOLERANCE,
+) -> Verdict:
+    """Compare the robot that the passes of a config make with an .mbs.
+
+    The passes run as in a conversion that starts over, and nothing is written.  What they change
+    of the robot on purpose, hold, drive and name is what the .mbs should have.
+
+    Args:
+        config: The config.
+        lines: Where each value of the config stands.
+        model: The .mbs, or its project's folder; None: the config's output.
+        installed_plugins: Whether installed plugins take part.
+        frames: As in ``verify``.
+        tolerance: As in ``verify``.
+
+    Raises:
+        ConversionError: A file or an option is wrong, or a pass failed.
+    """
+    _check_tolerance(tolerance)
+    if model is not None and is_config(model):
+        raise _misplaced_config(model)
+    if model is not None and _is_robot(os.fspath(model)):
+        message = f"a config is compared with an .mbs, and '{model}' is a robot"
+        hint = f"to compare two robots: urdf2mbs verify ROBOT {model}"
+        raise ConfigError("usage", message, hint=hint)
+    pipeline = Pipeline(config, lines, installed_plugins=installed_plugins, fresh=True)
+    place = _find_model(pipeline.settings.output, lines.file, model)
+    mbs = read(files.read_model(place), os.fspath(place))
+    names = [configured.name for configured in pipeline.passes]
+    # the passes after emit change no robot: they write files, and keep people's edits
+    conversion = pipeline.run(stop_after="emit" if "emit" in names else None)
+    expected = _match_conversion(conversion, mbs)
+    meant = conversion.state(OnPurpose)
+    proof = compare(
+        conversion.robot,
+        mbs,
+        expected.joints,
+        frames=expected.frames,
+        frozen=expected.frozen,
+        weightless=[
+            name
+            for name in expected.frozen
+            if name in meant.weightless or name not in conversion.frozen
+        ],
+        orders=expected.orders,
+        driven=[joint.name for joint in meant.driven],
+        models=conversion.mbs.user_models,
+        gravity=config.gravity,
+        tolerance=tolerance,
+        drawn=mbs,
+    )
+    declared = [change for change in conversion.checked.changed if change.declared]
+    proof.differ(
+        Difference("changed", f"{change}, and does not say so by writes = ('robot',)")
+        for change in conversion.checked.changed
+        if not change.declared
+    )
+    verdict = _verdict_of(proof, conversion, mbs, expected, frames)
+    verdict.model = os.fspath(place)
+    verdict.changed = [
+        f"what {change.by} changed: {describe(change.changes)}" for change in declared
+    ]
+    return _count_frames(verdict, frames)
+
+
+def _find_model(
+    output: Path, config: Path | None, model: str | os.PathLike[str] | None
+) -> str | os.PathLike[str]:
+    """Return the .mbs to compare: the one that is named, or the output of a config."""
+    if model is not None:
+        is_project = files.is_folder(Path(model, "dataR"))
+        return (files.model_of(Path(model)) or model) if is_project else model
+    if not files.is_file(output):
+        message = f"no model to compare: '{output}' does not exist"
+        name = config or "CONFIG.yaml"
+        hint = f"make it: urdf2mbs run {name}; or name one: urdf2mbs verify {name} MODEL.mbs"
+        raise ConfigError("usage", message, hint=hint)
+    return output
+
+
+def _match_conversion(conversion: Conversion, mbs: Mbs) -> Match:
+    """Return the joints and frames of an .mbs that are those of a conversion.
+
+    If the .mbs has all the names that the conversion gave, these decide.  Otherwise joints and
+    frames are matched by the names of the URDF, as for a model that was drawn by hand.
+    """
+    joints, bodies = mbs.joints(), {body.name for body in mbs.bodies}
+    names = conversion.names.coordinates
+    given = {name for coordinates in names.values() for name in coordinates}
+    given |= {frame.joint for frame in conversion.frames.values() if frame.joint is not None}
+    framed = {frame.body for frame in conversion.frames.values() if frame.body is not None}
+    if given <= joints.keys() and framed <= bodies:
+        return Match(
+            joints={name: tuple(coordinates) for name, coordinates in names.items()},
+            frames=conversion.frames,
+            frozen=conversion.frozen,
+        )
+    matched = match(conversion.robot, mbs)
+    for name in conversion.frozen:
+        matched.joints.pop(name, None)
+    matched.frozen |= conversion.frozen
+    return matched
+
+
+def _missing_side(given: str) -> ConfigError:
+    """Return the error for a command that names only one file, which is no config."""
+    if given.lower().endswith(".mbs"):
+        message = f"no robot to compare with '{given}'"
+        hint = f"name it first: urdf2mbs verify ROBOT {given}"
+    else:
+        message = f"no model to compare with '{given}'"
+        hint = f"name it: urdf2mbs verify {given} MODEL.mbs; only a config names its own"
+    return ConfigError("usage", message, hint=hint)
+
+
+def _misplaced_config(model: str | os.PathLike[str]) -> ConfigError:
+    """Return the error for a config in place of the .mbs."""
+    message = f"'{model}' is a config, which stands for the robot, not for the model"
+    return ConfigError("usage", message, hint=f"urdf2mbs verify {model} MODEL.mbs")
+
+
+def _check_tolerance(tolerance: float) -> None:
+    if not 0.0 < tolerance <= LARGEST_TOLERANCE:
+        message = f"the tolerance is {tolerance}: above 0, at most {LARGEST_TOLERANCE} is wanted"
+        raise ConfigError("tolerance-invalid", message, hint=f"such as {TOLERANCE}")
+
+
+def _count_frames(verdict: Verdict, frames: bool) -> Verdict:
+    """Make frames that are elsewhere differences, if asked for."""
     if frames:
         verdict.count_frames()
     else:  # of matched names: where a model has its frames is its own choice
@@ -172,10 +335,15 @@ def verify(
     return verdict
 
 
-def _verify(
-    source: str, mbs: Mbs, certified: tuple[dict[str, Any], list[str]], other: Robot | None,
-    frames: bool, tolerance: float, fields: dict[str, Any],
-) -> Verdict:  # fmt: skip
+def _verify_robot(
+    source: str,
+    mbs: Mbs,
+    certified: tuple[dict[str, Any], list[str]],
+    other: Robot | None,
+    frames: bool,
+    tolerance: float,
+    fields: dict[str, Any],
+) -> Verdict:
     """Compare a URDF with an .mbs; ``other`` is the robot that the .mbs was just made of.
 
     ``certified``: the options of the passes that changed the robot on purpose, and the joints that
@@ -192,29 +360,43 @@ def _verify(
     robot, gravity = conversion.robot, conversion.settings.config.gravity
     found = match(robot, mbs)
     proof = compare(
-        robot, mbs, found.joints,
-        frames=found.frames, frozen=found.frozen, weightless=[*found.frozen], orders=found.orders,
+        robot,
+        mbs,
+        found.joints,
+        frames=found.frames,
+        frozen=found.frozen,
+        weightless=[*found.frozen],
+        orders=found.orders,
         driven=driven,
         models=None if other is None else mbs.user_models,
-        gravity=gravity, tolerance=tolerance, drawn=mbs,
-    )  # fmt: skip
+        gravity=gravity,
+        tolerance=tolerance,
+        drawn=mbs,
+    )
     for change in conversion.checked.changed:
         changed = f"what {change.by} changed: {describe(change.changes)}"
         proof.but_for[changed] = "on purpose, as the certificate says"
     if other is not None:
         _compare_followers(robot, other, found, proof)
     inserted = conversion.base.inserted or ""
-    floating_base = found.joints.get(inserted, ())
-    if base == "auto" and floating_base and fixed_to_world(robot, inserted):
-        said = "the robot is fixed to the world, and the base of the .mbs floats"
-        proof.differ([Difference("base", said, urdf="fixed", mbs="floating")])
+    if base == "auto" and found.joints.get(inserted) and fixed_to_world(robot, inserted):
+        message = "the robot is fixed to the world, and the base of the .mbs floats"
+        proof.differ([Difference("base", message, urdf="fixed", mbs="floating")])
+    return _verdict_of(proof, conversion, mbs, found, frames)
+
+
+def _verdict_of(
+    proof: Proof, conversion: Conversion, mbs: Mbs, found: Match, frames: bool
+) -> Verdict:
+    """Return the verdict of a proof, with the joints of both sides."""
+    robot, inserted = conversion.robot, conversion.base.inserted or ""
     if frames:
         proof.not_compared |= _unseen(robot, mbs, found)
     return Verdict(
         **msgspec.structs.asdict(proof),
         robot=robot.name,
-        base=floats,
-        floating_base=floating_base,
+        base="floating" if floating_joints(mbs) else "fixed",
+        floating_base=found.joints.get(inserted, ()),
         joints={name: names for name, names in found.joints.items() if name != inserted},
         moving=sum(
             joint.moves and joint.name not in (inserted, *found.frozen)

@@ -60,7 +60,7 @@ SHARED = {
     "--color": set(COMMANDS),
     "--json": set(COMMANDS) - {"schema", "completion"},  # what these print is no table of words
     "--quiet": {*CONVERTING, *WRITING, "init", "verify"},
-    "--no-plugins": {*PLUGINS, "lint"},
+    "--no-plugins": {*PLUGINS, "lint", "verify"},
     "--level": {*CONVERTING, "explain", "lint", "verify"},
     "--strict": {*CONVERTING, "explain", "lint", "verify"},
     "--verbose": {*CONVERTING, "explain", "lint", "verify"},
@@ -221,9 +221,18 @@ def test_the_package_imports_what_is_asked_for() -> None:
 
 
 @pytest.mark.parametrize(
-    "words", [["explain"], ["lint"], ["report"], ["run", "--plan"], ["simulate", "--time", "0.01"]]
+    "words",
+    [
+        ["explain"],
+        ["lint"],
+        ["report"],
+        ["run", "--plan"],
+        ["simulate", "--time", "0.01"],
+        ["verify"],
+    ],
 )
 def test_no_plugins_leaves_out_those_of_a_config(words: list[str], here: Path) -> None:
+    (here / "tiny.mbs").write_bytes(urdf2mbs.convert("tiny.urdf").data)
     (here / "lab.py").write_text("open('ran', 'w').close()\n")
     (here / "tiny.yaml").write_text("source: tiny.urdf\nplugins: [lab.py]\n")
     main([*words, "tiny.yaml", "--no-plugins"])

@@ -88,6 +88,8 @@ COMMANDS = [
     ("verify tiny.urdf d", 2, "model-unreadable|project-unknown"),
     (f"verify tiny.urdf {LONG}", 2, "model-unreadable"),
     ("verify tiny.urdf none.mbs", 2, "model-unreadable"),
+    ("verify none.yaml", 2, "config-unreadable"),
+    ("verify none.yaml none.mbs", 2, "config-unreadable"),
     ("diagram d", 2, "model-unreadable"),
     ("diagram none.mbs", 2, "model-unreadable"),
     ("diagram tiny.mbs -o d", 2, "output-unwritable"),

@@ -2,30 +2,36 @@
 
 Splits both descriptions into rigid groups, and compares motion, mass, centre
 and inertia of each group.  The .mbs may be of any origin; a second URDF is
-compared as well.  Writes nothing.  Exit code 0: the same robot; 3: not.
+compared as well.  Of a config, the robot is the one that its passes make.
+Writes nothing.  Exit code 0: the same robot; 3: not.
 """
 
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
 from contextlib import nullcontext
+from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import msgspec
 
-from urdf2mbs.commands.printing import print_json, tell_diagnostics
+from urdf2mbs.commands.printing import near, print_json, tell_diagnostics
 from urdf2mbs.commands.settings import (
     READING,
     add_fields,
+    add_no_plugins,
     add_printing,
     add_verbose,
     choose_fields,
     path,
+    robot_or_config,
 )
 from urdf2mbs.commands.streams import STREAM
 from urdf2mbs.disk import files
 from urdf2mbs.engine.plugins import of_ours
-from urdf2mbs.messages.diagnostics import counted, printable
+from urdf2mbs.messages.diagnostics import ConfigError, counted, printable
 
 if TYPE_CHECKING:
     from urdf2mbs.api import Verdict
@@ -34,30 +40,42 @@ EXAMPLES = (
     "urdf2mbs verify robot.urdf robot.mbs",
     "urdf2mbs verify robot.urdf PROJECT",
     "urdf2mbs verify robot.xacro robot.urdf",
-    "urdf2mbs verify robot.urdf robot.mbs --ci --sarif urdf2mbs.sarif",
+    "urdf2mbs verify robot.yaml robot.mbs",
+    "urdf2mbs verify robot.yaml --ci --sarif urdf2mbs.sarif",
 )
 
 
 def add_options(command: argparse.ArgumentParser) -> None:
     command.add_argument(
-        "robot", metavar="ROBOT",
-        help="a .urdf or .xacro file, robot_descriptions:NAME, or - for standard input",
-    )  # fmt: skip
+        "robot",
+        metavar="ROBOT",
+        help="a .urdf or .xacro file, robot_descriptions:NAME, - for standard input; or a config, "
+        "whose passes make the robot",
+    )
     command.add_argument(
-        "model", type=path, metavar="MODEL.mbs",
-        help="of urdf2mbs, or drawn by hand; a project's folder; or another .urdf or .xacro",
-    )  # fmt: skip
+        "model",
+        type=path,
+        nargs="?",
+        metavar="MODEL.mbs",
+        help="of urdf2mbs, or drawn by hand; a project's folder; or another .urdf or .xacro; "
+        "without, of a config: its output",
+    )
     add_printing(command, writes=False)
     add_verbose(command)
+    add_no_plugins(command)
     add_fields(command, *READING, "packages", "xacro_args", "base")
     command.add_argument(
-        "--gravity", type=float, nargs=3, default=(0.0, 0.0, -9.81), metavar=("X", "Y", "Z"),
-        help="the gravity that the .mbs should have, in m/s^2 (0 0 -9.81)",
-    )  # fmt: skip
+        "--gravity",
+        type=float,
+        nargs=3,
+        metavar=("X", "Y", "Z"),
+        help="the gravity that the .mbs should have, in m/s^2 (0 0 -9.81; of a config: its own)",
+    )
     command.add_argument(
-        "--frames", action="store_true",
+        "--frames",
+        action="store_true",
         help="a link's frame that is elsewhere in the .mbs is a difference, too",
-    )  # fmt: skip
+    )
     findings = of_ours("findings")
     if findings is not None:
         findings.add_options(command)
@@ -65,15 +83,10 @@ def add_options(command: argparse.ArgumentParser) -> None:
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
-    from urdf2mbs.api import verify
-
-    source = files.take_stdin() if arguments.robot == STREAM else arguments.robot
+    robot, compare = _prepare(arguments)
     findings = of_ours("findings")
-    with findings.collecting(arguments.sarif, source) if findings else nullcontext() as found:
-        verdict = verify(
-            source, arguments.model, frames=arguments.frames, gravity=tuple(arguments.gravity),
-            tolerance=arguments.tolerance, **choose_fields(arguments),
-        )  # fmt: skip
+    with findings.collecting(arguments.sarif, robot) if findings else nullcontext() as found:
+        verdict = compare(frames=arguments.frames, tolerance=arguments.tolerance)
         if found is not None:
             found.said += [*verdict.diagnostics, *findings.differences(verdict.differences)]
     code = 0 if verdict.same else 3
@@ -85,12 +98,16 @@ def carry_out(arguments: argparse.Namespace) -> int:
         found.tell(arguments.verbose)
         print(verdict.verdict)
         return code
-    _tell_match(verdict)
+    _print_match(verdict)
+    if _is_of_config(arguments):
+        print(f"  the robot is that of {arguments.robot}; the model is {near(Path(verdict.model))}")
     print(f"  {verdict.compared}")
     if verdict.frames:
         frames = counted(len(verdict.frames), "frame")
-        print(f"  {frames} of links and points elsewhere than by the URDF, as a model may choose "
-              "(--frames lists them, as differences)")  # fmt: skip
+        print(
+            f"  {frames} of links and points elsewhere than by the URDF, as a model may choose "
+            "(--frames lists them, as differences)"
+        )
     if verdict.differences:
         print("not the same, by relative size:")
     for difference in verdict.differences:
@@ -100,8 +117,38 @@ def carry_out(arguments: argparse.Namespace) -> int:
     return code
 
 
-def _tell_match(verdict: Verdict) -> None:
-    """Which joints of the URDF and of the .mbs are the same, and what they move."""
+def _is_of_config(arguments: argparse.Namespace) -> bool:
+    from urdf2mbs.api import is_config
+
+    return is_config(arguments.robot)
+
+
+def _prepare(arguments: argparse.Namespace) -> tuple[str, Callable[..., Verdict]]:
+    """Return the robot's file, and the comparison that the command line asks for."""
+    from urdf2mbs.api import is_config, verify, verify_config
+
+    model = arguments.model
+    if model is not None and is_config(model) and arguments.robot.lower().endswith(".mbs"):
+        arguments.robot, model = str(model), Path(arguments.robot)
+    if not _is_of_config(arguments):
+        source = files.take_stdin() if arguments.robot == STREAM else arguments.robot
+        fields = choose_fields(arguments)
+        if arguments.gravity is not None:
+            fields["gravity"] = tuple(arguments.gravity)
+        return source, partial(verify, source, model, **fields)
+    if arguments.gravity is not None:
+        message = "--gravity is for a robot without a config"
+        raise ConfigError("usage", message, hint=f"write it in '{arguments.robot}'")
+    arguments.config = Path(arguments.robot)
+    config, lines = robot_or_config(arguments)
+    compare = partial(
+        verify_config, config, lines, model, installed_plugins=not arguments.no_plugins
+    )
+    return str(lines.folder / config.source), compare
+
+
+def _print_match(verdict: Verdict) -> None:
+    """Print which joints of the URDF and of the .mbs are the same, and what they move."""
     own = [f"'{name}'" for name, joints in verdict.joints.items() if len(joints) == 6]
     base = ", and the floating base" if verdict.floating_base else ", the base is fixed"
     if own:
