@@ -30,7 +30,7 @@ def test_every_config_knows_its_passes_unless_asked_not_to(site: Path, capsys: A
     result = run_pass("rename-links", options={"links": {"arm": "left"}})
     assert "left" in result.robot.links
     config = str(site.parent / "c.yaml")
-    assert main(["explain"]) == 0
+    assert main(["explain", "-v"]) == 0
     assert f"rename of renaming 0.1.0 ({site}/renaming.py)" in capsys.readouterr().out
     assert main(["explain", "--no-plugins"]) == 0
     assert "rename-links" not in capsys.readouterr().out

@@ -1,13 +1,18 @@
-"""`explain`: the passes of a config, or every known pass, without running them.
+"""`explain`: every known pass, one pass, or the passes of a config, without running them.
 
-Lists the passes in their order: what each reads and writes, where it comes
-from, and its options.  Converts nothing.
+Without a name: every known pass, a line each.  Of a pass: its place in each
+preset, its options, what it reads and writes, and where it comes from.  Of a
+config: its passes in their order, with all that it changes; -v shows the rest.
+Converts nothing.
 """
 
 from __future__ import annotations
 
 import argparse
+import shutil
 import sys
+import textwrap
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +21,9 @@ import msgspec
 from urdf2mbs.plugin import (
     ALONE,
     Config,
+    ConfigError,
     Lines,
+    Pass,
     Pipeline,
     Plugins,
     Registered,
@@ -24,13 +31,16 @@ from urdf2mbs.plugin import (
     add_json,
     add_running,
     counted,
+    is_file,
     near,
+    nearest,
     of_plugin,
     path,
     print_json,
     robot_or_config,
 )
 from urdf2mbs.plugin import read_robot_file as read_file
+from urdf2mbs_setup.options import Option, inner_structs, list_options
 
 #: What the summaries of the passes call "the method".
 METHOD = (
@@ -39,25 +49,67 @@ METHOD = (
 )
 
 EXAMPLES = (
-    "urdf2mbs explain robot.yaml",
+    "urdf2mbs explain",
+    "urdf2mbs explain lump-fixed",
+    "urdf2mbs explain robot.yaml -v",
     "urdf2mbs explain robot.urdf --pipeline compact",
-    "urdf2mbs explain --plugin our_passes.py",
+    "urdf2mbs explain our-pass --plugin our_passes.py",
 )
 
 
 def add_options(command: argparse.ArgumentParser) -> None:
     command.add_argument(
-        "config", type=path, metavar="CONFIG.yaml", nargs="?",
-        help="or a .urdf or .xacro file, with the options below; without: every known pass",
-    )  # fmt: skip
+        "config",
+        type=path,
+        metavar="CONFIG.yaml",
+        nargs="?",
+        help="or the name of a pass; or a .urdf or .xacro file, with the options below; "
+        "without: every known pass",
+    )
     add_json(command)
     add_running(command)
     add_fields(command, *ALONE)
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
-    if arguments.config is None:
+    given: Path | None = arguments.config
+    if given is None:
         return _list_all(arguments)
+    # a pass and a folder may have the same name, such as 'project'
+    if given.suffix == "" and len(given.parts) == 1 and str(given) != "-" and not is_file(given):
+        plugins = _plugins_of(arguments)
+        if str(given) in plugins.passes:
+            return _explain_pass(str(given), plugins, arguments)
+        if ":" not in str(given) and not given.exists():
+            raise _neither(str(given), plugins)
+    return _explain_config(arguments)
+
+
+def _plugins_of(arguments: argparse.Namespace) -> Plugins:
+    """Return the plugins of a command line without a config."""
+    files = [Path(file) for file in arguments.plugins or ()]
+    plugins = Plugins(files, installed=not arguments.no_plugins)
+    warn_of(plugins)
+    return plugins
+
+
+def _neither(word: str, plugins: Plugins) -> ConfigError:
+    """Return the error for a word that is neither a file nor a pass."""
+    if word in plugins.presets:
+        message = f"'{word}' is a preset, not a pass and not a file"
+        hint = f"urdf2mbs explain ROBOT.urdf --pipeline {word} lists its passes"
+        return ConfigError("unknown-pass", message, hint=hint)
+    configs = [file.name for file in Path().glob("*.y*ml")]
+    hint = nearest(word, [*plugins.passes, *configs]) or (
+        "urdf2mbs explain lists the passes; for those of a plugin's file, add --plugin FILE.py"
+    )
+    return ConfigError("unknown-pass", f"'{word}' is neither a file nor a pass", hint=hint)
+
+
+# --- a config ---
+
+
+def _explain_config(arguments: argparse.Namespace) -> int:
     config, lines = robot_or_config(arguments)
     config = _first_of_sweep(config, lines)
     pipeline = Pipeline(config, lines, installed_plugins=not arguments.no_plugins)
@@ -65,10 +117,16 @@ def carry_out(arguments: argparse.Namespace) -> int:
     if lines.file is None:
         read_file(pipeline.settings.source)  # a robot was named, and is to be there
     if arguments.json:
-        print_json([
-            {**describe(step.registered), "swapped": step.swapped, "options": step.pass_}
-            for step in pipeline.passes
-        ])  # fmt: skip
+        print_json(
+            [
+                {
+                    **describe(step.registered),
+                    "swapped": step.swapped,
+                    "options": step.pass_,
+                }
+                for step in pipeline.passes
+            ]
+        )
         return 0
     settings = pipeline.settings
     print(f"source  {settings.source}\noutput  {settings.output}\nbase    {settings.config.base}")
@@ -76,26 +134,55 @@ def carry_out(arguments: argparse.Namespace) -> int:
         print(f"package {name} = {folder}")
     for name, value in settings.config.xacro_args.items():
         print(f"arg     {name} := {value}")
+    if not arguments.verbose:
+        print()
+    width = max((len(step.name) for step in pipeline.passes), default=0)
     for number, step in enumerate(pipeline.passes, start=1):
-        pass_ = step.pass_
-        print(f"\n{number}. {pass_.name}: {pass_.summary()}")
-        swapped = ", by 'swap'" if step.swapped else ""
-        print(f"   from     {origin(step.registered)}{swapped}")
-        for rival in pipeline.plugins.passes.get(pass_.name, []):
-            if rival.plugin != step.registered.plugin:
-                print(f"   not      {origin(rival)}: 'swap: {{{pass_.name}: {rival.plugin}}}'")
-        if step.registered.after:
-            print(f"   after    {', '.join(step.registered.after)}")
-        print(f"   reads    {', '.join(pass_.reads) or '-'}")
-        print(f"   writes   {', '.join(pass_.writes) or '-'}")
-        options = msgspec.to_builtins(pass_)
-        print(f"   options  {', '.join(f'{k}: {v!r}' for k, v in options.items()) or '-'}")
-    print(f"\n{METHOD}")
+        if arguments.verbose:
+            print(f"\n{number}. {step.name}: {step.pass_.summary()}")
+        else:
+            print(_one_line(f"{number:2}. {step.name:{width}}", step.pass_.summary()))
+        for title, text in _details(pipeline, step, verbose=arguments.verbose):
+            print(f"    {title:8} {text}")
+    print(f"\n{METHOD}" if arguments.verbose else "\n-v shows what each pass reads and writes")
     return 0
 
 
+def _details(pipeline: Pipeline, step: Any, *, verbose: bool) -> Iterator[tuple[str, str]]:
+    """Yield the lines of a pass in a config, as title and text.
+
+    Args:
+        pipeline: The passes of the config.
+        step: One of them, with its options.
+        verbose: Whether all lines are shown, or only what is not as urdf2mbs has it by default.
+    """
+    pass_, registered = step.pass_, step.registered
+    rivals = [
+        rival
+        for rival in pipeline.plugins.passes.get(pass_.name, [])
+        if rival.plugin != registered.plugin
+    ]
+    if verbose or rivals or not registered.is_ours:
+        yield "from", origin(registered) + (", by 'swap'" if step.swapped else "")
+    for rival in rivals:
+        yield "not", f"{origin(rival)}: 'swap: {{{pass_.name}: {rival.plugin}}}'"
+    if verbose:
+        if registered.after:
+            yield "after", ", ".join(registered.after)
+        yield "reads", ", ".join(pass_.reads) or "-"
+        yield "writes", ", ".join(pass_.writes) or "-"
+    defaults = {option.name: option.default for option in list_options(type(pass_))}
+    options = [
+        f"{name}: {value!r}"
+        for name, value in msgspec.to_builtins(pass_).items()
+        if verbose or msgspec.to_builtins(defaults[name]) != value
+    ]
+    if options or verbose:
+        yield "options", ", ".join(options) or "-"
+
+
 def _first_of_sweep(config: Config, lines: Lines) -> Config:
-    """The config of the first robot, where a config stands for many."""
+    """Return the config of the first robot, where a config stands for many."""
     if config.sweep is None:
         return config
     sweep = of_plugin("sweep", "many")
@@ -106,23 +193,121 @@ def _first_of_sweep(config: Config, lines: Lines) -> Config:
     return found
 
 
+# --- one pass ---
+
+
+def _explain_pass(name: str, plugins: Plugins, arguments: argparse.Namespace) -> int:
+    """Print all of one pass, and of those of other plugins that have its name."""
+    offered = plugins.passes[name]
+    places = {
+        preset: _place_in(preset, name, arguments.plugins or [], not arguments.no_plugins)
+        for preset in plugins.presets
+    }
+    if arguments.json:
+        found = [
+            {**describe(one), "options": list_options(one.kind), "presets": places}
+            for one in offered
+        ]
+        print_json(found)
+        return 0
+    for index, registered in enumerate(offered):
+        kind = registered.kind
+        print(f"{name}: {kind.summary()}")
+        print(f"  from     {origin(registered)}")
+        if index > 0:
+            print(f"  used by  swap: {{{name}: {registered.plugin}}}")
+        else:
+            width = max(map(len, places), default=0)
+            for title, (preset, place) in zip(_titles("place"), places.items(), strict=False):
+                print(f"  {title:8} {preset:{width}}  {place}")
+        print(f"  reads    {', '.join(kind.reads) or '-'}")
+        print(f"  writes   {', '.join(kind.writes) or '-'}")
+        _print_options(kind)
+    return 0
+
+
+def _titles(first: str) -> Iterator[str]:
+    """Yield the title of a table's first line, and an empty one for each of the others."""
+    yield first
+    while True:
+        yield ""
+
+
+def _place_in(preset: str, name: str, files: list[str], installed: bool) -> str:
+    """Return where a pass stands among those of a preset, in words."""
+    config = Config(source="robot.urdf", pipeline=preset, plugins=[str(file) for file in files])
+    try:
+        pipeline = Pipeline(config, Lines(), installed_plugins=installed)
+    except ConfigError as error:
+        return f"the preset cannot be used: {error.message}"
+    names = [step.name for step in pipeline.passes]
+    if name not in names:
+        return "not in it; a config puts it in by 'after' or 'before'"
+    index = names.index(name)
+    behind = f", after '{names[index - 1]}'" if index else ""
+    return f"{index + 1} of {len(names)}{behind}"
+
+
+def _print_options(kind: type[Pass]) -> None:
+    options = list_options(kind)
+    if not options:
+        print("  options  -")
+        return
+    print("  options")
+    for option in options:
+        _print_option(option, "    ")
+    for struct in inner_structs(kind):
+        print(f"  each {struct.__name__}")
+        for option in list_options(struct):
+            _print_option(option, "    ")
+
+
+def _print_option(option: Option, margin: str) -> None:
+    """Print an option with its type and default, and below it its help."""
+    default = "must be given" if option.required else f"default: {option.default_in_words}"
+    print(f"{margin}{option.name}: {option.type}, {default}")
+    if option.help:
+        width = max(80, _width())
+        more = f"{margin}    "
+        print(textwrap.fill(option.help, width, initial_indent=more, subsequent_indent=more))
+
+
+# --- all passes ---
+
+
 def _list_all(arguments: argparse.Namespace) -> int:
-    """Print every known pass."""
-    files = [Path(file) for file in arguments.plugins or ()]
-    plugins = Plugins(files, installed=not arguments.no_plugins)
-    warn_of(plugins)
+    """Print every known pass in the order of the method, and then those of other plugins."""
+    plugins = _plugins_of(arguments)
+    order = {name: index for index, name in enumerate(plugins.method)}
     passes = [registered for offered in plugins.passes.values() for registered in offered]
+    passes.sort(key=lambda registered: (not registered.is_ours, order.get(registered.name, 0)))
     if arguments.json:
         print_json([describe(registered) for registered in passes])
         return 0
     width = max(len(registered.name) for registered in passes)
     for registered in passes:
-        kind = registered.kind
-        trade = f"{', '.join(kind.reads) or '-'} -> {', '.join(kind.writes) or '-'}"
-        print(f"{kind.name:{width}}  {kind.summary()}")
-        print(f"{'':{width}}  {trade}; {origin(registered)}")
-    print(f"\n{METHOD}")
+        kind, name = registered.kind, f"{registered.name:{width}}"
+        if arguments.verbose:
+            sections = f"{', '.join(kind.reads) or '-'} -> {', '.join(kind.writes) or '-'}"
+            print(f"{name}  {kind.summary()}")
+            print(f"{'':{width}}  {sections}; {origin(registered)}")
+        else:
+            print(_one_line(name, kind.summary(), "" if registered.is_ours else registered.plugin))
+    more = "urdf2mbs explain PASS shows all of one pass; -v shows what each reads and writes"
+    print(f"\n{METHOD}" if arguments.verbose else f"\n{more}")
     return 0
+
+
+def _one_line(name: str, summary: str, plugin: str = "") -> str:
+    """Return a pass on one line, shortened to the terminal's width."""
+    whose = f" ({plugin})" if plugin else ""
+    width = max(80, _width()) - len(name) - 2 - len(whose)
+    return f"{name}  {textwrap.shorten(summary, max(width, 20), placeholder=' ...')}{whose}"
+
+
+def _width() -> int:
+    """Return the width of the terminal, in letters."""
+    return shutil.get_terminal_size().columns
 
 
 def warn_of(plugins: Plugins) -> None:
@@ -132,17 +317,22 @@ def warn_of(plugins: Plugins) -> None:
 
 
 def origin(found: Registered) -> str:
-    """The plugin that a pass is from, with its package, version and file."""
+    """Return the plugin that a pass is from, with its package, version and file."""
     of = f" of {found.package}" if found.package not in ("", found.plugin) else ""
     version = f" {found.version}" if found.version else ""
     return f"{found.plugin}{of}{version} ({near(Path(found.file))})"
 
 
 def describe(found: Registered) -> dict[str, Any]:
-    """A pass as JSON has it."""
+    """Return a pass as JSON has it."""
     kind = found.kind
     return {
-        "name": kind.name, "summary": kind.summary(), "plugin": found.plugin,
-        "package": found.package, "version": found.version, "file": found.file,
-        "reads": kind.reads, "writes": kind.writes,
-    }  # fmt: skip
+        "name": kind.name,
+        "summary": kind.summary(),
+        "plugin": found.plugin,
+        "package": found.package,
+        "version": found.version,
+        "file": found.file,
+        "reads": kind.reads,
+        "writes": kind.writes,
+    }

@@ -7,7 +7,6 @@ checks a config by them.
 from __future__ import annotations
 
 import argparse
-import typing
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +14,7 @@ import msgspec
 
 from urdf2mbs.plugin import Config, Plugins, add_fields, add_no_plugins, field_docs, print_json
 from urdf2mbs_setup.commands.explain import warn_of
+from urdf2mbs_setup.options import inner_structs
 
 EXAMPLES = ("urdf2mbs schema > config.schema.json",)
 
@@ -35,7 +35,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
 def schema(plugins: Plugins) -> dict[str, Any]:
     """A JSON schema (draft 2020-12) of a config that may use these plugins' passes."""
     (_,), defs = msgspec.json.schema_components([Config], ref_template="#/$defs/{name}")
-    for kind in (Config, *_inner(Config)):
+    for kind in (Config, *inner_structs(Config)):
         _describe(kind, defs[kind.__name__])
     config = defs.pop("Config")
     config["title"] = "urdf2mbs config"
@@ -73,7 +73,7 @@ def _options(kind: type, prefix: str, defs: dict[str, Any]) -> dict[str, Any]:
     (reference,), components = msgspec.json.schema_components(
         [kind], ref_template=f"#/$defs/{prefix}.{{name}}"
     )
-    inner = {struct.__name__: struct for struct in _inner(kind)}
+    inner = {struct.__name__: struct for struct in inner_structs(kind)}
     for name, component in components.items():
         component.pop("title", None)
         defs[f"{prefix}.{name}"] = component
@@ -94,19 +94,6 @@ def _describe(kind: type, component: dict[str, Any]) -> None:
         name, text = field.encode_name, docs.get(field.name)
         if name in properties and text is not None:
             properties[name].setdefault("description", text)
-
-
-def _inner(kind: type) -> list[type]:
-    """The classes that the options of a pass are made of, without their own."""
-    found: list[type] = []
-    todo = list(typing.get_type_hints(kind).values())
-    while todo:
-        one = todo.pop()
-        todo += typing.get_args(one)
-        if isinstance(one, type) and issubclass(one, msgspec.Struct) and one not in found:
-            found.append(one)
-            todo += typing.get_type_hints(one).values()
-    return found
 
 
 def _accept_one_word(component: dict[str, Any]) -> None:

@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 
+from installed import install
 from urdf2mbs.cli import main
 
 
@@ -26,6 +27,54 @@ def test_doctor(capsys: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) ->
     said = capsys.readouterr().out
     assert re.search(r"^  distributed +not installed, for ", said, re.M)
     assert re.search(r"^  lxml +MISSING$", said, re.M)
+
+
+COMMAND_ALONE = """
+from urdf2mbs.plugin import Command, hookimpl
+
+@hookimpl
+def urdf2mbs_commands():
+    return [Command("weigh", "weigh a robot", "renaming")]
+"""
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        (None, r"^  rename +renaming 0\.1\.0 \(SITE/renaming\.py\): passes$"),
+        (COMMAND_ALONE, r"^  rename +renaming 0\.1\.0 \(SITE/renaming\.py\): commands$"),
+        (
+            "import nowhere_at_all\n",
+            r"^  rename +renaming 0\.1\.0 is BROKEN\n +.*warning\[plugin-broken\].*nowhere_at_all",
+        ),
+    ],
+)
+def test_doctor_lists_all_plugins(
+    text: str | None,
+    shown: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.syspath_prepend(install(tmp_path, text))
+    monkeypatch.delitem(sys.modules, "renaming", raising=False)
+    assert main(["doctor"]) == 0
+    out = capsys.readouterr().out
+    assert re.search(shown.replace("SITE", re.escape(str(tmp_path))), out, re.M)
+    assert re.search(r"^  setup +urdf2mbs: api, codes, commands$", out, re.M)
+    assert main(["doctor", "--no-plugins"]) == 0
+    out = capsys.readouterr().out
+    assert "renaming" not in out
+    assert re.search(r"^  others +left out by --no-plugins$", out, re.M)
+
+
+def test_doctor_says_that_no_package_brings_a_plugin(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("urdf2mbs_setup.commands.doctor.entry_points", lambda group: ())
+    assert main(["doctor"]) == 0
+    told = r"^  others +none: no installed package has an entry point 'urdf2mbs'$"
+    assert re.search(told, capsys.readouterr().out, re.M)
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])

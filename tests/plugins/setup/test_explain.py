@@ -1,23 +1,71 @@
-"""`explain`: what a config means, and what passes there are."""
+"""`explain`: all passes on a screen, one pass whole, and what a config means."""
 
 import json
 from pathlib import Path
-from typing import Any
 
+import pytest
+
+from making import passes_of
+from presets import PRESETS
 from urdf2mbs.cli import main
 from urdf2mbs.commands.printing import near
+from urdf2mbs.engine.plugins import Plugins
 
 ROOT = Path(__file__).resolve().parents[3]
+RENAME = ROOT / "tests" / "door" / "rename_links.py"
+LAB = '''
+import msgspec
+from urdf2mbs.plugin import Pass, hookimpl
 
 
-def test_explain_runs_nothing(here: Path, capsys: Any) -> None:
+class Load(msgspec.Struct):
+    kg: float
+    """Its mass."""
+
+
+class Payload(Pass):
+    """Add masses to links."""
+
+    reads = writes = ("robot",)
+    after = ("expand",)
+    loads: dict[str, Load]
+    """By link."""
+    kind: str = "box"
+
+    def run(self, conversion):
+        raise AssertionError("explain runs nothing")
+
+
+@hookimpl
+def urdf2mbs_passes():
+    return [Payload]
+
+
+@hookimpl
+def urdf2mbs_presets():
+    return {"lab": {"extends": "faithful"}, "odd": {"extends": "nowhere"}}
+'''
+CONFIG = "source: tiny.urdf\nplugins: [lab.py]\npasses: {payload: {loads: {hand: {kg: 1.0}}}}\n"
+
+
+@pytest.fixture
+def lab(here: Path) -> Path:
+    (here / "lab.py").write_text(LAB)
+    (here / "lab.yaml").write_text(CONFIG)
+    return here
+
+
+Capture = pytest.CaptureFixture[str]
+
+
+def test_explain_runs_nothing(here: Path, capsys: Capture) -> None:
     (here / "tiny.yaml").write_text("source: tiny.urdf\n")
     (here / "tiny.urdf").unlink()
-    assert main(["explain", "tiny.yaml"]) == 0
+    assert main(["explain", "tiny.yaml", "-v"]) == 0
     out = capsys.readouterr().out
     assert f"source  {here}/tiny.urdf" in out
     assert "prune-massless: the method's" in out
-    assert "   reads    robot\n   writes   bodies\n   options  keep: []" in out
+    assert "    reads    robot\n    writes   bodies\n    options  keep: []" in out
     assert main(["explain", "--json", "tiny.yaml"]) == 0
     told = json.loads(capsys.readouterr().out)
     prune = next(one for one in told if one["name"] == "prune-massless")
@@ -26,17 +74,102 @@ def test_explain_runs_nothing(here: Path, capsys: Any) -> None:
     assert prune["file"].endswith("prune_massless.py")
 
 
-def test_passes(capsys: Any) -> None:
-    plugin = str(ROOT / "tests" / "door" / "rename_links.py")
-    assert main(["explain", "--no-plugins", "--plugin", plugin]) == 0
+def test_a_config_is_a_line_for_each_pass_and_what_it_changes(lab: Path, capsys: Capture) -> None:
+    text = CONFIG.replace("passes: {", "passes: {prune-massless: {keep: [tool]}, ")
+    (lab / "lab.yaml").write_text(text)
+    assert main(["explain", "lab.yaml"]) == 0
+    out = capsys.readouterr().out
+    numbered = [line for line in out.splitlines() if line[:2].strip().isdigit()]
+    more = [line for line in out.splitlines() if line.startswith("    ")]
+    assert numbered[1].split(maxsplit=2) == ["2.", "payload", "Add masses to links."]
+    assert more == [
+        "    from     lab (lab.py)",
+        "    options  loads: {'hand': {'kg': 1.0}}",
+        "    options  keep: ['tool']",
+    ]
+
+
+def test_all_passes_fit_a_screen(capsys: Capture) -> None:
+    assert main(["explain", "--no-plugins"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    known = Plugins(installed=False).passes
+    assert len(lines) <= 45
+    assert max(map(len, lines)) <= 80
+    names = [line.split()[0] for line in lines[: len(known)]]
+    assert sorted(names) == sorted(known)
+    assert names.index("expand") < names.index("insert-base") < names.index("emit")
+
+
+def test_passes_of_a_plugin(capsys: Capture) -> None:
+    assert main(["explain", "--no-plugins", "--plugin", str(RENAME)]) == 0
+    *_, rename, _, _ = capsys.readouterr().out.splitlines()
+    assert rename.startswith("rename-links ")
+    assert rename.endswith(" (rename_links)")
+    assert main(["explain", "--no-plugins", "--plugin", str(RENAME), "-v"]) == 0
     out = capsys.readouterr().out
     assert "robot -> bodies; urdf2mbs " in out
-    assert f"- -> robot; rename_links ({near(Path(plugin))})" in out
+    assert f"- -> robot; rename_links ({near(RENAME)})" in out
     assert main(["explain", "--no-plugins", "--json"]) == 0
     assert {one["name"] for one in json.loads(capsys.readouterr().out)} >= {"expand", "emit"}
 
 
-def test_set_changes_a_config(here: Path, capsys: Any) -> None:
+def test_one_pass_is_shown_whole(lab: Path, capsys: Capture) -> None:
+    assert main(["explain", "payload", "--plugin", "lab.py"]) == 0
+    out = capsys.readouterr().out
+    begin, _, end = out.partition("  place    ")
+    assert begin == "payload: Add masses to links.\n  from     lab (lab.py)\n"
+    places, _, rest = end.partition("  reads    ")
+    shown = dict(line.split(maxsplit=1) for line in places.splitlines())
+    assert shown == expected_places()
+    assert rest == (
+        "robot\n  writes   robot\n  options\n"
+        "    loads: dict[str, Load], must be given\n        By link.\n"
+        "    kind: str, default: box\n"
+        "  each Load\n    kg: float, must be given\n        Its mass.\n"
+    )
+    assert main(["explain", "payload", "--plugin", "lab.py", "--json"]) == 0
+    (found,) = json.loads(capsys.readouterr().out)
+    assert found["presets"] == expected_places()
+    assert [option["name"] for option in found["options"]] == ["loads", "kind"]
+
+
+def expected_places() -> dict[str, str]:
+    """Return where the pass of the lab stands in each preset, in words."""
+    places = {}
+    for name in PRESETS:
+        count = len(passes_of(name)) + 1
+        places[name] = f"2 of {count}, after 'expand'"
+    places["lab"] = places["faithful"]
+    broken = "there is no preset 'nowhere', which 'odd' extends"
+    return {**places, "odd": f"the preset cannot be used: {broken}"}
+
+
+def test_a_pass_goes_before_a_folder_of_its_name(here: Path, capsys: Capture) -> None:
+    (here / "layout").mkdir()
+    assert main(["explain", "layout"]) == 0
+    assert "style: " in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("words", "message", "hint"),
+    [
+        ("laiout", "'laiout' is neither a file nor a pass", "did you mean 'layout'"),
+        ("qqqqqq", "'qqqqqq' is neither a file nor a pass", "--plugin FILE.py"),
+        ("lab", "'lab' is neither a file nor a pass", "did you mean 'lab.yaml'"),
+        ("faithful", "'faithful' is a preset", "--pipeline faithful"),
+        ("payload", "'payload' is neither a file nor a pass", "--plugin FILE.py"),
+    ],
+)
+def test_a_word_that_is_neither(
+    words: str, message: str, hint: str, lab: Path, capsys: Capture
+) -> None:
+    assert main(["explain", words]) == 2
+    told = capsys.readouterr().err
+    assert message in told
+    assert hint in told
+
+
+def test_set_changes_a_config(here: Path, capsys: Capture) -> None:
     (here / "tiny.yaml").write_text("source: tiny.urdf\npasses: {check: {tolerance: 1.0e-3}}\n")
     assert main(["explain", "tiny.yaml", "--json", "--set", "prune-massless.keep=[tool]"]) == 0
     options = {one["name"]: one["options"] for one in json.loads(capsys.readouterr().out)}

@@ -35,6 +35,10 @@ def test_new_pass(here: Path, capsys: Any) -> None:
     (here / "tiny.yaml").write_text("\n".join(["source: tiny.urdf", *lines[:3]]))
     assert main(["run", "-v", "tiny.yaml"]) == 0
     assert "note[heavy-link]: link 'body' has 2 kg" in capsys.readouterr().err
+    with Path("tiny.yaml").open("a") as config:
+        config.write("\ndiagnostics: {heavy-link: ignore}\n")
+    assert main(["run", "-v", "tiny.yaml"]) == 0
+    assert "heavy-link" not in capsys.readouterr().err
     assert main(["explain", "tiny.yaml"]) == 0
     assert "from     count_links (count_links.py)" in capsys.readouterr().out
     done = subprocess.run(

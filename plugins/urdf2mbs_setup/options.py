@@ -1,0 +1,81 @@
+"""The options of a pass, as people read them: types, defaults and help."""
+
+from __future__ import annotations
+
+import typing
+from typing import Annotated, Any, Literal, get_args, get_origin
+
+import msgspec
+
+from urdf2mbs.plugin import field_docs
+
+
+class Option(msgspec.Struct):
+    """An option of a pass, or a key in it."""
+
+    name: str
+    type: str
+    """In words, such as ``list[str]``."""
+    required: bool
+    default: Any
+    """None where the option must be given."""
+    help: str
+
+    @property
+    def default_in_words(self) -> str:
+        """The default as a config writes it."""
+        if isinstance(self.default, str):
+            return self.default or "''"
+        if isinstance(self.default, bool):
+            return str(self.default).lower()
+        return "none" if self.default is None else repr(msgspec.to_builtins(self.default))
+
+
+def list_options(kind: type) -> list[Option]:
+    """Return the options of a pass, or the keys of a struct in its options."""
+    docs, hints = field_docs(kind), typing.get_type_hints(kind)
+    options = []
+    for field in msgspec.structs.fields(kind):
+        default = field.default
+        if field.default_factory is not msgspec.NODEFAULT:
+            default = field.default_factory()
+        options.append(
+            Option(
+                name=field.encode_name,
+                type=describe_type(hints[field.name]),
+                required=field.required,
+                default=None if default is msgspec.NODEFAULT else default,
+                help=docs.get(field.name, ""),
+            )
+        )
+    return options
+
+
+def describe_type(kind: Any) -> str:
+    """Return a type in words: ``number``, ``list[str]``, ``python | c``."""
+    origin, arguments = get_origin(kind), get_args(kind)
+    if origin is Annotated:
+        return describe_type(arguments[0])
+    if origin is Literal:
+        return " | ".join(map(str, arguments))
+    if kind is type(None):
+        return "none"
+    if origin is None:
+        return str(getattr(kind, "__name__", kind))
+    inner = ["..." if argument is Ellipsis else describe_type(argument) for argument in arguments]
+    if origin in (list, dict, tuple):
+        return f"{origin.__name__}[{', '.join(inner)}]"
+    return " | ".join(dict.fromkeys(inner))
+
+
+def inner_structs(kind: type) -> list[type]:
+    """Return the classes that the options of a pass are made of, without the pass itself."""
+    structs: list[type] = []
+    remaining = list(typing.get_type_hints(kind).values())
+    while remaining:
+        hint = remaining.pop()
+        remaining += get_args(hint)
+        if isinstance(hint, type) and issubclass(hint, msgspec.Struct) and hint not in structs:
+            structs.append(hint)
+            remaining += typing.get_type_hints(hint).values()
+    return structs
