@@ -33,6 +33,7 @@ def urdf2mbs_commands() -> list[Command]:
     sentences = {
         "explain": "show the passes of a config, or every known pass, without running them",
         "new-pass": "write a plugin with one pass, and its test",
+        "new-plugin": "write a package with a pass, a preset, tests and checks for GitHub",
         "schema": "print the JSON schema of a config, for editors",
         "doctor": "show versions, extras, plugins, ROS packages and Robotran as they are here",
         "completion": "print a script that completes commands and options in a shell",

@@ -52,7 +52,7 @@ def test_each_command_has_help_with_examples_that_are_commands(command: str, cap
 
 #: The flags that commands share: who has them.
 CONVERTING = {"run", "convert", "report", "simulate", "modes"}
-WRITING = {"diagram", "equations", "merge", "new-pass"}
+WRITING = {"diagram", "equations", "merge", "new-pass", "new-plugin"}
 ROBOTS = {"init", "convert", "report", "simulate", "modes", "explain", "lint", "verify"}
 PLUGINS = {*CONVERTING, "explain", "schema", "doctor"}
 SHARED = {

@@ -37,6 +37,8 @@ def carry_out(arguments: argparse.Namespace) -> int:
     return 0
 
 
+#: The names of passes and plugins.
+NAME = re.compile(r"[a-z][a-z0-9]*(-[a-z0-9]+)*")
 #: The plugin and its test; NAME, CLASS and FILE stand for those of the pass.
 TEMPLATES = Path(__file__).with_name("templates")
 
@@ -72,16 +74,23 @@ def new_pass(name: str, folder: Path, *, force: bool = False) -> tuple[Path, Pat
     return plugin, test
 
 
+def suggest_name(name: str) -> str:
+    """Return the nearest name of small letters, digits and hyphens; empty if there is none."""
+    words = re.findall(r"[a-z0-9]+", re.sub(r"(?<=[a-z0-9])(?=[A-Z])", " ", name).lower())
+    return re.sub(r"^[0-9-]+", "", "-".join(words))
+
+
 def _stem(name: str) -> str:
-    """The name of the file for a pass; raises ConfigError where the name will not do."""
+    """Return the name of the file for a pass; raise ConfigError where the name will not do."""
     fault = hint = ""
     stem = name.replace("-", "_")
-    if not re.fullmatch(r"[a-z][a-z0-9]*(-[a-z0-9]+)*", name):
-        words = re.findall(r"[a-z0-9]+", re.sub(r"(?<=[a-z0-9])(?=[A-Z])", " ", name).lower())
-        better = re.sub(r"^[0-9-]+", "", "-".join(words))
+    known = Plugins(installed=False).passes
+    if not NAME.fullmatch(name):
+        better = suggest_name(name)
+        better = f"{better}-links" if better in known else better or "my-pass"
         fault = "a pass is called by small letters, digits and hyphens, a letter first"
-        hint = f"for instance: urdf2mbs new-pass {better or 'my-pass'}"
-    elif name in Plugins(installed=False).passes:
+        hint = f"for instance: urdf2mbs new-pass {better}"
+    elif name in known:
         fault = "there is a built-in pass of this name"
         hint = "choose another; to replace that one, see 'swap' on the page on writing passes"
     elif stem in sys.stdlib_module_names or stem in (GROUP, "msgspec", "pytest"):
