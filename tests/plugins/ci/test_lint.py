@@ -14,6 +14,7 @@ import yaml
 
 from urdf2mbs import convert
 from urdf2mbs.cli import main
+from urdf2mbs.commands import commands_of
 from urdf2mbs.testing import TINY
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -173,6 +174,9 @@ def test_the_action_runs_as_github_would_run_it(here: Path) -> None:
     assert act(robot="lamp.urdf", model="lamp.mbs", sarif="found.sarif") == [0, 3]
     assert results()
     assert act(robot="nothing.urdf") == [0, 1]
+    Path("lamp.yaml").write_text("source: lamp.urdf\n")
+    assert act(robot="lamp.yaml") == [0, 0]
+    assert act(robot="lamp.yaml", model="lamp.mbs") == [0, 3]
 
 
 NO_MASS = '<robot name="empty"><link name="a"/></robot>'
@@ -233,6 +237,46 @@ def test_the_plugins_of_a_config_take_part(
     assert "no-mass" not in told
     Path("empty.yaml").write_text(f"source: empty.urdf\nplugins: [gone.py]\n{where}\n")
     assert main(["lint", "empty.yaml"]) == 2
+
+
+OWN_FORMAT = """
+from urdf2mbs.plugin import Expansion, Pass, hookimpl
+
+class Payload(Pass):
+    reads = writes = ("robot",)
+    after = ("expand",)
+    def run(self, conversion):
+        conversion.robot.links["hand"].inertial.mass += 0.5
+
+@hookimpl
+def urdf2mbs_passes():
+    return [Payload]
+
+@hookimpl
+def urdf2mbs_read(source, data):
+    if source.suffix == ".rob":
+        return Expansion(data.removeprefix(b"ROBOT:"), [str(source)], [])
+"""
+
+
+def test_a_robot_in_the_format_of_a_plugin(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """``lint``, ``verify`` and ``report`` read what ``run`` reads."""
+    Path("ours.py").write_text(OWN_FORMAT)
+    Path("tiny.rob").write_text(f"ROBOT:{TINY}")
+    config = "source: tiny.rob\noutput: out.mbs\nplugins: [ours.py]\nbase: floating\n"
+    Path("lab.yaml").write_text(config)
+    assert main(["run", "lab.yaml", "-q"]) == 0
+    capsys.readouterr()
+    assert main(["lint", "lab.yaml", "--strict"]) == 0
+    assert capsys.readouterr().out == "tiny: 0 errors, 0 warnings, 0 notes\n"
+    assert main(["verify", "lab.yaml", "--ci"]) == 0
+    same = "the same robot, but for what payload changed: 1 mass"
+    assert capsys.readouterr().out == f"{same}\n"
+    assert main(["lint", "lab.yaml", "--no-plugins"]) == 1
+    if "report" in commands_of():
+        assert main(["report", "lab.yaml"]) == 0
+        assert same in capsys.readouterr().out
+        assert "payload" in Path("out.html").read_text()
 
 
 def test_inertias_that_a_config_estimates_are_mass(
