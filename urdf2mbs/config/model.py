@@ -216,11 +216,14 @@ def load(file: Path) -> tuple[Config, Lines]:
             "config-unreadable", f"cannot read the config: {reason}", file=str(file)
         ) from None
     if text.lstrip().startswith("<"):
-        raise ConfigError(
-            "config-yaml", "this is XML, such as a robot, and no config", file=str(file),
-            hint=f"urdf2mbs init {file} writes a config for a robot; "
-            f"urdf2mbs convert {file} needs none",
-        )  # fmt: skip
+        message = "this is XML, such as a robot, and no config"
+        hint = (
+            f"urdf2mbs init {file} writes a config for a robot; urdf2mbs convert {file} needs none"
+        )
+        if file.suffix.lower() == ".mbs":
+            message = "this is a model, and no config"
+            hint = f"urdf2mbs verify ROBOT {file} compares it; urdf2mbs report {file} shows it"
+        raise ConfigError("config-yaml", message, file=str(file), hint=hint)
     return parse(text, file)
 
 

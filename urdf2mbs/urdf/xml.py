@@ -24,6 +24,7 @@ class Slip(NamedTuple):
 
 
 _BEGINS = "a URDF file begins with <?xml ...?> or <robot name=...>"
+_CONFIG = "a config is run by: urdf2mbs run {}"
 #: Longer comments are not read by libxml2.
 _LONG = 10_000_000
 _BOM = b"\xef\xbb\xbf"
@@ -49,7 +50,8 @@ def parse(data: bytes, file: str) -> tuple[Any, list[Slip]]:
             root, log, error = _attempt(data)
     if error is not None:
         if not _only_prefixes(log):
-            explain(data, file, error, log, _BEGINS)
+            is_config = file.lower().endswith((".yaml", ".yml"))
+            explain(data, file, error, log, _CONFIG.format(file) if is_config else _BEGINS)
         # old files use prefixes that they do not declare
         slips += [Slip("xml-namespace", e.message.strip().rstrip("."), e.line) for e in log]
         root = etree.fromstring(data, safe_parser(recover=True))

@@ -138,6 +138,24 @@ def test_verify_ci_has_the_line_of_what_differs(
     assert results()[0]["ruleId"] == "link-unknown"
 
 
+def test_verify_of_a_config_has_the_line_of_what_differs(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("lab").mkdir()
+    Path("lab/tiny.urdf").write_text(TINY)
+    Path("lab/lab.yaml").write_text("source: tiny.urdf\nbase: floating\n")
+    assert main(["run", "lab/lab.yaml", "-q"]) == 0
+    Path("lab/tiny.urdf").write_text(TINY.replace('<mass value="0.5"/>', '<mass value="0.6"/>'))
+    assert main(["verify", "lab/lab.yaml", "--ci", "--sarif", "found.sarif"]) == 3
+    first, *_ = capsys.readouterr().out.splitlines()
+    assert first.startswith("lab/tiny.urdf:13: error[not-the-same]: link 'arm': mass is 0.5")
+    (differs,) = [result for result in results() if result["level"] == "error"]
+    assert place(differs) == ("lab/tiny.urdf", 13)
+    Path("lab/tiny.urdf").write_text(TINY.replace('link="arm"', 'link="amr"'))
+    assert main(["verify", "lab/lab.yaml", "--sarif", "found.sarif"]) == 1
+    assert place(results()[0]) == ("lab/tiny.urdf", 13)
+
+
 def act(**given: str) -> list[int]:
     """Run the action's shell steps here with these inputs and the defaults of the others, until
     one fails; gives the exit codes.  Nothing is installed twice."""
