@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import typing
 from typing import Annotated, Any, Literal, get_args, get_origin
 
@@ -24,11 +25,11 @@ class Option(msgspec.Struct):
     @property
     def default_in_words(self) -> str:
         """The default as a config writes it."""
+        if self.default is None:
+            return "none"
         if isinstance(self.default, str):
             return self.default or "''"
-        if isinstance(self.default, bool):
-            return str(self.default).lower()
-        return "none" if self.default is None else repr(msgspec.to_builtins(self.default))
+        return json.dumps(msgspec.to_builtins(self.default))
 
 
 def list_options(kind: type) -> list[Option]:
@@ -52,7 +53,7 @@ def list_options(kind: type) -> list[Option]:
 
 
 def describe_type(kind: Any) -> str:
-    """Return a type in words: ``number``, ``list[str]``, ``python | c``."""
+    """Return a type in words, such as ``float``, ``list[str]`` or ``python | c``."""
     origin, arguments = get_origin(kind), get_args(kind)
     if origin is Annotated:
         return describe_type(arguments[0])

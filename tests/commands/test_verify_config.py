@@ -140,6 +140,16 @@ def test_the_verdict_is_that_of_run(pass_: str, preset: str, lab: Path) -> None:
     assert not strict.frames
 
 
+def test_a_model_with_other_names_is_matched_by_those_of_its_joints(lab: Path) -> None:
+    (lab / "locked.yaml").write_text(f"{CONFIG}after: {{decompose-joints: lock}}\n")
+    text = convert("locked.yaml").data.decode()
+    renamed = text.replace(">hand<", ">gripper<")
+    assert renamed != text
+    (lab / "drawn.mbs").write_text(renamed)
+    verdict = verify("locked.yaml", "drawn.mbs")
+    assert verdict.verdict == "the same robot, but for joint 'wrist_roll' (held at zero: locked)"
+
+
 def test_a_base_that_the_config_does_not_have_is_a_difference(lab: Path) -> None:
     (lab / "fixed.mbs").write_bytes(convert("lab.yaml", base="fixed").data)
     assert not verify("lab.yaml", "fixed.mbs").same

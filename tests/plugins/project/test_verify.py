@@ -24,3 +24,19 @@ def test_the_project_of_a_config(here: Path, language: str) -> None:
         assert same == "the same robot, but for what snap changed: 2 origins"
         assert left_out.startswith("force 'hand_contact_force'")
     assert not verify("tiny.yaml", passes={"snap": {"angle": 1e-6}}).same
+
+
+def test_followers_that_the_project_drives(here: Path) -> None:
+    text = (here / "tiny.urdf").read_text()
+    mimic = '<axis xyz="0 1 1"/><mimic joint="wrist_roll" multiplier="2"/>'
+    (here / "tiny.urdf").write_text(text.replace('<axis xyz="0 1 1"/>', mimic))
+    options = "passes: {mimic: {joints: {'*': driven}}}"
+    config = f"source: tiny.urdf\noutput: {{project: p}}\n{options}\n"
+    (here / "tiny.yaml").write_text(config)
+    result = convert("tiny.yaml")
+    result.write()
+    assert "driven" in {joint.nature for joint in result.mbs.joints().values()}
+    assert result.report.proof is not None
+    assert result.report.proof.same
+    (here / "p" / "dataR" / "p.proof.json").unlink()  # the config says it all
+    assert verify("tiny.yaml").same
