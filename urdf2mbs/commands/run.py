@@ -122,5 +122,8 @@ def _summarise(conversion: Conversion, found: Report, arguments: argparse.Namesp
     if output in conversion.files:
         tell(conversion, found, f"written to {near(output)}", arguments.verbose)
     else:
-        print(f"stopped after '{arguments.stop_after}': nothing is written")
+        why = "the pipeline writes no .mbs"
+        if arguments.stop_after is not None:
+            why = f"stopped after '{arguments.stop_after}': nothing is written"
+        print(why)
         tell_diagnostics(conversion.diagnostics, arguments.verbose)

@@ -54,3 +54,10 @@ def test_dumps_of_an_earlier_run_go_and_other_files_stay(tmp_path: Path) -> None
     (tmp_path / "dump" / "99-mine.yaml").write_text("mine: 1\n")
     texts = dump(tmp_path, "pipeline: [expand]\n")
     assert list(texts) == ["01-expand.yaml", "99-mine.yaml"]
+
+
+def test_a_pipeline_that_writes_no_mbs_says_so(here: Path, capsys: Any) -> None:
+    passes = "[expand, insert-base, prune-massless, reframe-inertia]"
+    (here / "tiny.yaml").write_text(f"source: tiny.urdf\npipeline: {passes}\n")
+    assert main(["run", "tiny.yaml"]) == 0
+    assert capsys.readouterr().out.startswith("the pipeline writes no .mbs\n")
