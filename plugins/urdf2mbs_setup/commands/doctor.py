@@ -66,7 +66,8 @@ def examine(*, installed_plugins: bool = True) -> dict[str, dict[str, str]]:
             "urdf2mbs": f"{version('urdf2mbs')} ({Path(plugin.__file__).parent})",
             "Python": f"{platform.python_version()} ({sys.executable})",
             "system": f"{platform.system()} {platform.machine()}",
-            "C compiler": (compiler and compiler()) or "none: simulations run in Python",
+            "C compiler": (compiler and compiler())
+            or "none: simulations need one (pip install ziglang)",
             **packages,
             **extras,
         },
@@ -94,7 +95,7 @@ def list_plugins(plugins: Plugins, *, installed: bool) -> dict[str, str]:
     packages = {
         entry.name: f"{entry.dist.name} {entry.dist.version}"
         for entry in (entry_points(group=GROUP) if installed else ())
-        if entry.dist is not None
+        if entry.dist is not None and entry.dist.name != GROUP  # ours are in urdf2mbs itself
     }
     brought: dict[str, list[str]] = {}
     files: dict[str, str] = {}

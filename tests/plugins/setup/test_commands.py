@@ -41,7 +41,7 @@ def urdf2mbs_commands():
 @pytest.mark.parametrize(
     ("text", "shown"),
     [
-        (None, r"^  rename +renaming 0\.1\.0 \(SITE/renaming\.py\): passes$"),
+        (None, r"^  rename +renaming 0\.1\.0 \(SITE/renaming\.py\): codes, passes$"),
         (COMMAND_ALONE, r"^  rename +renaming 0\.1\.0 \(SITE/renaming\.py\): commands$"),
         (
             "import nowhere_at_all\n",
@@ -61,7 +61,7 @@ def test_doctor_lists_all_plugins(
     assert main(["doctor"]) == 0
     out = capsys.readouterr().out
     assert re.search(shown.replace("SITE", re.escape(str(tmp_path))), out, re.M)
-    assert re.search(r"^  setup +urdf2mbs: api, codes, commands$", out, re.M)
+    assert re.search(r"^  setup +urdf2mbs: codes, commands, observe, options$", out, re.M)
     assert main(["doctor", "--no-plugins"]) == 0
     out = capsys.readouterr().out
     assert "renaming" not in out

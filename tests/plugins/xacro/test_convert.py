@@ -29,7 +29,10 @@ def test_the_error_that_ends_a_run_comes_after_what_was_found_before(here: Path)
     for given, codes in (
         ({}, ["xacro-macro-unknown", "link-unknown"]),
         ({"xacro-macro-unknown": "warning"}, ["link-unknown"]),
-        ({"unknown-element": "error"}, ["xacro-macro-unknown", "unknown-element", "link-unknown"]),
+        (
+            {"mechanics-unread": "error"},
+            ["xacro-macro-unknown", "mechanics-unread", "link-unknown"],
+        ),
     ):
         with pytest.raises(ConversionError) as caught:
             convert("tiny.urdf", diagnostics=given)

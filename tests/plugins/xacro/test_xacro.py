@@ -438,7 +438,7 @@ def test_a_package_that_only_file_names_need(tmp_path: Path) -> None:
     source = write(
         tmp_path,
         '<link name="a"><visual><geometry><mesh filename="file://$(find gone)/m.stl"/></geometry>'
-        '</visual></link><gazebo><a b="$(find gone)"/></gazebo>',
+        '</visual></link><gazebo><material name="$(find gone)"/></gazebo>',
     )
     robot, (one,) = read(source)
     assert robot.links["a"].visuals[0].geometry == Mesh("package://gone/m.stl")
@@ -451,7 +451,10 @@ def test_a_file_with_xacro_in_it_is_expanded_whatever_its_name(tmp_path: Path) -
         (HEAD + '<xacro:property name="w" value="2"/><link name="a${w}"/></robot>', "a2"),
         ('<robot name="r"><link name="a${1 + 1}"/></robot>', "a2"),
         ('<robot name="r" xmlns:x="http://ros.org/wiki/xacro"><link name="a"/></robot>', "a"),
-        ('<robot name="r"><link name="a"/><gazebo><b>${no}</b></gazebo></robot>', "a"),
+        (
+            '<robot name="r"><link name="a"/><gazebo><material>${no}</material></gazebo></robot>',
+            "a",
+        ),
     ):
         source.write_text(text)
         robot, diagnostics = read(source)

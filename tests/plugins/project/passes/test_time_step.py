@@ -1,4 +1,4 @@
-"""The time step, the gains of hold, and the start within limits."""
+"""The time step, and the start within limits."""
 
 import re
 import shutil
@@ -15,10 +15,10 @@ from oracle.mbs import Evaluator
 from oracle.multibody import State, opening
 from plugins.project.standin import RungeKutta, make, without_meshes
 from proving import SOLID, models
-from urdf2mbs import Result, convert
+from urdf2mbs import Result
 from urdf2mbs.mbs.model import Connection
 from urdf2mbs.mbs.reader import read
-from urdf2mbs.testing import TINY, convert_text
+from urdf2mbs.testing import convert_text
 from urdf2mbs_project.mass import Mass
 from urdf2mbs_project.passes.time_step import _describe_duration, _round_down
 from urdf2mbs_project.simulation import Simulation
@@ -189,57 +189,6 @@ def test_a_short_step_says_what_it_costs(tmp_path: Path) -> None:
 )
 def test_a_duration_has_one_digit(seconds: float, words: str) -> None:
     assert _describe_duration(seconds) == words
-
-
-# --- what joints and the ground carry ---
-
-
-def test_the_gains_of_hold() -> None:
-    options = {
-        "frequency": 2.0, "damping_ratio": 0.5,
-        "gains": {"wrist_*": {"stiffness": 7.0, "damping": 0.25}, "wrist_roll": {"frequency": 1.0}},
-    }  # fmt: skip
-    mbs = convert_text(TINY, passes={"posture": {"hold": options}}).mbs
-    found = models(mbs)
-    moved = dict(zip(mbs.numbers(), np.diag(Mass(mbs).matrix), strict=True))
-    k, d = found["hold_stiffness"], found["hold_damping"]
-    assert found["hold"] == {"on": 1.0}
-    assert (k["wrist_pitch"], d["wrist_pitch"]) == (7.0, 0.25)
-    assert k["shoulder"] == pytest.approx(moved["shoulder"] * (4 * pi) ** 2, rel=0.05)
-    assert d["shoulder"] == pytest.approx(sqrt(moved["shoulder"] * k["shoulder"]), rel=0.05)
-    assert k["wrist_roll"] == pytest.approx(moved["wrist_roll"] * (2 * pi) ** 2, rel=0.05)
-
-
-def test_a_leg_carries_the_robot_and_an_arm_itself() -> None:
-    passes = {"posture": {"hold": {}}, "contacts": {"links": ["*_foot"]}}
-    mbs = convert(BIPED, passes=passes, pipeline="compact").mbs
-    found = models(mbs)
-    moved = dict(zip(mbs.numbers(), np.diag(Mass(mbs).matrix), strict=True))
-    k = {name: value / (20 * pi) ** 2 for name, value in found["hold_stiffness"].items()}
-    assert k["left_ankle"] > 100 * moved["left_ankle"]
-    assert k["left_shoulder"] == pytest.approx(moved["left_shoulder"], rel=0.05)
-    # the ground: 0.1 % of the leg for a quarter of the robot, damped by 0.3
-    total = sum(body.mass or 0.0 for body in mbs.bodies)
-    law = found["contact"]
-    depth = total * 9.81 / 4 / law["stiffness"]
-    assert 0.00025 < depth < 0.0006
-    ratio = total / 4 * 9.81 / law["speed"] / (2 * sqrt(total / 4 * law["stiffness"]))
-    assert ratio == pytest.approx(0.3, rel=0.05)
-
-
-def test_a_leader_carries_what_follows_it(tmp_path: Path) -> None:
-    """A knuckle without inertia of its own, as in the hand of a NAO, moves a heavy finger."""
-    text = (
-        '<robot name="r"><link name="world"/>' + link("a", 1e-6, 1e-9) + link("b", 1.0, 0.01)
-        + joint("one", "world", "a", WIDE)
-        + joint("two", "world", "b", WIDE + '<mimic joint="one" multiplier="2"/>')
-        + "</robot>"
-    )  # fmt: skip
-    hold = {"frequency": 1.0, "damping_ratio": 0.5, "joints": ["one"]}
-    result = convert_project(text, tmp_path, posture={"hold": hold})
-    found = models(result.mbs)
-    assert found["hold_stiffness"]["one"] == pytest.approx(0.04 * (2 * pi) ** 2, rel=0.05)
-    assert found["hold_damping"]["one"] == pytest.approx(0.04 * 2 * pi, rel=0.05)
 
 
 # --- what comes out ---
