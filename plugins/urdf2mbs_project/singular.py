@@ -71,7 +71,7 @@ def find_singular(mbs: Mbs, rules: Mapping[str, Rule] = {}) -> list[Singular]:
     ``rules``: the joints that follow others, none of which follows another itself.
     """
     size, joints = size_of(mbs), mbs.joints()
-    if all(_resists_all(body, size) and _independent(body) for body in mbs.bodies):
+    if _is_surely_regular(mbs, size):
         return []
     free = [name for name, joint in joints.items() if joint.nature != "driven"]
     moves = {name: {name: 1.0} for name in free if name not in rules}
@@ -105,6 +105,24 @@ def size_of(mbs: Mbs) -> float:
         for point in owner.points:
             lengths += point.coordinates
     return max(map(abs, lengths), default=0.0) or 1.0
+
+
+def _is_surely_regular(mbs: Mbs, size: float) -> bool:
+    """Return True if the mass matrix is regular at once by what each body is, without numpy.
+
+    Bodies between which nothing moves freely are one rigid body.  Take the free joint nearest to
+    the base that has a speed: the rigid body behind it moves, and if one of its bodies resists all
+    motion, there is kinetic energy.
+    """
+    rigid: dict[str | None, str | None] = {None: None}
+    resists: dict[str | None, bool] = {}
+    for body in mbs.bodies:
+        moves = any(joint.nature != "driven" for joint in body.joints)
+        rigid[body.name] = body.name if moves else rigid[body.parent]
+        whole = rigid[body.name]
+        resists[whole] = resists.get(whole, False) or _resists_all(body, size)
+    resists.pop(None, None)
+    return all(resists.values()) and all(map(_independent, mbs.bodies))
 
 
 def _resists_all(body: Body, size: float) -> bool:

@@ -303,3 +303,18 @@ def test_a_small_inertia_is_one_and_dust_is_none(inertia: float, turns: bool) ->
     body = Body("b", None, None, [Joint("j", "R1", "independent")], mass=1.0, inertia=own)
     body.com = (1.0, 0.0, 0.0)
     assert (find_singular(Mbs("r", bodies=[body])) == []) is turns
+
+
+def test_rigid_bodies_without_inertia_need_no_mass_matrix(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A sensor that is fixed to a hand, and a root without mass that a trunk is fixed to."""
+    solid = (1.0, 0.0, 0.0, 1.0, 0.0, 1.0)
+    root = Body("root", None, None, [Joint("lift", "T3"), Joint("turn", "R3")])
+    trunk = Body("trunk", "root", None, [], mass=1.0, com=(0.0, 0.0, 0.0), inertia=solid)
+    held = Joint("held", "R1", "driven", 0.4)
+    sensor = Body("sensor", "trunk", None, [held], mass=0.1, com=(0.0, 0.0, 0.1))
+    mbs = Mbs("robot", bodies=[root, trunk, sensor])
+    monkeypatch.setattr("urdf2mbs_project.singular.singular_at", None)
+    assert find_singular(mbs) == []
+    held.nature = "independent"
+    with pytest.raises(TypeError):
+        find_singular(mbs)
