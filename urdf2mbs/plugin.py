@@ -147,6 +147,7 @@ EXPORTS: dict[str, dict[str, tuple[str, ...]]] = {
         "disk.files": (
             "absolute",
             "is_file",
+            "is_folder",
             "is_portable",
             "model_of",
             "noting",

@@ -48,6 +48,7 @@ from urdf2mbs.conversion import fits as fits
 from urdf2mbs.disk import files as files
 from urdf2mbs.disk.files import absolute as absolute
 from urdf2mbs.disk.files import is_file as is_file
+from urdf2mbs.disk.files import is_folder as is_folder
 from urdf2mbs.disk.files import is_portable as is_portable
 from urdf2mbs.disk.files import model_of as model_of
 from urdf2mbs.disk.files import noting as noting
@@ -357,6 +358,7 @@ __all__ = [
     "inertia",
     "inverse",
     "is_file",
+    "is_folder",
     "is_name",
     "is_ours",
     "is_portable",

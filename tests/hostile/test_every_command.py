@@ -60,7 +60,7 @@ READING = (
     "simulate X",
     "run X", "run X tiny.yaml", "convert X -o out.mbs", "report X", "verify X tiny.mbs",
     "verify tiny.urdf X", "diagram X", "equations X", "explain X", "init X",
-    "passes --plugin X", "schema --plugin X", "convert tiny.urdf --plugin X",
+    "explain --plugin X", "schema --plugin X", "convert tiny.urdf --plugin X",
     "convert tiny.urdf --set posture.srdf=X --set posture.state=home",
 )  # fmt: skip
 #: Where X is not a file to read; these may do well.
@@ -219,7 +219,7 @@ def test_robots_in_a_folder_that_may_not_be_looked_into_are_not_left_out_in_sile
 
 
 @pytest.mark.parametrize(
-    "command", ["convert tiny.urdf", "doctor", "init tiny.urdf", "run a b", "passes"]
+    "command", ["convert tiny.urdf", "doctor", "init tiny.urdf", "run a b", "explain"]
 )
 def test_a_working_folder_that_is_gone(
     command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any
@@ -241,7 +241,7 @@ def test_streams_that_are_closed(good: Path, monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.chdir(good)
     for name in ("stdout", "stderr", "stdin"):
         monkeypatch.setattr(sys, name, None)
-    assert main(["passes"]) == 0
+    assert main(["explain"]) == 0
     assert main(["convert", "missing.urdf"]) == 1
     assert main(["convert", "-", "-o", "out.mbs"]) == 1
     assert main(["equations", "-", "-o", "out"]) == 2

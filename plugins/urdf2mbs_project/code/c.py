@@ -226,7 +226,8 @@ class _Robot:
 def _body(parameters: str, statements: Iterable[str]) -> str:
     """The inside of a function: declarations of what it uses, and what it does not use."""
     text = "".join(f"{_indented(statement)}\n" for statement in statements)
-    used = set(re.findall(r"(?<![.>])\b\w+", text))  # no members of structs
+    code = re.sub(r'"[^"]*"', "", text)
+    used = set(re.findall(r"(?<![.>])\b\w+", code))  # no members of structs
     declared = "".join(f"    {LOCALS[name]}\n" for name in LOCALS if name in used)
     used |= set(re.findall(r"\w+", declared))
     unused = "".join(f"    (void) {name};\n" for name in parameters.split() if name not in used)

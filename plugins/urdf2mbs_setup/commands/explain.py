@@ -32,6 +32,7 @@ from urdf2mbs.plugin import (
     add_running,
     counted,
     is_file,
+    is_folder,
     near,
     nearest,
     of_plugin,
@@ -80,7 +81,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
         plugins = _plugins_of(arguments)
         if str(given) in plugins.passes:
             return _explain_pass(str(given), plugins, arguments)
-        if ":" not in str(given) and not given.exists():
+        if ":" not in str(given) and not is_folder(given):
             raise _neither(str(given), plugins)
     return _explain_config(arguments)
 
