@@ -1,7 +1,5 @@
 """Joint parameters: numbers of the URDF, and of soft stops; the oracle proves the laws."""
 
-from pathlib import Path
-
 from presets import PRESETS
 from proving import codes, models
 from urdf2mbs.mbs.reader import read
@@ -50,15 +48,6 @@ def test_limits_from_zero_to_zero_are_none_or_lock_the_joint() -> None:
         assert written["q_min"]["shoulder"] == written["q_max"]["shoulder"] == 0.0
         assert locked.report.proof.same
         assert not locked.report.proof.differences
-
-
-def test_a_locked_joint_stays_where_it_is_in_a_project(tmp_path: Path) -> None:
-    """Soft stops on both sides hold it, and its numbers are finite."""
-    options = {"joint-parameters": {"zero_limits": "locked"}}
-    result = convert_text(ZERO, passes=options, output={"project": str(tmp_path / "p")})
-    written = models(result.mbs)
-    assert written["stop_stiffness"]["shoulder"] > 0.0
-    assert written["q_min"]["shoulder"] == written["q_max"]["shoulder"] == 0.0
 
 
 def test_bounds_of_urdf_1_2_are_kept() -> None:

@@ -671,3 +671,12 @@ def test_the_rotor_of_drake_is_the_rotor_of_a_transmission(place: str) -> None:
     robot, said = parse(f"{arms}{drive}</robot>".encode(), "arms.urdf", extend=EXTEND)
     assert not said
     assert robot.extensions[0].rotors == pytest.approx({"hip": 1.0}, rel=1e-15)
+
+
+def test_joints_of_other_elements_are_named() -> None:
+    robot, diagnostics = read(
+        '<transmission><joint name="hip"/></transmission><gazebo><joint/><link/></gazebo>'
+        '<ros2_control><joint name="hip"/></ros2_control>'
+    )
+    assert list(robot.joints) == ["shoulder", "mount", "hip"]
+    assert {found.code for found in diagnostics} == {"loop-left-out", "mechanics-unread"}

@@ -22,3 +22,13 @@ def test_a_stop_swings_with_its_frequency(tmp_path: Path) -> None:
         stiffness = models(result.mbs)["stop_stiffness"]["wrist_pitch"]
         swing = sqrt(stiffness / inertia) / (2 * pi)
         assert swing == pytest.approx(frequency, rel=0.01)
+
+
+def test_a_locked_joint_stays_where_it_is(tmp_path: Path) -> None:
+    """Soft stops on both sides hold it, and its numbers are finite."""
+    text = TINY.replace('lower="-1.5" upper="1.5" ', "").replace('lower="-1" upper="1"', "")
+    options = {"joint-parameters": {"zero_limits": "locked"}}
+    result = convert_text(text, passes=options, output={"project": str(tmp_path / "p")})
+    written = models(result.mbs)
+    assert written["stop_stiffness"]["shoulder"] > 0.0
+    assert written["q_min"]["shoulder"] == written["q_max"]["shoulder"] == 0.0
