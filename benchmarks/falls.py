@@ -31,7 +31,7 @@ from urdf2mbs.config.model import Project, config_of
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.urdf.packages import Packages
 from urdf2mbs_meshes.files import MeshFiles
-from urdf2mbs_meshes.reader import read
+from urdf2mbs_meshes.reader import read_mesh
 from urdf2mbs_project.commands.init import find
 from urdf2mbs_simulate.project import make
 from urdf2mbs_simulate.runtime import MbsData, MbsDirdyn
@@ -60,12 +60,12 @@ def plain(source: Path, folder: Path) -> Path:
         mesh = collision.find("geometry/mesh")
         if mesh is None:
             continue
-        path = files.resolve(mesh.get("filename"))
+        path = files.find(mesh.get("filename"))
         if path is None:
             collision.getparent().remove(collision)
             continue
         made = folder / f"{len(list(folder.glob('*.obj')))}.obj"
-        corners = np.concatenate([part.points for part in read(path).parts])
+        corners = np.concatenate([part.points for part in read_mesh(path).parts])
         triangles = ConvexHull(corners).simplices + 1
         made.write_text(
             "".join(f"v {x!r} {y!r} {z!r}\n" for x, y, z in corners.tolist())

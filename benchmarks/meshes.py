@@ -19,7 +19,7 @@ import numpy as np
 import trimesh
 
 from urdf2mbs import convert
-from urdf2mbs_meshes.reader import read
+from urdf2mbs_meshes.reader import read_mesh
 from urdf2mbs_meshes.vrml import write
 
 FORMATS = {"STL, binary": "stl", "STL, ASCII": "stl_ascii", "COLLADA": "dae", "OBJ": "obj"}
@@ -43,7 +43,7 @@ def least(works: list[Callable[[], object]], repetitions: int) -> list[float]:
 
 
 def convert_mesh(path: Path) -> bytes:
-    return b"".join(write(read(path, up_axis=False).parts, (0.5, 0.5, 0.5), 0.0))
+    return b"".join(write(read_mesh(path, up_axis=False).parts, (0.5, 0.5, 0.5), 0.0))
 
 
 def rates(subdivisions: int, repetitions: int) -> None:
@@ -59,7 +59,7 @@ def rates(subdivisions: int, repetitions: int) -> None:
             path.write_bytes(data.encode() if isinstance(data, str) else data)
             seconds = least(
                 [
-                    lambda path=path: read(path, up_axis=False),
+                    lambda path=path: read_mesh(path, up_axis=False),
                     lambda path=path: convert_mesh(path),
                     lambda path=path: trimesh.load(path, process=False),
                 ],

@@ -43,7 +43,7 @@ class MeshFiles:
         self._robots: set[Path] = set()
         """The folders of the workspace that hold robots."""
 
-    def resolve(self, filename: str) -> Path | None:
+    def find(self, filename: str) -> Path | None:
         """Return the file of a mesh or texture by its name; None if there is no such file.
 
         A file that is not at its place is taken where its name is spelt otherwise, or from
@@ -152,8 +152,8 @@ class MeshFiles:
                 self._robots.update((folder, *folder.parents))
         return found
 
-    def remedy(self, filename: str) -> str:
-        """What to do about a file that ``resolve`` does not find, for a message."""
+    def suggest_remedy(self, filename: str) -> str:
+        """What to do about a file that ``find`` does not find, for a message."""
         scheme, name, _ = _split(filename)
         several = self.moved.get(filename, [])
         fit = f"several files fit: {some(map(str, several), 3)}; " if len(several) > 1 else ""
@@ -187,7 +187,7 @@ class MeshFiles:
         return self.packages.source.parent / rest if scheme in ("file", "") else None
 
 
-def files_of(conversion: Conversion) -> MeshFiles:
+def get_mesh_files(conversion: Conversion) -> MeshFiles:
     """The one finder of a conversion: it searches the workspace once."""
     files: MeshFiles = conversion.states.setdefault(MeshFiles, MeshFiles(conversion.packages))
     return files

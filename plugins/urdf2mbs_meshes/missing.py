@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection
 
 from urdf2mbs.plugin import Collision, Conversion, Mesh, Robot, Visual, counted, some
-from urdf2mbs_meshes.files import files_of
+from urdf2mbs_meshes.files import get_mesh_files
 
 
 def meshes_of(robot: Robot) -> dict[str, list[str]]:
@@ -29,16 +29,16 @@ def warn_of_missing(
         consequence: What the conversion does without the meshes, for the message.
         made: Meshes that need no file, since people made their .wrl.
     """
-    files = files_of(conversion)
+    files = get_mesh_files(conversion)
     missing = {
         filename: links
         for filename, links in meshes_of(conversion.robot).items()
-        if filename not in made and files.resolve(filename) is None
+        if filename not in made and files.find(filename) is None
     }
     if not missing:
         return
     named = [name_with_links(filename, links) for filename, links in missing.items()]
-    remedies = list(dict.fromkeys(map(files.remedy, missing)))
+    remedies = list(dict.fromkeys(map(files.suggest_remedy, missing)))
     message = f"{counted(len(missing), 'mesh')} not found{consequence}: {some(named, 3)}"
     first_link = next(iter(missing.values()))[0]
     conversion.warn("mesh-missing", message, link=first_link, hint=some(remedies, 2))

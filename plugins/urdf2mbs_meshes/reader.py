@@ -19,7 +19,7 @@ from urdf2mbs_meshes.model import Mesh, MeshError, Part
 FORMATS = (".stl", ".dae", ".obj", ".ply", ".glb", ".gltf")
 
 
-def read(path: Path, *, up_axis: bool = True) -> Mesh:
+def read_mesh(path: Path, *, up_axis: bool = True) -> Mesh:
     """Read a mesh file; the lengths are m, as ``<unit>`` (COLLADA) or the format says.
 
     ``up_axis`` False leaves COLLADA files as they lie, whatever their ``<up_axis>``.

@@ -32,7 +32,7 @@ from urdf2mbs.plugin import (
     some,
 )
 from urdf2mbs.plugin import read_mbs as read
-from urdf2mbs_meshes.files import files_of
+from urdf2mbs_meshes.files import get_mesh_files
 from urdf2mbs_meshes.model import MeshLimit
 from urdf2mbs_report import around, sections
 from urdf2mbs_report.draw import draw
@@ -110,10 +110,10 @@ def _both_sides(
         if filename is None or fetch(url) is not None:
             return None
         stand_ins.add(url)
-        return files_of(conversion).resolve(filename)
+        return get_mesh_files(conversion).find(filename)
 
     data = _data(model, store, mbs_side(model, store, fetch, stand_in), of_plugins(conversion)) | {
-        "urdf": urdf_side(conversion.robot, store, files_of(conversion).resolve),
+        "urdf": urdf_side(conversion.robot, store, get_mesh_files(conversion).find),
         "frames": [
             (link, {"body": at.body, "joint": at.joint, "pose": (*at.pose.rot, *at.pose.xyz)})
             for link, at in conversion.frames.items()

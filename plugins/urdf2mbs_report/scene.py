@@ -99,7 +99,7 @@ class Store:
                 "'at_most' of convert-meshes"
             )
         try:
-            mesh = meshes.read(path, up_axis=False)
+            mesh = meshes.read_mesh(path, up_axis=False)
             self._left -= mesh.size
         except ConversionError as error:
             raise MeshError(f"{error.message}; {error.hint}") from None

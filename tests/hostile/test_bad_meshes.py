@@ -15,7 +15,7 @@ from plugins.meshes.samples import dae_text
 from urdf2mbs.api import Result, convert
 from urdf2mbs_meshes import model, vrml
 from urdf2mbs_meshes.model import MeshError
-from urdf2mbs_meshes.reader import read
+from urdf2mbs_meshes.reader import read_mesh
 
 NAN, INF = float("nan"), float("inf")
 TRIANGLE = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0)
@@ -167,7 +167,7 @@ def test_what_cannot_be_drawn(name: str, tmp_path: Path, recwarn: Any) -> None:
     data, told = LOST[name]
     (tmp_path / name).write_bytes(data)
     with pytest.raises(MeshError) as caught:
-        read(tmp_path / name)
+        read_mesh(tmp_path / name)
     assert str(caught.value)
     assert told in str(caught.value)
     assert "Module" not in str(caught.value)
@@ -177,7 +177,7 @@ def test_what_cannot_be_drawn(name: str, tmp_path: Path, recwarn: Any) -> None:
 @pytest.mark.parametrize("name", KEPT)
 def test_what_can_be_drawn(name: str, tmp_path: Path, recwarn: Any) -> None:
     (tmp_path / name).write_bytes(KEPT[name])
-    mesh = read(tmp_path / name)
+    mesh = read_mesh(tmp_path / name)
     assert sum(len(part.triangles) for part in mesh.parts) >= 1
     assert vrml.write(mesh.parts, (0.5, 0.5, 0.5), 0.0)
     assert not recwarn.list
@@ -314,12 +314,12 @@ def test_all_meshes_together_have_a_bound(tmp_path: Path) -> None:
 
 def test_a_mesh_has_so_many_triangles(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "a.dae").write_bytes(copies(6))
-    read(tmp_path / "a.dae")
+    read_mesh(tmp_path / "a.dae")
     for name, most in (("MOST_TRIANGLES", 100), ("MOST_PARTS", 20)):
         with monkeypatch.context() as patch:
             patch.setattr(model, name, most)
             with pytest.raises(MeshError, match=f"more than {most} (triangles|parts)"):
-                read(tmp_path / "a.dae")
+                read_mesh(tmp_path / "a.dae")
 
 
 def test_a_texture_of_too_many_pixels(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -338,5 +338,5 @@ def test_nothing_that_others_log_is_printed(
     monkeypatch.setattr(logging.getLogger(), "handlers", [])
     (tmp_path / "a.stl").write_bytes(b"solid x\nfacet normal 0 0 \xff\nouter loop\nvertex 0")
     with pytest.raises(MeshError):
-        read(tmp_path / "a.stl")
+        read_mesh(tmp_path / "a.stl")
     assert capsys.readouterr().err == ""

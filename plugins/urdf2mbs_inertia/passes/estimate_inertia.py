@@ -44,7 +44,7 @@ from urdf2mbs.plugin import (
 )
 from urdf2mbs.plugin import UrdfJoint as Joint
 from urdf2mbs_inertia.nearest import nearest, second_moments
-from urdf2mbs_meshes.files import MeshFiles, files_of
+from urdf2mbs_meshes.files import MeshFiles, get_mesh_files
 
 #: A solid of density 1 kg/m^3: its volume (m^3), centre (m) and inertia about it (m^5).
 Solid = tuple[float, Vec, Sym]
@@ -129,7 +129,7 @@ def _estimate(conversion: Conversion, options: EstimateInertia) -> None:
     children = conversion.robot.children()
     for link in conversion.robot.links.values():
         if link.massless and (link.collisions or link.visuals):
-            estimate = _solid(link, children[link.name], files_of(conversion), options)
+            estimate = _solid(link, children[link.name], get_mesh_files(conversion), options)
             if estimate.solid[0] > 0.0:
                 estimates[link.name] = estimate
     if not estimates:
@@ -222,7 +222,7 @@ def _of_geometry(geometry: Geometry, files: MeshFiles) -> tuple[Solid, str | Non
         return _capsule(geometry.radius, geometry.length), None
     if isinstance(geometry, Sphere):
         return _ball(geometry.radius), None
-    path = files.resolve(geometry.filename)
+    path = files.find(geometry.filename)
     return None if path is None else _of_mesh(path, geometry.scale)
 
 
@@ -261,10 +261,10 @@ def _ball(r: float) -> Solid:
 def _of_mesh(path: Path, scale: Vec) -> tuple[Solid, str | None] | None:
     """By the divergence theorem over the triangles (trimesh's ``mass_properties``)."""
     from urdf2mbs_meshes.model import MeshError
-    from urdf2mbs_meshes.reader import read
+    from urdf2mbs_meshes.reader import read_mesh
 
     try:
-        mesh = read(path)
+        mesh = read_mesh(path)
     except MeshError:
         return None
     import numpy as np

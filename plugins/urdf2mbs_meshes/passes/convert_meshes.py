@@ -30,7 +30,7 @@ from urdf2mbs.plugin import (
     some,
     urdf,
 )
-from urdf2mbs_meshes.files import files_of
+from urdf2mbs_meshes.files import get_mesh_files
 from urdf2mbs_meshes.missing import name_with_links, warn_of_missing
 from urdf2mbs_meshes.model import MeshLimit
 
@@ -91,7 +91,7 @@ class ConvertMeshes(Pass):
     def _convert(self, shown: ShownMesh, left: int, made: dict[Path, bytes]) -> int:
         """Convert a mesh in all its looks into ``made``; gives the bytes that were read."""
         from urdf2mbs_meshes.model import MeshError
-        from urdf2mbs_meshes.reader import read
+        from urdf2mbs_meshes.reader import read_mesh
 
         others = [t for t in shown.targets if files.is_file(t.path) and not is_ours(t.path)]
         due = [target for target in shown.targets if target not in others]
@@ -108,7 +108,7 @@ class ConvertMeshes(Pass):
             shown.lose("mesh-too-large")
             return 0
         try:
-            mesh = read(shown.path, up_axis=self.up_axis == "apply")
+            mesh = read_mesh(shown.path, up_axis=self.up_axis == "apply")
         except MeshError as error:
             shown.lose("mesh-unreadable", f"{shown.path}: {error}")
             return 0
@@ -191,15 +191,15 @@ def _find_meshes(conversion: Conversion, folder: Path) -> list[ShownMesh]:
         for visual in link.visuals:
             if isinstance(visual.geometry, urdf.Mesh):
                 links.setdefault(visual.geometry.filename, []).append(link.name)
-    meshes, files = [], files_of(conversion)
+    meshes, files = [], get_mesh_files(conversion)
     for filename, looks in shapes.items():
         targets = [
             Target(folder / f"{names[filename, look]}.wrl", look, looks[look]) for look in looks
         ]
-        path = files.resolve(filename)
+        path = files.find(filename)
         mesh = ShownMesh(filename, path, links[filename], targets)
         if path is None:
-            mesh.lose("mesh-missing", files.remedy(filename))
+            mesh.lose("mesh-missing", files.suggest_remedy(filename))
         meshes.append(mesh)
     return meshes
 
@@ -237,7 +237,7 @@ def _leave_out(conversion: Conversion, meshes: list[ShownMesh], made: dict[Path,
 
 def _tell_moved(conversion: Conversion) -> None:
     """Name the meshes that are elsewhere in the workspace than the URDF says."""
-    files = files_of(conversion)
+    files = get_mesh_files(conversion)
     found = {name: places[0] for name, places in files.moved.items() if len(places) == 1}
     moved = [f"'{name}' at {at}" for name, at in found.items() if name not in files.borrowed]
     if moved:

@@ -42,7 +42,7 @@ from urdf2mbs.plugin import (
     typed,
     write_files,
 )
-from urdf2mbs_meshes.files import files_of
+from urdf2mbs_meshes.files import get_mesh_files
 from urdf2mbs_project.stance import find_stance, shapes
 
 EXAMPLES = (
@@ -139,7 +139,7 @@ def find(conversion: Conversion) -> RobotFacts:
     robot, _ = read_text(source, conversion.input.data, expansion, config.xacro_args)
     geometries = [shape for link in robot.links.values() for shape in shapes(link)]
     meshes = {shape.filename for shape in geometries if isinstance(shape, Mesh)}
-    missing = sorted(name for name in meshes if files_of(conversion).resolve(name) is None)
+    missing = sorted(name for name in meshes if get_mesh_files(conversion).find(name) is None)
     known = packages.found()
     named = {
         found[1] for name in missing if (found := re.match(r"(?:package|model)://([^/]+)", name))
@@ -156,7 +156,8 @@ def find(conversion: Conversion) -> RobotFacts:
     return RobotFacts(
         robot, known, sorted(named - known.keys()),
         _arguments(expansion.files if expansion else []),
-        len(meshes), missing, files_of(conversion).remedy(missing[0]) if missing else "",
+        len(meshes), missing,
+        get_mesh_files(conversion).suggest_remedy(missing[0]) if missing else "",
         stance.feet, stance.why_not, passes,
     )  # fmt: skip
 

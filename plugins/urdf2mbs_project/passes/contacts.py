@@ -47,7 +47,7 @@ from urdf2mbs.plugin import (
 )
 from urdf2mbs.plugin import MbsSensor as Sensor
 from urdf2mbs.plugin import compute_placement as place
-from urdf2mbs_meshes.files import files_of
+from urdf2mbs_meshes.files import get_mesh_files
 from urdf2mbs_project.balance import warn_of_falling
 from urdf2mbs_project.places import floating, way
 from urdf2mbs_project.ranges import Coordinate, Length, Place, Speed
@@ -357,7 +357,7 @@ def _corners_of(conversion: Conversion, mesh: urdf.Mesh) -> tuple[Vec, ...]:
     """The corners of a mesh file, scaled (m).  Raises MeshError."""
     from urdf2mbs_meshes.model import MeshError
 
-    path = files_of(conversion).resolve(mesh.filename)
+    path = get_mesh_files(conversion).find(mesh.filename)
     if path is None:
         raise MeshError("it was not found")
     return _corners_in(path, path.stat().st_mtime_ns, mesh.scale)
@@ -368,7 +368,7 @@ def _corners_in(path: Path, changed: int, scale: Vec) -> tuple[Vec, ...]:
     """Kept, as init and several passes ask for each mesh."""
     import numpy as np
 
-    from urdf2mbs_meshes.reader import read
+    from urdf2mbs_meshes.reader import read_mesh
 
-    rows = [part.points for part in read(path).parts]
+    rows = [part.points for part in read_mesh(path).parts]
     return tuple(_corners(np.concatenate(rows).astype(float) * np.array(scale)))

@@ -29,7 +29,7 @@ def test_the_sources_come_before_what_was_built_of_them(tmp_path: Path) -> None:
     arm, hand = (package(tmp_path / "src" / f"{name}s" / name) for name in ("arm", "hand"))
     for folder in (hand, package(tmp_path / "install" / "hand" / "share" / "hand")):
         touch(folder / "meshes" / "m.stl")
-    found = of(arm / "urdf").resolve("file:///home/me/hand/meshes/m.stl")
+    found = of(arm / "urdf").find("file:///home/me/hand/meshes/m.stl")
     assert found == hand / "meshes" / "m.stl"
 
 
@@ -37,13 +37,13 @@ def test_a_mesh_of_a_package_beside_the_workspace_is_data(tmp_path: Path) -> Non
     touch(tmp_path / "ws" / "arm" / ".git")
     stranger = package(tmp_path / "stranger" / "hand")
     mesh = touch(stranger / "m.stl")
-    assert of(tmp_path / "ws" / "arm" / "urdf").resolve("package://hand/m.stl") == mesh
+    assert of(tmp_path / "ws" / "arm" / "urdf").find("package://hand/m.stl") == mesh
 
 
 def test_a_folder_of_the_table_that_does_not_exist(tmp_path: Path) -> None:
     files = MeshFiles(Packages({"arm": tmp_path / "gone"}, source(tmp_path)))
-    assert files.resolve("package://arm/m.stl") is None
-    assert "gone" in files.remedy("package://arm/m.stl")
+    assert files.find("package://arm/m.stl") is None
+    assert "gone" in files.suggest_remedy("package://arm/m.stl")
 
 
 def test_a_folder_above_without_a_package_xml_has_meshes(tmp_path: Path) -> None:
@@ -51,7 +51,7 @@ def test_a_folder_above_without_a_package_xml_has_meshes(tmp_path: Path) -> None
     for folder, found in (("ws/bare1", True), ("bare2", True), ("other/bare3", False)):
         mesh = touch(tmp_path / folder / "m.stl")
         name = f"package://{mesh.parent.name}/m.stl"
-        assert files.resolve(name) == (mesh if found else None)
+        assert files.find(name) == (mesh if found else None)
 
 
 def test_files_of_meshes(tmp_path: Path) -> None:
@@ -65,22 +65,22 @@ def test_files_of_meshes(tmp_path: Path) -> None:
         *(f"{start}{mesh}" for start in ("file://", "file:", "file://localhost", "FILE://LocalHost")),
         f"file://{mesh}".replace(" ", "%20"), str(mesh), "../meshes/a b.stl",
     ):  # fmt: skip
-        found = files.resolve(filename)
+        found = files.find(filename)
         assert found is not None, filename
         assert found.samefile(mesh)
-        assert files.remedy(filename) == f"put the file into {found.parent}"
+        assert files.suggest_remedy(filename) == f"put the file into {found.parent}"
     for drive in ("C:/a b.stl", "file:///C:/a b.stl", "file:///C:/a%20b.stl", "file:/c%3A/a.stl"):
-        looked = files.remedy(drive)
+        looked = files.suggest_remedy(drive)
         assert "into /C:" not in looked
         assert looked.endswith(":")
     for filename in (
         "package://arm/meshes", "package://arm/meshes/c.stl", "package://nobody_has_it/m.stl",
         "package://", "http://host/m.stl", "m.stl", "", "a\0b", "x" * 5000, "a/" * 99999 + "b.stl",
     ):  # fmt: skip
-        assert files.resolve(filename) is None
-        assert files.remedy(filename)
-    assert "--package nobody_has_it=DIR" in files.remedy("package://nobody_has_it/m.stl")
-    assert files.remedy("package://arm/c.stl") == f"put the file into {arm}"
+        assert files.find(filename) is None
+        assert files.suggest_remedy(filename)
+    assert "--package nobody_has_it=DIR" in files.suggest_remedy("package://nobody_has_it/m.stl")
+    assert files.suggest_remedy("package://arm/c.stl") == f"put the file into {arm}"
 
 
 @pytest.mark.parametrize(
@@ -99,25 +99,25 @@ def test_a_mesh_elsewhere_in_the_workspace_is_found(filename: str, tmp_path: Pat
     (tmp_path / ".git").mkdir()
     mesh = touch(tmp_path / "iCub_manual" / "meshes" / "arm.stl")
     robot = source(tmp_path / "robots" / "urdf")
-    assert MeshFiles(Packages({}, robot)).resolve(filename) == mesh
+    assert MeshFiles(Packages({}, robot)).find(filename) == mesh
     # which of several is meant is not known; a file of that name alone is another
     other = touch(tmp_path / "other" / "meshes" / "arm.stl")
-    assert MeshFiles(Packages({}, robot)).resolve(filename) in (mesh, other), "they are the same"
+    assert MeshFiles(Packages({}, robot)).find(filename) in (mesh, other), "they are the same"
     other.write_text("another")
     files = MeshFiles(Packages({}, robot))
-    assert files.resolve(filename) is None
-    said = files.remedy(filename)
+    assert files.find(filename) is None
+    said = files.suggest_remedy(filename)
     assert said.startswith("several files fit: ")
     assert {str(mesh), str(other)} <= set(re.split("[,; ]+", said))
     mesh.unlink()
     other.rename(tmp_path / "other" / "arm.stl")
-    assert MeshFiles(Packages({}, robot)).resolve(filename) is None
+    assert MeshFiles(Packages({}, robot)).find(filename) is None
 
 
 def test_the_package_of_a_mesh_decides_between_two(tmp_path: Path) -> None:
     (tmp_path / ".git").mkdir()
     mesh, _ = (touch(tmp_path / name / "meshes/m.stl") for name in ("deep/down/here/arm", "hand"))
-    assert of(tmp_path / "urdf").resolve("package://arm/meshes/m.stl") == mesh
+    assert of(tmp_path / "urdf").find("package://arm/meshes/m.stl") == mesh
 
 
 @pytest.mark.parametrize(
@@ -136,7 +136,7 @@ def test_the_best_of_several_meshes_is_taken(worse: str, better: str, tmp_path: 
     for name in (worse, better):
         touch(tmp_path / name).write_text(name)
     robot = touch(tmp_path / "arm" / "urdf" / "r.urdf")
-    found = MeshFiles(Packages({}, robot)).resolve("package://gone/ws/meshes/m.stl")
+    found = MeshFiles(Packages({}, robot)).find("package://gone/ws/meshes/m.stl")
     assert found == tmp_path / better
 
 
@@ -146,11 +146,11 @@ def test_no_mesh_is_taken_from_outside_the_workspace_or_from_a_huge_one(
     robot = tmp_path / "ws" / "urdf"
     touch(tmp_path / "ws" / ".git")
     touch(tmp_path / "meshes" / "m.stl")
-    assert of(robot).resolve("meshes/m.stl") is None
+    assert of(robot).find("meshes/m.stl") is None
     touch(tmp_path / "ws" / "a" / "meshes" / "m.stl")
-    assert of(robot).resolve("meshes/m.stl") is not None
+    assert of(robot).find("meshes/m.stl") is not None
     monkeypatch.setattr("urdf2mbs.urdf.packages.MOST_FOLDERS", 2)
-    assert of(robot).resolve("meshes/m.stl") is None
+    assert of(robot).find("meshes/m.stl") is None
 
 
 @pytest.mark.parametrize(
@@ -161,7 +161,7 @@ def test_no_mesh_is_taken_from_outside_the_workspace_or_from_a_huge_one(
 def test_a_name_that_is_spelt_otherwise_is_found(start: str, filename: str, tmp_path: Path) -> None:
     arm = package(tmp_path / "arm")
     mesh = touch(arm / "meshes" / "arm 1.stl")
-    found = of(arm / "urdf").resolve(start + filename)
+    found = of(arm / "urdf").find(start + filename)
     assert found is not None
     assert found.samefile(mesh)
 
@@ -170,7 +170,7 @@ def test_of_two_names_that_differ_in_case_none_is_chosen(tmp_path: Path) -> None
     arm = package(tmp_path / "arm")
     for name in ("m.stl", "M.stl"):
         touch(arm / "meshes" / name)
-    assert of(arm).resolve("meshes/m.STL") is None
+    assert of(arm).find("meshes/m.STL") is None
 
 
 @pytest.mark.parametrize("name", ["package:///talos/robots/t/meshes/arm/m.stl", "t/meshes/m.stl"])
@@ -179,14 +179,16 @@ def test_a_robot_out_of_its_package_finds_its_meshes_above_it(name: str, tmp_pat
     end = name.partition("robots/")[2] or name
     mesh = touch(tmp_path / "out" / end)
     touch(tmp_path / "out" / end.removeprefix("t/"))
-    assert of(tmp_path / "out" / "t" / "robots").resolve(name) == mesh
-    assert of(tmp_path / "out" / "t" / "robots").resolve(name.replace("m.stl", "n.stl")) is None
+    assert of(tmp_path / "out" / "t" / "robots").find(name) == mesh
+    assert of(tmp_path / "out" / "t" / "robots").find(name.replace("m.stl", "n.stl")) is None
 
 
 def test_a_package_that_finds_nothing_says_which_path_was_tried(tmp_path: Path) -> None:
     folder = tmp_path / "wrong"
     folder.mkdir()
     files = MeshFiles(Packages({"arm": folder}, source(tmp_path / "robot")))
-    assert files.resolve("package://arm/meshes/m.stl") is None
+    assert files.find("package://arm/meshes/m.stl") is None
     tried = folder / "meshes" / "m.stl"
-    assert files.remedy("package://arm/meshes/m.stl").endswith(f"{tried}, which does not exist")
+    assert files.suggest_remedy("package://arm/meshes/m.stl").endswith(
+        f"{tried}, which does not exist"
+    )

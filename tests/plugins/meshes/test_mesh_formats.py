@@ -26,7 +26,7 @@ from plugins.meshes.samples import (
 )
 from plugins.meshes.samples import write as write_sample
 from urdf2mbs_meshes.model import NO_PILLOW, Mesh, MeshError
-from urdf2mbs_meshes.reader import read
+from urdf2mbs_meshes.reader import read_mesh
 from urdf2mbs_meshes.vrml import write
 
 #: What the URDF says, for parts without a colour of their own: 0.8, 0.4, 0.2.
@@ -34,7 +34,7 @@ URDF_COLOR = (0.8, 0.4, 0.2)
 
 
 def converted(path: Path) -> tuple[Mesh, list[wrl.Shape]]:
-    mesh = read(path)
+    mesh = read_mesh(path)
     return mesh, wrl.read(b"".join(write(mesh.parts, URDF_COLOR, 0.25)))
 
 
@@ -80,7 +80,7 @@ def test_without_pillow_a_mesh_has_no_texture(
     for module in [one for one in sys.modules if one.partition(".")[0] == "trimesh"]:
         monkeypatch.delitem(sys.modules, module)
     monkeypatch.delitem(sys.modules, "urdf2mbs_meshes.by_trimesh", raising=False)
-    found = read(write_sample(name, tmp_path))
+    found = read_mesh(write_sample(name, tmp_path))
     assert found.parts
     assert (found.textures, set(found.problems)) == ({}, {NO_PILLOW})
 
@@ -89,7 +89,7 @@ def test_a_texture_keeps_its_bytes_or_its_pixels(tmp_path: Path) -> None:
     for name, format_ in (("maple.jpg", "JPEG"), ("maple.tif", "TIFF")):
         (tmp_path / name).write_bytes(image(format_))
         (tmp_path / "box.dae").write_text(dae_textured_text(name))
-        (data,) = read(tmp_path / "box.dae").textures.values()
+        (data,) = read_mesh(tmp_path / "box.dae").textures.values()
         assert (data == image(format_)) == (format_ == "JPEG")
         with Image.open(io.BytesIO(data)) as found, Image.open(io.BytesIO(image(format_))) as given:
             assert found.tobytes() == given.tobytes()
@@ -101,7 +101,7 @@ def test_equal_texture_names_of_unequal_images(tmp_path: Path) -> None:
         (tmp_path / folder).mkdir()
         (tmp_path / folder / "maple.png").write_bytes(image("PNG", size))
         (tmp_path / folder / "box.dae").write_text(dae_textured_text())
-        names |= set(read(tmp_path / folder / "box.dae").textures)
+        names |= set(read_mesh(tmp_path / folder / "box.dae").textures)
     assert len(names) == 2
 
 
@@ -159,7 +159,7 @@ def test_smooth_only_where_the_source_is(tmp_path: Path) -> None:
 def mesh_of(folder: Path, name: str, content: str | bytes) -> Mesh:
     (folder / name).write_bytes(content.encode() if isinstance(content, str) else content)
     (folder / "maple.png").write_bytes(image("PNG"))
-    return read(folder / name)
+    return read_mesh(folder / name)
 
 
 def count(mesh: Mesh) -> int:
@@ -276,7 +276,7 @@ def test_an_obj_in_latin_1(tmp_path: Path, name: str) -> None:
     (tmp_path / "a.obj").write_bytes(text)
     comment = "# für die Nadel\n".encode("latin-1")
     (tmp_path / name).write_bytes(comment + (tmp_path / name).read_bytes())
-    mesh = read(tmp_path / "a.obj")
+    mesh = read_mesh(tmp_path / "a.obj")
     assert count(mesh) == len(TRIANGLES)
     assert mesh.parts[0].material.diffuse == (1.0, 0.0, 0.0)
 

@@ -9,7 +9,7 @@ import pytest
 
 from urdf2mbs_meshes import stl
 from urdf2mbs_meshes.passes.convert_meshes import Look, draw
-from urdf2mbs_meshes.reader import read
+from urdf2mbs_meshes.reader import read_mesh
 
 
 def binary(points: np.ndarray, header: bytes = b"") -> bytes:
@@ -23,7 +23,7 @@ def test_the_points_are_those_of_the_file(tmp_path: Path, monkeypatch: pytest.Mo
     monkeypatch.setitem(sys.modules, "urdf2mbs_meshes.by_trimesh", None)
     points = np.random.default_rng(1).normal(size=(20, 3, 3)).astype(np.float32)
     (tmp_path / "a.stl").write_bytes(binary(points, b"solid by a program that says so") + b"\n")
-    mesh = read(tmp_path / "a.stl")
+    mesh = read_mesh(tmp_path / "a.stl")
     (part,) = mesh.parts
     np.testing.assert_array_equal(part.points[part.triangles], points)
     assert not part.smooth
@@ -51,7 +51,7 @@ def test_the_memory_that_a_large_one_takes(tmp_path: Path) -> None:
     file.write_bytes(binary(np.random.default_rng(1).normal(size=(100_000, 3, 3))))
     tracemalloc.start()
     try:
-        draw(read(file), Look("", (255, 128, 0), 0.0))
+        draw(read_mesh(file), Look("", (255, 128, 0), 0.0))
         peak = tracemalloc.get_traced_memory()[1]
     finally:
         tracemalloc.stop()

@@ -67,7 +67,7 @@ def test_wrl_and_source_are_the_same_triangles(shared: Path, tmp_path: Path, nam
     packages = Packages(conversion.settings.packages, conversion.settings.source)
     for each in conversion.robot.links.values():
         each.collisions = []  # an .mbs has none
-    urdf_side(conversion.robot, store, MeshFiles(packages).resolve)
+    urdf_side(conversion.robot, store, MeshFiles(packages).find)
     assert len(store.meshes) == 2 * half > 0
     assert store.packed() == packed
 
@@ -102,5 +102,5 @@ def test_the_urdf_side_is_drawn_as_rviz_does(tmp_path: Path) -> None:
     number = store.source(mesh.name, mesh)
     assert number is not None
     (part,) = store.meshes[number]
-    (unturned,) = meshes.read(mesh, up_axis=False).parts
+    (unturned,) = meshes.read_mesh(mesh, up_axis=False).parts
     np.testing.assert_allclose(corners(store, part).max(0), unturned.points.max(0), rtol=1e-5)
