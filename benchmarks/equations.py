@@ -39,7 +39,7 @@ import pinocchio as pin
 
 from robots import ARMS, DH, REAL, by_dh, real, without_meshes
 from urdf2mbs.mbs.model import Mbs
-from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.testing import convert_text
 from urdf2mbs_equations.files import Equations, Maker, generate
 from urdf2mbs_equations.routine import statements
@@ -255,7 +255,7 @@ def _one(name: str, text: str, function: str, libraries: dict[str, bytes], folde
     # the quarter turns of rbd-benchmarks' iiwa have 12 digits
     options = {"snap": {"angle": 1e-9}} if "--snap" in sys.argv else {}
     data = convert_text(text, base=base, pipeline="compact", passes=options).data
-    mbs = read(data, name, mechanics_only=True)
+    mbs = read_mbs(data, name, mechanics_only=True)
     runs: dict[str, Callable[[], float]] = {}
     told: dict[str, str] = {}
     for fold in (False, True):
@@ -300,7 +300,7 @@ def generation(names: list[str]) -> None:
             best, size = 9.0, 0
             for _ in range(7):
                 begun = time.process_time()
-                mbs = read(data, name, mechanics_only=True)
+                mbs = read_mbs(data, name, mechanics_only=True)
                 made = generate(mbs, data, name, language=language)
                 best = min(best, time.process_time() - begun)
                 size = sum(len(file) for file in made.files.values())
@@ -317,7 +317,7 @@ def pairs(names: list[str]) -> None:
             if names and name not in names:
                 continue
             data = convert_text(text.decode(), base="floating", pipeline="compact").data
-            mbs = read(data, name, mechanics_only=True)
+            mbs = read_mbs(data, name, mechanics_only=True)
             runs = []
             for paired in (True, False):
                 made = generate(mbs, data, name, language="c", pairs=paired, functions=["dirdyna"])
@@ -344,7 +344,7 @@ def counts(names: list[str]) -> None:
             continue
         row = ""
         for preset in ("compact", "faithful"):
-            mbs = read(robot.convert(pipeline=preset).data, robot.name, mechanics_only=True)
+            mbs = read_mbs(robot.convert(pipeline=preset).data, robot.name, mechanics_only=True)
             if not mbs.numbers():
                 break
             row += f" {len(mbs.numbers())} |"
@@ -364,7 +364,7 @@ def arms(names: list[str]) -> None:
     ``frc`` and ``trq`` on all bodies, and without."""
     for name in [arm for arm in DH if not names or arm in names]:
         data = convert_text(by_dh(name), base="fixed", pipeline="compact").data
-        mbs = read(data, name, mechanics_only=True)
+        mbs = read_mbs(data, name, mechanics_only=True)
         for fold, loads in ((False, True), (False, False), (True, True), (True, False)):
             maker = Maker(mbs, fold=fold)
             with patch.object(Tree, "loads", Tree.loads if loads else lambda *_: STILL):

@@ -15,7 +15,7 @@ from urdf2mbs.engine.output import write
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.engine.plugins import of_ours, plugins_of
 from urdf2mbs.mbs.model import LinkFrame, Mbs
-from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.messages.diagnostics import ConfigError, Diagnostic
 from urdf2mbs.proof.compare import compare
 from urdf2mbs.proof.match import Match, fixed_to_world, floating_joints, match, spellings
@@ -176,7 +176,7 @@ def verify(
     # the project of the .mbs: rotors are for projects alone
     fields["output"] = {"project": files.project_of(Path(other))}
     if made is None:
-        mbs = read(files.read_model(other), other)
+        mbs = read_mbs(files.read_model(other), other)
         certified = of_ours("certified")
         known = certified(other) if certified else ({}, [])
         verdict = _verify_robot(robot, mbs, known, None, frames, tolerance, fields)
@@ -226,7 +226,7 @@ def verify_config(
         raise ConfigError("usage", message, hint=hint)
     pipeline = Pipeline(config, lines, installed_plugins=installed_plugins, fresh=True)
     place = _find_model(pipeline.settings.output, lines.file, model)
-    mbs = read(files.read_model(place), os.fspath(place))
+    mbs = read_mbs(files.read_model(place), os.fspath(place))
     names = [configured.name for configured in pipeline.passes]
     # the passes after emit change no robot: they write files, and keep people's edits
     conversion = pipeline.run(stop_after="emit" if "emit" in names else None)
@@ -241,7 +241,7 @@ def verify_config(
         weightless=[
             name
             for name in expected.frozen
-            if name in meant.weightless or name not in conversion.frozen
+            if name in meant.massless or name not in conversion.frozen
         ],
         orders=expected.orders,
         driven=[joint.name for joint in meant.driven],

@@ -12,7 +12,7 @@ are imported when they are first used.  A type checker and an editor read them i
 #: The version of this interface.
 VERSION = 1
 
-#: The names of each module, by subject.  ``read as read_mbs`` is called ``read_mbs`` here.
+#: The names of each module, by subject.  ``write as write_output`` is called ``write_output`` here.
 EXPORTS: dict[str, dict[str, tuple[str, ...]]] = {
     "A plugin: its hooks, passes and commands": {
         "hookspecs": (
@@ -152,7 +152,7 @@ EXPORTS: dict[str, dict[str, tuple[str, ...]]] = {
             "model_of",
             "noting",
             "project_of",
-            "read as read_bytes",
+            "read_bytes",
             "read_model",
             "size",
             "temporary_name",
@@ -286,18 +286,18 @@ EXPORTS: dict[str, dict[str, tuple[str, ...]]] = {
             "Table",
         ),
         "mbs.kinematics": (
-            "Placed as PlacedJoint",
+            "PlacedJoint",
             "Placement",
-            "place as compute_placement",
+            "compute_placement",
         ),
         "mbs.names": (
             "free_name",
             "identifiers",
         ),
         "mbs.reader": (
-            "read as read_mbs",
-            "read_again as read_mbs_again",
-            "read_file as read_mbs_file",
+            "read_mbs",
+            "read_mbs_again",
+            "read_mbs_file",
         ),
     },
     "The proof": {

@@ -53,7 +53,7 @@ from urdf2mbs.disk.files import is_portable as is_portable
 from urdf2mbs.disk.files import model_of as model_of
 from urdf2mbs.disk.files import noting as noting
 from urdf2mbs.disk.files import project_of as project_of
-from urdf2mbs.disk.files import read as read_bytes
+from urdf2mbs.disk.files import read_bytes as read_bytes
 from urdf2mbs.disk.files import read_model as read_model
 from urdf2mbs.disk.files import size as size
 from urdf2mbs.disk.files import temporary_name as temporary_name
@@ -84,9 +84,9 @@ from urdf2mbs.mbs.fields import INSIDE as INSIDE
 from urdf2mbs.mbs.fields import KEPT as KEPT
 from urdf2mbs.mbs.fields import OBJECTS as OBJECTS
 from urdf2mbs.mbs.fields import Table as Table
-from urdf2mbs.mbs.kinematics import Placed as PlacedJoint
+from urdf2mbs.mbs.kinematics import PlacedJoint as PlacedJoint
 from urdf2mbs.mbs.kinematics import Placement as Placement
-from urdf2mbs.mbs.kinematics import place as compute_placement
+from urdf2mbs.mbs.kinematics import compute_placement as compute_placement
 from urdf2mbs.mbs.model import BASE as BASE
 from urdf2mbs.mbs.model import CUTS as CUTS
 from urdf2mbs.mbs.model import ORIGIN as ORIGIN
@@ -110,9 +110,9 @@ from urdf2mbs.mbs.model import UserModel as UserModel
 from urdf2mbs.mbs.model import without_origin as without_origin
 from urdf2mbs.mbs.names import free_name as free_name
 from urdf2mbs.mbs.names import identifiers as identifiers
-from urdf2mbs.mbs.reader import read as read_mbs
-from urdf2mbs.mbs.reader import read_again as read_mbs_again
-from urdf2mbs.mbs.reader import read_file as read_mbs_file
+from urdf2mbs.mbs.reader import read_mbs as read_mbs
+from urdf2mbs.mbs.reader import read_mbs_again as read_mbs_again
+from urdf2mbs.mbs.reader import read_mbs_file as read_mbs_file
 from urdf2mbs.messages.diagnostics import ConfigError as ConfigError
 from urdf2mbs.messages.diagnostics import ConversionError as ConversionError
 from urdf2mbs.messages.diagnostics import Diagnostic as Diagnostic

@@ -26,7 +26,7 @@ def rounded(value: float, digits: int = 2) -> float:
     return float(f"{value:.{digits}g}")
 
 
-def in_words(number: Mapping[str, Any]) -> str:
+def describe_range(number: Mapping[str, Any]) -> str:
     """The range of a number in a JSON schema, such as "a number above 0, at most 0.001"."""
     kind = "a number" if number["type"] == "number" else "a whole number"
     if "minimum" in number and "maximum" in number:

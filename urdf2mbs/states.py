@@ -41,7 +41,7 @@ class Placed(msgspec.Struct):
 class OnPurpose(msgspec.Struct):
     """What makes the .mbs another robot than the URDF's on purpose; ``check`` says so."""
 
-    weightless: set[str] = set()
+    massless: set[str] = set()
     """The joints of ``frozen`` that are left out because nothing that they move has mass."""
     driven: list[Joint] = []
     """The followers that user code moves."""

@@ -19,7 +19,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from urdf2mbs.api import Result, convert
-from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.passes.check import prove
 
 #: A robot with a bit of all that robots have: a root with mass, a turned joint, an axis between
@@ -58,7 +58,7 @@ def assert_same_robot(result: Result, expected: Result | None = None) -> None:
     With ``expected``, the same robot as the URDF of that conversion.  ``convert_text()`` is the
     tiny robot as it is, without your pass.
     """
-    model = read(result.data, "robot.mbs")
+    model = read_mbs(result.data, "robot.mbs")
     proof = prove(result.conversion, model, robot=(expected or result).robot)
     if not proof.same:
         found = [difference.message for difference in proof.differences]

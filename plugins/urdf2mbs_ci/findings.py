@@ -106,7 +106,7 @@ def collecting(sarif: Path | None, source: str) -> Iterator[Findings]:
         except ConversionError as error:
             if error.exit_code != ConversionError.exit_code:
                 raise  # the command line is wrong, and not the robot
-            found.said += [*error.said, error.diagnostic()]
+            found.said += [*error.earlier, error.diagnostic()]
             failure = error
     found.files = [file for file in files if not file.lower().endswith(".mbs")]
     if sarif is not None:

@@ -81,7 +81,7 @@ def convert_one(job: Job) -> Outcome:
         write(conversion, force=job.force)
     except ConversionError as error:
         outcome = failed(job, error.diagnostic(), error.exit_code)
-        outcome.diagnostics = error.said
+        outcome.diagnostics = error.earlier
         return outcome
     output = conversion.written
     return Outcome(

@@ -121,7 +121,7 @@ class Mesh:
         data = None
         for path in (plain, unquote(uri.path) if uri.scheme == "file" else unquote(plain)):
             with suppress(OSError, ValueError):
-                data = files.read(self.path.parent / path, files.MOST - self.size)
+                data = files.read_bytes(self.path.parent / path, files.MAX_FILE_SIZE - self.size)
                 break
         self.sources[name] = data
         return data

@@ -30,7 +30,7 @@ def read_mesh(path: Path, *, up_axis: bool = True) -> Mesh:
         raise MeshError(f"the format '{ending}' is not known; known are {', '.join(FORMATS)}")
     mesh = Mesh(path)
     try:
-        data = files.read(path)
+        data = files.read_bytes(path)
     except OSError as error:
         raise MeshError(error.strerror or str(error)) from None
     mesh.sources[path.name] = data

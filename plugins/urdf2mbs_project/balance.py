@@ -146,7 +146,7 @@ def warn_of_weak_motors(
     import numpy as np
 
     simulation, g = conversion.state(Simulation), hypot(*mass.mbs.base.gravity)
-    whole = mass.behind[[placed.before < 0 for placed in mass.placement.joints]].sum(axis=0)
+    whole = mass.behind[[placed.previous < 0 for placed in mass.placement.joints]].sum(axis=0)
     falls = any(said.code == "contacts-balance" for said in conversion.diagnostics)
     if falls or floating(mass.mbs) is None or not simulation.stance or not whole[5, 5]:
         return

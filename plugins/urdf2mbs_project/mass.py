@@ -48,18 +48,18 @@ class Mass:
         self.moves = np.zeros((n, n), bool)
         """``moves[i, j]``: joint i moves joint j, or is joint j."""
         for j, placed in enumerate(joints):
-            if placed.before >= 0:
-                self.moves[:, j] = self.moves[:, placed.before]
+            if placed.previous >= 0:
+                self.moves[:, j] = self.moves[:, placed.previous]
             self.moves[j, j] = True
         self.behind: Array = np.zeros((n, 6, 6))
         """The inertia of all that a joint moves."""
         for body in mbs.bodies:
-            self.behind[self.placement.last[body.name]] += _inertia(
+            self.behind[self.placement.last_joints[body.name]] += _inertia(
                 body, self.placement.bodies[body.name]
             )
         for j in range(n - 1, -1, -1):
-            if joints[j].before >= 0:
-                self.behind[joints[j].before] += self.behind[j]
+            if joints[j].previous >= 0:
+                self.behind[joints[j].previous] += self.behind[j]
         momenta = np.einsum("jab,jb->aj", self.behind, self.twists)
         upper = np.where(self.moves, self.twists @ momenta, 0.0)
         self.matrix: Array = upper + np.triu(upper, 1).T
@@ -68,7 +68,7 @@ class Mass:
     def point(self, body: str | None, at: Vec) -> Array:
         """(3, n): the velocity of a point of a body, which is ``at`` (m) in the base, by the
         velocities of the joints."""
-        last = self.placement.last[body]
+        last = self.placement.last_joints[body]
         if last < 0:
             return np.zeros((3, len(self.twists)))
         turns, shifts = self.twists[:, :3], self.twists[:, 3:]
@@ -76,7 +76,7 @@ class Mass:
 
     def turn(self, body: str | None) -> Array:
         """(3, n): the angular velocity of a body by the velocities of the joints."""
-        last = self.placement.last[body]
+        last = self.placement.last_joints[body]
         if last < 0:
             return np.zeros((3, len(self.twists)))
         return np.where(self.moves[:, last], self.twists[:, :3].T, 0.0)

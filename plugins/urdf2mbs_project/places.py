@@ -16,10 +16,10 @@ def point_at(placement: Placement, mbs: Mbs, body: str | None, point: str | None
 def way(placement: Placement, body: str | None) -> list[int]:
     """Indices of the joints that move a body, from the body to the base."""
     indices: list[int] = []
-    at = placement.last[body]
+    at = placement.last_joints[body]
     while at >= 0:
         indices.append(at)
-        at = placement.joints[at].before
+        at = placement.joints[at].previous
     return indices
 
 

@@ -100,7 +100,7 @@ def find_singular(mbs: Mbs, rules: Mapping[str, Rule] = {}) -> list[Singular]:
 def size_of(mbs: Mbs) -> float:
     """A length (m) about as large as the robot."""
     lengths: list[float] = []
-    for _, owner in mbs.owners():
+    for _, owner in mbs.base_and_bodies():
         lengths += getattr(owner, "com", None) or ZERO
         for point in owner.points:
             lengths += point.coordinates

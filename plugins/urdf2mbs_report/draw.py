@@ -96,7 +96,7 @@ class _Picture:
             (left, top), (width, height) = _bounds(drawing)
             self.places[name] = (x + left, y + top, x + left + width, y + top + height)
         self.points: dict[tuple[str | None, str], XY] = {}
-        for name, owner in self.mbs.owners():
+        for name, owner in self.mbs.base_and_bodies():
             for point in owner.points:
                 own_frame = point.name == ORIGIN and point.position is None
                 at = self.frames[name] if own_frame else _at(point.position)
@@ -203,7 +203,7 @@ class _Picture:
         return _text(above, (x, y - 3), "label") + _text(below, (x, y + 12), "label")
 
     def dots(self) -> Iterator[str]:
-        for name, owner in self.mbs.owners():
+        for name, owner in self.mbs.base_and_bodies():
             for point in owner.points:
                 x, y = self.points[name, point.name]
                 inside = _title(_about_point(point)) + _tag("circle", cx=x, cy=y, r=5)

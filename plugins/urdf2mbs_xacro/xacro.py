@@ -124,7 +124,7 @@ class Run:
                 made = document.toprettyxml(indent="  ").encode()
             except Exception as error:
                 failure = explain(self, error)
-                failure.said = self.said
+                failure.earlier = self.said
                 raise failure from error
         for warning in python_warnings:
             text = f"{warning.category.__name__}: {warning.message}"
@@ -231,12 +231,12 @@ class Run:
         file = Path(name)
         try:
             given = files.is_stdin(file)
-            return self.plain.parse(io.BytesIO(files.read(file)) if given else None, name)
+            return self.plain.parse(io.BytesIO(files.read_bytes(file)) if given else None, name)
         except ConversionError:
             self.xacro.filestack.pop()  # the error names the file that includes this file
             raise
         except (ExpatError, UnicodeError):
-            data, slips = xml.mend(files.read(file))
+            data, slips = xml.mend(files.read_bytes(file))
             document = minidom.parseString(data)
             for code, message, line in slips:
                 self.tell(Diagnostic("warning", code, message, file=absolute(name), line=line))

@@ -151,7 +151,7 @@ def _explain_syntax(run: Run, error: ExpatError) -> ConversionError:
         return _fault(run, "xacro", "the prefix xacro: is not declared", [], hint, error.lineno)
     file = absolute((run.xacro.filestack or [run.file])[-1])
     try:
-        xml.parse(files.read(Path(file)), file)
+        xml.parse(files.read_bytes(Path(file)), file)
     except ConversionError as explained:
         return _fault(run, explained.code, explained.message, [], explained.hint, explained.line)
     text = "not well-formed XML: it cannot be read here"

@@ -17,7 +17,7 @@ from urdf2mbs.commands.progress import Progress
 from urdf2mbs.config.model import load
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.hookspecs import hookimpl
-from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.testing import TINY
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -40,7 +40,7 @@ def test_run(robot: Path, capsys: Any) -> None:
     ]
     assert "warning[base-guessed]" in said.err
     assert "note[" not in said.err
-    assert len(read((robot / "tiny.mbs").read_bytes(), "").bodies) == 3
+    assert len(read_mbs((robot / "tiny.mbs").read_bytes(), "").bodies) == 3
     assert {file.name for file in robot.iterdir()} - {"tiny.mbs.base"} == {
         ".urdf2mbs", "tiny.mbs", "tiny.urdf", "tiny.yaml",
     }  # fmt: skip

@@ -85,7 +85,7 @@ passes: {check: {tolerance: 1e-6}}
 def test_what_is_wrong_and_where(text: str, line: int | None, code: str, said: str) -> None:
     with pytest.raises(ConfigError) as caught:
         parse(text, FILE)[1].check()
-    faults = {fault.code: fault for fault in (*caught.value.said, caught.value)}
+    faults = {fault.code: fault for fault in (*caught.value.earlier, caught.value)}
     assert (faults[code].file, faults[code].line) == (str(FILE), line)
     assert said in str(faults[code]) + str(faults[code].hint)
 

@@ -12,7 +12,7 @@ from urdf2mbs import convert, plugin
 from urdf2mbs.cli import main
 from urdf2mbs.config.model import config_of
 from urdf2mbs.engine.pipeline import Pipeline
-from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
 from urdf2mbs.testing import convert_text
 
@@ -194,7 +194,7 @@ def test_what_strangers_import() -> None:
 def test_a_result_can_be_written(here: Path) -> None:
     moon = (0.0, 0.0, -1.6)
     written = convert("tiny.urdf", output=here / "out.mbs", gravity=moon).write()
-    assert read(written.read_bytes(), "").base.gravity == moon
+    assert read_mbs(written.read_bytes(), "").base.gravity == moon
     for kind in (str, Path):
         packages = {"arm": kind(here)}
         found = urdf2mbs.verify(kind("tiny.urdf"), kind("out.mbs"), packages=packages, gravity=moon)

@@ -122,7 +122,7 @@ def said(data: bytes) -> list[Diagnostic]:
     try:
         return parse(data, "r.urdf")[1]
     except ConversionError as error:
-        return [*error.said, error.diagnostic()]
+        return [*error.earlier, error.diagnostic()]
 
 
 def test_the_good_one_is_good() -> None:

@@ -15,7 +15,7 @@ from codes import CATALOGUE
 from urdf2mbs.api import convert, verify
 from urdf2mbs.cli import main
 from urdf2mbs.config.model import load
-from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.testing import TINY
 
@@ -163,7 +163,7 @@ def test_from_python(bad: str, here: Path) -> None:
         lambda: verify(bad, model),
         lambda: verify(robot, Path(bad)),
         lambda: load(Path(bad)),
-        lambda: read(CONTENTS.get(bad, b""), bad),
+        lambda: read_mbs(CONTENTS.get(bad, b""), bad),
     ):
         with pytest.raises(ConversionError) as caught:
             act()

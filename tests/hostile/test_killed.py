@@ -20,7 +20,7 @@ from plugins.edits.edits import as_saved
 from urdf2mbs import Result, convert
 from urdf2mbs.disk.record import RECORD
 from urdf2mbs.mbs.model import Point
-from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.mbs.writer import write
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY
@@ -108,7 +108,7 @@ def case(request: Any, tmp_path: Path) -> tuple[Path, Callable[[], Result]]:
         source.write_text(TINY.replace('<mass value="2', '<mass value="3', 1))
     if request.param == "edited":
         model = folder / "dataR" / "out.mbs"
-        mbs = read(model.read_bytes(), "out.mbs")
+        mbs = read_mbs(model.read_bytes(), "out.mbs")
         mbs.bodies[0].points.append(Point("mine", (0.5, 0.25, 0.125)))
         model.write_bytes(as_saved(write(mbs)))
         (folder / "userfctR" / "user_JointForces.py").write_text("mine\n")

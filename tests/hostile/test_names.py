@@ -10,7 +10,7 @@ from xml.sax.saxutils import quoteattr
 import pytest
 
 from urdf2mbs.api import convert
-from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.reader import read_mbs
 
 pytestmark = pytest.mark.slow
 
@@ -116,7 +116,7 @@ def test_generated_code_means_the_same(kind: str, plain: Path, tmp_path: Path) -
     for name, file in there.items():
         if file.suffix == ".py":
             assert shape(file) == shape(plain / name), name
-    mbs = read((made / "dataR" / "p.mbs").read_bytes(), "p.mbs")
+    mbs = read_mbs((made / "dataR" / "p.mbs").read_bytes(), "p.mbs")
     names = [joint.name for body in mbs.bodies for joint in body.joints]
     assert len(set(names)) == len(names)
     if shutil.which("gcc") is not None:

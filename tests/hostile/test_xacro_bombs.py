@@ -118,7 +118,7 @@ def test_included_files_are_bounded(
 ) -> None:
     write(inside)
     Path("large.xacro").write_text("<robot>" + " " * 5000 + "</robot>")
-    monkeypatch.setattr(files, "MOST", 4000)
+    monkeypatch.setattr(files, "MAX_FILE_SIZE", 4000)
     with pytest.raises(ConversionError) as caught:
         convert("r.xacro")
     assert caught.value.code == "xacro"

@@ -20,8 +20,8 @@ from urdf2mbs.mbs.model import (
     UserModel,
     UserVariable,
 )
-from urdf2mbs.mbs.names import C_KEYWORDS, free_name, identifiers, rename
-from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.names import C_KEYWORDS, assign_identifiers, free_name, identifiers
+from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.mbs.writer import write
 from urdf2mbs.messages.diagnostics import ConversionError
 
@@ -90,7 +90,7 @@ def test_the_shared_name_space() -> None:
         ],
     )  # fmt: skip
     mbs.base.name = "floor"
-    bodies, joints = rename(mbs)
+    bodies, joints = assign_identifiers(mbs)
     assert bodies == {
         "hip": "hip_body_2",
         "hip_body": "hip_body",
@@ -112,7 +112,7 @@ def test_the_shared_name_space() -> None:
 def test_a_base_called_base_gets_a_name_of_its_own() -> None:
     mbs = Mbs("m")
     mbs.base.name = "base"
-    rename(mbs)
+    assign_identifiers(mbs)
     assert mbs.base.name == "base_ground"
 
 
@@ -129,7 +129,7 @@ def test_points_have_a_name_space_for_each_body_and_references_follow() -> None:
         user_constraints=[UserConstraint("u", ("j-1", "j2"))],
     )
     mbs.base.points.append(Point("q-r"))
-    rename(mbs)
+    assign_identifiers(mbs)
     assert [[point.name for point in body.points] for body in mbs.bodies[:2]] == [
         ["p_q", "origin_point"],
         ["p_q_point", "p_q"],
@@ -142,18 +142,18 @@ def test_points_have_a_name_space_for_each_body_and_references_follow() -> None:
 
 def test_what_is_good_already_stays_as_it_is() -> None:
     mbs = everything()
-    rename(mbs)
+    assign_identifiers(mbs)
     assert mbs == everything()
 
 
 @few
 @given(models())
 def test_a_renamed_model_can_be_read_and_is_renamed_no_further(mbs: Mbs) -> None:
-    rename(mbs)
+    assign_identifiers(mbs)
     again = deepcopy(mbs)
-    rename(again)
+    assign_identifiers(again)
     assert again == mbs
-    assert read(write(mbs), "m.mbs") == mbs
+    assert read_mbs(write(mbs), "m.mbs") == mbs
 
 
 def test_user_elements_have_name_spaces_of_their_own() -> None:
@@ -163,7 +163,7 @@ def test_user_elements_have_name_spaces_of_their_own() -> None:
     mbs.user_constraints = [UserConstraint("a b"), UserConstraint("a_b", ("j-1",))]
     mbs.user_models = [UserModel("a b"), UserModel("a_b", parameters), UserModel("b")]
     mbs.user_variables = [UserVariable("a b", "in", "1"), UserVariable("a_b", "in", "1")]
-    rename(mbs)
+    assign_identifiers(mbs)
     assert [element.name for element in mbs.user_constraints] == ["a_b_constraint", "a_b"]
     assert [element.name for element in mbs.user_models] == ["a_b_model", "a_b", "b"]
     assert [element.name for element in mbs.user_variables] == ["a_b_variable", "a_b"]
@@ -180,7 +180,7 @@ def test_what_refers_to_nothing_is_an_error_that_names_the_nearest() -> None:
     ):  # fmt: skip
         body = Body("hip", joints=[Joint("j", "R1")], points=[Point("ankle")])
         with pytest.raises(ConversionError) as caught:
-            rename(Mbs("m", bodies=[body], cuts=[cut]))
+            assign_identifiers(Mbs("m", bodies=[body], cuts=[cut]))
         assert caught.value.code == "name-unknown"
         assert said in caught.value.message
         near = "hip" if "hib" in said else "ankle" if "ankel" in said else ""

@@ -20,7 +20,7 @@ from urdf2mbs.mbs.model import (
     Shape,
     Viewpoint,
 )
-from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.mbs.writer import write
 from urdf2mbs.messages.diagnostics import ConversionError
 
@@ -47,24 +47,24 @@ def seen(data: bytes) -> object:
 
 
 def test_everything_comes_back() -> None:
-    assert read(write(everything()), "m.mbs") == everything()
+    assert read_mbs(write(everything()), "m.mbs") == everything()
 
 
 @few
 @given(models())
 def test_any_model_comes_back(mbs: Mbs) -> None:
-    assert read(write(mbs), "m.mbs") == mbs
+    assert read_mbs(write(mbs), "m.mbs") == mbs
 
 
 def test_writing_a_real_file_again_changes_nothing_that_robotran_sees(sample: bytes) -> None:
-    again = write(read(sample, "sample.mbs"))
+    again = write(read_mbs(sample, "sample.mbs"))
     assert seen(again) == seen(sample)
-    assert write(read(again, "again.mbs")) == again
+    assert write(read_mbs(again, "again.mbs")) == again
 
 
 def test_a_real_file(shared: Path) -> None:
     file = shared / "mbs-samples/walkman_robotran.mbs"
-    mbs = read(file.read_bytes(), str(file))
+    mbs = read_mbs(file.read_bytes(), str(file))
     assert (mbs.name, mbs.version) == ("walkman_robotran", "0.0.beta")
     assert (mbs.base.name, mbs.base.gravity) == ("Body_0", (0.0, 0.0, -9.81))
     assert len(mbs.bodies) == 35
@@ -120,7 +120,7 @@ def edited(*changes: tuple[str, str]) -> bytes:
 
 
 def test_a_file_by_hand() -> None:
-    mbs = read(TINY, "tiny.mbs")
+    mbs = read_mbs(TINY, "tiny.mbs")
     assert (mbs.name, mbs.version, mbs.view) == ("", "", None)
     assert mbs.base.gravity == (0.0, 0.0, -9.81)
     assert mbs.bodies == [
@@ -140,7 +140,7 @@ def test_unknown_elements_and_attributes_are_passed_over() -> None:
         ("<bodytree>", '<bodytree note="n"><new q="2"/>'),
         ("</bodytree>", "</bodytree><other>y</other><cuts><spot/></cuts>"),
     )
-    assert read(data, "m.mbs") == read(TINY, "tiny.mbs")
+    assert read_mbs(data, "m.mbs") == read_mbs(TINY, "tiny.mbs")
 
 
 def test_unknown_elements_in_one_of_several_alike_are_passed_over() -> None:
@@ -150,7 +150,7 @@ def test_unknown_elements_in_one_of_several_alike_are_passed_over() -> None:
     more = more.replace(b"<x3D_shapes>", b"<x3D_shapes><torus><name>t</name></torus>")
     assert more.count(b"<far>") == more.count(b"<unit/>") == 1
     assert b"<torus>" in more
-    assert read(more, "m.mbs") == everything()
+    assert read_mbs(more, "m.mbs") == everything()
 
 
 @pytest.mark.parametrize(
@@ -184,7 +184,7 @@ def test_files_that_are_no_mbs(data: bytes, code: str, line: int, words: str) ->
 @pytest.mark.parametrize("data", [b"", b" \r\n", b"\xef\xbb\xbf\n"])
 def test_an_empty_file(data: bytes) -> None:
     with pytest.raises(ConversionError) as caught:
-        read(data, "m.mbs")
+        read_mbs(data, "m.mbs")
     assert (caught.value.code, caught.value.file) == ("file-empty", "m.mbs")
 
 
@@ -280,12 +280,12 @@ def test_three_thousand_bodies_in_a_row() -> None:
     bodies = [Body("b0", joints=[Joint("j0", "R1")])]
     bodies += [Body(f"b{k}", f"b{k - 1}", None, [Joint(f"j{k}", "R1")]) for k in range(1, 3_000)]
     mbs = Mbs("m", bodies=bodies)
-    assert read(write(mbs), "m.mbs") == mbs
+    assert read_mbs(write(mbs), "m.mbs") == mbs
 
 
 def fails(data: bytes, code: str, line: int | None, words: str) -> ConversionError:
     with pytest.raises(ConversionError) as caught:
-        read(data, "m.mbs")
+        read_mbs(data, "m.mbs")
     error = caught.value
     assert (error.code, error.file) == (code, "m.mbs")
     assert error.line is not None
@@ -296,7 +296,10 @@ def fails(data: bytes, code: str, line: int | None, words: str) -> ConversionErr
 
 def test_mechanics_only_passes_over_graphics(shared: Path) -> None:
     data = (shared / "mbs-samples" / "minimal.mbs").read_bytes()
-    whole, mechanics = read(data, "minimal.mbs"), read(data, "minimal.mbs", mechanics_only=True)
+    whole, mechanics = (
+        read_mbs(data, "minimal.mbs"),
+        read_mbs(data, "minimal.mbs", mechanics_only=True),
+    )
     assert [body.shapes for body in mechanics.bodies] == [[]] * 4
     for body in whole.bodies:
         body.shapes, body.drawing = [], None
@@ -309,7 +312,7 @@ def test_a_body_that_is_its_own_parent() -> None:
     data = write(Mbs("m", bodies=[Body("arm", joints=[Joint("j", "R1")])]))
     own = data.replace(b"<bodyname>base</bodyname>", b"<bodyname>arm</bodyname>")
     with pytest.raises(ConversionError, match="body 'arm' is its own parent"):
-        read(own, "m.mbs")
+        read_mbs(own, "m.mbs")
 
 
 def test_what_a_file_leaves_out_is_zero() -> None:
@@ -319,7 +322,7 @@ def test_what_a_file_leaves_out_is_zero() -> None:
     for tag in ("position", "rotation", "scale", "transparency"):
         text = re.sub(rf"(?s)(<cone>.*?)<{tag}>.*?</{tag}>\s*", r"\1", text, count=1)
     text = re.sub(r"(?s)(<name_pos>.*?)<size>.*?</size>\s*", r"\1", text, count=2)
-    mbs = read(text.encode(), "m.mbs")
+    mbs = read_mbs(text.encode(), "m.mbs")
     trunk = mbs.bodies[0]
     assert trunk.inertia is not None
     assert [moment == 0.0 for moment in trunk.inertia] == [False, True, False, False, False, True]
@@ -336,7 +339,7 @@ def test_what_an_object_is_without_its_elements() -> None:
     for tag in ("viewpoint", "directionalLight", "cylinder", "base_body"):
         text = re.sub(rf"(?s)<{tag}>.*?</{tag}>", f"<{tag}><u/></{tag}>", text, count=1)
     text = re.sub(r"(?s)<background>.*?</background>|<shapeScaleFactors>.*?</shape.*?>", "", text)
-    mbs = read(text.encode(), "m.mbs")
+    mbs = read_mbs(text.encode(), "m.mbs")
     assert mbs.view is not None
     zero, up = (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)
     eye = Viewpoint("", zero, zero, up, "base", "perspective", 1.0, 0.785, 0.01, 50.0)

@@ -29,7 +29,7 @@ from urdf2mbs.mbs.model import (
     View,
     Viewpoint,
 )
-from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.mbs.writer import write
 
 WRITTEN = sorted(SHARED.glob("mbs-samples/saved/*.written.mbs"))
@@ -53,7 +53,7 @@ def test_each_element_stands_where_mbsyspad_has_it() -> None:
 @pytest.mark.skipif(not WRITTEN, reason=f"the real files are not here: {SHARED} does not exist")
 @pytest.mark.parametrize("file", WRITTEN, ids=lambda file: file.stem)
 def test_a_file_that_mbsyspad_has_opened_is_written_anew(file: Path) -> None:
-    mbs = read(file.read_bytes(), file.name)
+    mbs = read_mbs(file.read_bytes(), file.name)
     mbs.origin = None
     assert write(mbs) == file.read_bytes()
 

@@ -13,11 +13,11 @@ from urdf2mbs.messages.diagnostics import (
     ConversionError,
     Diagnostic,
     counted,
-    memory_full,
+    format_message,
+    memory_full_error,
     nearest,
     printable,
     quoted,
-    render,
     some,
 )
 
@@ -33,7 +33,7 @@ from urdf2mbs.messages.diagnostics import (
 )
 def test_an_error_says_where_and_what_to_do(given: Any, wanted: str) -> None:
     file, line, hint = given
-    assert render("error", "c", "m", *given) == wanted
+    assert format_message("error", "c", "m", *given) == wanted
     error = ConversionError("c", "m", file=file, line=line, hint=hint)
     assert str(error) == str(error.diagnostic()) == wanted
     assert error.diagnostic() == Diagnostic("error", "c", "m", file=file, line=line, hint=hint)
@@ -41,7 +41,7 @@ def test_an_error_says_where_and_what_to_do(given: Any, wanted: str) -> None:
 
 def test_errors_that_were_found_before_stand_first_and_warnings_do_not() -> None:
     error = ConversionError("last", "l")
-    error.said = [Diagnostic("error", "first", "f"), Diagnostic("warning", "w", "w")]
+    error.earlier = [Diagnostic("error", "first", "f"), Diagnostic("warning", "w", "w")]
     assert str(error) == "error[first]: f\nerror[last]: l"
     assert (error.exit_code, ConfigError("c", "m").exit_code) == (1, 2)
     judge([Diagnostic("warning", "w", "w"), Diagnostic("note", "n", "n")])
@@ -49,8 +49,8 @@ def test_errors_that_were_found_before_stand_first_and_warnings_do_not() -> None
     with pytest.raises(ConversionError) as caught:
         judge([Diagnostic("error", "zero", "0"), Diagnostic("warning", "w", "w"), one])
     assert caught.value.diagnostic() == one
-    assert [said.code for said in caught.value.said] == ["zero"]
-    assert memory_full("reading").code == "memory-full"
+    assert [said.code for said in caught.value.earlier] == ["zero"]
+    assert memory_full_error("reading").code == "memory-full"
     assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)
 
 
@@ -91,11 +91,11 @@ def test_nothing_acts_on_a_terminal(text: str, wanted: str) -> None:
 
 @pytest.mark.parametrize("length", [1991, 1992, 5000])
 def test_a_long_line_is_cut_in_the_middle_and_a_name_begins_none(length: int) -> None:
-    line, *hint = render("note", "c", "m" * length, None, None, "x\n  y").split("\n")
+    line, *hint = format_message("note", "c", "m" * length, None, None, "x\n  y").split("\n")
     assert hint == ["  x", "  y"]
     whole = "note[c]: " + "m" * length
     assert line == (whole if len(whole) <= 2000 else f"{whole[:1000]} ... {whole[-1000:]}")
-    assert render("note", "c", "a\nerror: b", None, None, None) == "note[c]: a\\nerror: b"
+    assert format_message("note", "c", "a\nerror: b", None, None, None) == "note[c]: a\\nerror: b"
 
 
 @pytest.mark.parametrize(

@@ -89,7 +89,7 @@ class Case:
         #: The body and the point of each external force and sensor.
         self.points = {
             thing.name: (body, point)
-            for body, owner in self.mbs.owners()
+            for body, owner in self.mbs.base_and_bodies()
             for point in owner.points
             for thing in (point.extforce, point.sensor)
             if thing is not None

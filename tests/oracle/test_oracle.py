@@ -9,7 +9,7 @@ from oracle.generated import random_state
 from oracle.mbs import Evaluator
 from oracle.multibody import State, opening, translation
 from oracle.pin import Truth
-from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.reader import read_mbs
 
 VECTOR = "<coordinates><x>{}</x><y>{}</y><z>{}</z></coordinates>"
 
@@ -50,7 +50,7 @@ CHAIN = f"""<mbsDescR7><base><gravity>{VECTOR.format(0.3, -0.2, -9.7)}</gravity>
 
 @pytest.mark.parametrize("seed", range(3))
 def test_a_chain_moves_as_pinocchio_says(seed: int) -> None:
-    mbs, at = read(CHAIN.encode(), ""), np.array((0.1, -0.2, 0.3))
+    mbs, at = read_mbs(CHAIN.encode(), ""), np.array((0.1, -0.2, 0.3))
     ours, truth = Evaluator(CHAIN.encode()), Truth(mbs)
     s = random_state(mbs, np.random.default_rng(seed), loads=False)
     state = State(ours.system, s.q, s.qd, s.qdd)

@@ -8,7 +8,7 @@ from making import passes_of
 from presets import PRESETS
 from proving import SOLID, codes, joint, link, robot
 from urdf2mbs import Result
-from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.testing import convert_text
 
 A, B, C, D = (link(name, SOLID) for name in "abcd")
@@ -42,7 +42,7 @@ def test_bodies_on_the_bases_origin_stand_before_those_on_points() -> None:
 )  # fmt: skip
 def test_a_branch_stands_before_the_next(pipeline: str, joints: tuple[str, ...]) -> None:
     result = emitted(A, B, C, D, *joints, pipeline=pipeline)
-    found = read(result.data, "r.mbs")
+    found = read_mbs(result.data, "r.mbs")
     assert [body.name for body in found.bodies] == [body.name for body in found.depth_first()]
 
 

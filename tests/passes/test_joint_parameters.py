@@ -2,7 +2,7 @@
 
 from presets import PRESETS
 from proving import codes, models
-from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.testing import TINY, convert_text
 
 
@@ -15,7 +15,7 @@ def test_user_models_hold_what_the_urdf_states() -> None:
         'soft_lower_limit="-1" soft_upper_limit="1.25" k_position="15" k_velocity="10"/>',
     )
     result = convert_text(text)
-    assert models(read(result.data, "robot.mbs")) == {
+    assert models(read_mbs(result.data, "robot.mbs")) == {
         "q_min": {"shoulder_1": -1.5},
         "q_max": {"shoulder_1": 1.5, "wrist_pitch": 1.0},
         "effort": {"shoulder_1": 10.0, "wrist_pitch": 1.0},
@@ -44,7 +44,7 @@ def test_limits_from_zero_to_zero_are_none_or_lock_the_joint() -> None:
     for pipeline in PRESETS:
         options = {"joint-parameters": {"zero_limits": "locked"}}
         locked = convert_text(ZERO, pipeline=pipeline, passes=options)
-        written = models(read(locked.data, "robot.mbs"))
+        written = models(read_mbs(locked.data, "robot.mbs"))
         assert written["q_min"]["shoulder"] == written["q_max"]["shoulder"] == 0.0
         assert locked.report.proof.same
         assert not locked.report.proof.differences

@@ -10,7 +10,7 @@ from presets import PRESETS
 from proving import SOLID, joint, link, robot
 from urdf2mbs import Result
 from urdf2mbs.mbs.model import Connection, Joint, LinkFrame, Mbs, Parameter, Point
-from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.proof.compare import compare
 from urdf2mbs.proof.match import match
 from urdf2mbs.proof.verdict import Proof
@@ -21,7 +21,7 @@ from urdf2mbs.urdf.model import ClosingJoint, Extension
 
 def pieces(text: str = TINY, **settings: Any) -> tuple[Result, Mbs]:
     result = convert_text(text, **settings)
-    return result, read(result.data, "r.mbs")
+    return result, read_mbs(result.data, "r.mbs")
 
 
 def compared(result: Result, mbs: Mbs, **changes: Any) -> Proof:

@@ -8,7 +8,7 @@ from presets import PRESETS
 from proving import SOLID, joint, link, robot
 from urdf2mbs.api import verify
 from urdf2mbs.mbs.model import Body, Joint, Mbs, Point
-from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.mbs.writer import write
 from urdf2mbs.proof.compare import compare
 from urdf2mbs.proof.match import match
@@ -46,7 +46,7 @@ def test_a_floating_base_may_turn_in_another_order(
     kinds: str, wrong: set[str], tmp_path: Path
 ) -> None:
     source, model = files(tmp_path)
-    mbs = read(model.read_bytes(), "")
+    mbs = read_mbs(model.read_bytes(), "")
     for one, kind in zip(mbs.bodies[0].joints[3:6], kinds.split(), strict=True):
         one.type = kind
     model.write_bytes(write(mbs))
@@ -108,7 +108,7 @@ def test_a_step_is_along_or_about_an_axis_of_the_frame_before(kind: str) -> None
 
 def test_a_joints_zero_is_told_though_its_link_is_a_little_off(tmp_path: Path) -> None:
     source, model = files(tmp_path)
-    mbs = read(model.read_bytes(), "")
+    mbs = read_mbs(model.read_bytes(), "")
     arm = next(body for body in mbs.bodies if body.name == "arm")
     at = next(n for n, one in enumerate(arm.joints) if one.name == "shoulder")
     arm.joints.insert(at, Joint("more", arm.joints[at].type, "driven", q=0.3))

@@ -16,7 +16,7 @@ from urdf2mbs.api import verify
 from urdf2mbs.cli import main
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.mbs.model import Mbs
-from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
 from urdf2mbs.proof.compare import compare
 from urdf2mbs.proof.rigid import HERE, distance, inertias_apart
@@ -39,7 +39,7 @@ PLANTS: dict[str, Callable[[Mbs, float], None]] = {
 @pytest.mark.parametrize("where", PLANTS)
 def test_what_is_no_number_is_a_difference(where: str, value: float) -> None:
     result = convert_text()
-    mbs = read(result.data, "tiny.mbs")
+    mbs = read_mbs(result.data, "tiny.mbs")
     if where == "angle" and value == value:
         pytest.skip("an infinite angle has no sine: Python itself refuses it")
     PLANTS[where](mbs, value)

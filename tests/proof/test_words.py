@@ -13,7 +13,7 @@ from urdf2mbs import convert
 from urdf2mbs.api import verify
 from urdf2mbs.cli import main
 from urdf2mbs.mbs.model import Connection, Mbs, UserConstraint, UserModel, UserVariable
-from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.mbs.writer import write
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.testing import TINY, convert_text
@@ -109,7 +109,7 @@ def planted(
     """The URDF, and its .mbs with a fault."""
     source, model = tmp_path / "tiny.urdf", tmp_path / "tiny.mbs"
     source.write_text(text)
-    mbs = read(convert(source, base=base).data, "tiny.mbs")
+    mbs = read_mbs(convert(source, base=base).data, "tiny.mbs")
     plant(mbs)
     model.write_bytes(write(mbs))
     return source, model
@@ -167,7 +167,7 @@ def test_not_checked_is_said_everywhere(tmp_path: Path, capsys: Any) -> None:
     assert "\n  NOT CHECKED; 1 warning" in capsys.readouterr().out
     data = (tmp_path / "tiny.mbs").read_bytes()
     assert b"\n<!-- NOT CHECKED: the pass 'check' was not in the pipeline -->\n" in data
-    assert read(data, "tiny.mbs").bodies  # and it is still read
+    assert read_mbs(data, "tiny.mbs").bodies  # and it is still read
     assert main(["run", str(config), "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert (found["verdict"], found["proof"]) == ("NOT CHECKED", None)

@@ -336,7 +336,7 @@ def test_joints_with_the_prefix_of_drake_are_joints(kind: str, types: dict[str, 
 def test_other_joints_with_a_prefix_are_errors(kind: str, prefix: str) -> None:
     with pytest.raises(ConversionError) as caught:
         parse(DRAKE.replace("http://drake.mit.edu", prefix).format(kind).encode(), "r.urdf")
-    errors = [*caught.value.said, caught.value.diagnostic()]
+    errors = [*caught.value.earlier, caught.value.diagnostic()]
     (error,) = [one for one in errors if one.code == "joint-type-unknown"]
     assert f"<drake:joint> 'turn' of the type '{kind}' joins" in error.message
     assert "'base' and 'arm'" in error.message

@@ -4,7 +4,7 @@ import pytest
 
 from mbs.models import everything
 from urdf2mbs.mbs.model import Point, Sensor
-from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.mbs.writer import write
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs_equations.files import generate
@@ -17,21 +17,21 @@ DRAFT = WHOLE.replace(END, EMPTY, 1)
 
 
 def test_it_is_read_and_kept() -> None:
-    mbs = read(DRAFT, "m.mbs")
+    mbs = read_mbs(DRAFT, "m.mbs")
     assert [cut.is_draft for cut in mbs.cuts] == [True, False, False]
     assert not any(cut.is_draft for cut in everything().cuts)
-    assert read(write(mbs), "m.mbs") == mbs
+    assert read_mbs(write(mbs), "m.mbs") == mbs
 
 
 def test_a_parent_must_be_there_all_the_same() -> None:
     parent = b"<bodyname>trunk</bodyname>\n        <pointname>shoulder</pointname>"
     assert parent in WHOLE
     with pytest.raises(ConversionError, match="parent-unknown"):
-        read(WHOLE.replace(parent, EMPTY, 1), "m.mbs")
+        read_mbs(WHOLE.replace(parent, EMPTY, 1), "m.mbs")
 
 
 def test_the_functions_that_need_the_cut_are_left_out_and_it_is_named() -> None:
-    found = generate(read(DRAFT, "m.mbs"), DRAFT, "m.mbs")
+    found = generate(read_mbs(DRAFT, "m.mbs"), DRAFT, "m.mbs")
     assert {"cons_hJ", "cons_jdqd"} <= set(found.left_out)
     assert "'a_ball'" in found.left_out["cons_hJ"]
     assert {"dirdyna", "invdyna", "link", "extforces", "sensor"}.isdisjoint(found.left_out)
@@ -60,4 +60,4 @@ def test_a_sensor_on_a_bodys_own_frame_is_drawn_there() -> None:
     assert f'<title>origin\n(0, 0, 0) m\nsensor own</title><circle cx="{x:.10g}" cy="{y:.10g}"' in (
         draw(mbs)
     )
-    assert read(write(mbs), "m.mbs") == mbs
+    assert read_mbs(write(mbs), "m.mbs") == mbs

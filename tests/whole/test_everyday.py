@@ -15,7 +15,7 @@ import urdf2mbs
 from commands.test_cli import loaded
 from urdf2mbs.cli import main
 from urdf2mbs.commands import commands_of, parser
-from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.testing import TINY
 
 XACRO = TINY.replace("<robot ", '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" ', 1).replace(
@@ -121,7 +121,7 @@ def test_from_standard_input_to_standard_output(
     monkeypatch.setattr("sys.stdin", Stdin(text))
     assert main(["convert", "-", "-o", "-"]) == 0
     said = capfdbinary.readouterr()
-    assert [body.name for body in read(said.out, "").bodies] == ["body", "arm", "hand"]
+    assert [body.name for body in read_mbs(said.out, "").bodies] == ["body", "arm", "hand"]
     assert b"written to standard output" in said.err
     assert b"the same robot" in said.err
     assert [file.name for file in here.iterdir()] == ["tiny.urdf"]

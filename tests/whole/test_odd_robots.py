@@ -9,7 +9,7 @@ import pytest
 
 from conftest import SHARED
 from urdf2mbs.cli import main
-from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.reader import read_mbs
 
 #: Exit code, code of the error or warning (None: no warning), and a word of its message; by the
 #: number of the file in ../shared/odd-robots.
@@ -52,7 +52,7 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> Callabl
         assert [file for file in tmp_path.iterdir() if file.name.endswith(".part")] == []
         if code == 0:
             assert "  the same robot" in said.out
-            assert read(output.read_bytes(), "").bodies
+            assert read_mbs(output.read_bytes(), "").bodies
         return code, said.out + said.err, output
 
     return convert
@@ -93,7 +93,7 @@ def test_the_unknown_macro_is_left_out_if_the_user_says_so(run: Callable[..., An
         assert code == 0
         assert ("warning[xacro-left]" in said) == (level == "warning")
         assert "--level" not in said  # which is set already
-        assert [body.name for body in read(output.read_bytes(), "").bodies] == ["base_body"]
+        assert [body.name for body in read_mbs(output.read_bytes(), "").bodies] == ["base_body"]
 
 
 BODY = (

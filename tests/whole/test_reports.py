@@ -100,7 +100,7 @@ def test_a_capsule_is_read(reports: Path) -> None:
 
 def test_a_mesh_in_another_case_is_found(reports: Path, tmp_path: Path) -> None:
     source = tmp_path / "me_case.urdf"
-    source.write_bytes(files.read(reports / "me_case.urdf"))
+    source.write_bytes(files.read_bytes(reports / "me_case.urdf"))
     mesh = tmp_path / "Meshes" / "w.stl"
     mesh.parent.mkdir()
     mesh.write_text(

@@ -258,7 +258,7 @@ def lines(result: Result) -> Iterator[str]:
 
 
 def parts(mbs: Mbs) -> Iterator[str]:
-    for name, owner in mbs.owners():
+    for name, owner in mbs.base_and_bodies():
         joints = (
             f"{of.type} {of.name} {of.nature[:3]} {plain(of.q)}{' actuated' * of.actuated}"
             for of in getattr(owner, "joints", ())

@@ -177,7 +177,7 @@ def test_a_wrong_config(more: str, code: str, line: int | None, tmp_path: Path) 
     (tmp_path / "c.yaml").write_text(f"source: tiny.urdf\n{more}\n")
     with pytest.raises(ConversionError) as caught:
         Pipeline(*load(tmp_path / "c.yaml"), installed_plugins=False).run()
-    found = {one.code: one for one in (*caught.value.said, caught.value)}
+    found = {one.code: one for one in (*caught.value.earlier, caught.value)}
     assert code in found
     assert line is None or found[code].line == line
     assert code != "unknown-key" or found[code].hint
@@ -191,7 +191,7 @@ def test_all_faults_of_a_config_are_told_at_once(tmp_path: Path) -> None:
     )
     with pytest.raises(ConversionError) as caught:
         Pipeline(*load(tmp_path / "c.yaml"), installed_plugins=False)
-    faults = [*caught.value.said, caught.value]
+    faults = [*caught.value.earlier, caught.value]
     assert [(fault.line, (fault.hint or "").partition("did you mean ")[2]) for fault in faults] == [
         (2, "'project'?"), (3, "'pipeline'?"), (4, "'floating'?"), (5, "'compact'?"),
         (6, "'passes: {equations: {}}'?"), (7, ""), (8, "'mesh-missing'?"),

@@ -21,7 +21,7 @@ from urdf2mbs.commands.colours import screens
 from urdf2mbs.disk.files import absolute
 from urdf2mbs.engine.plugins import Plugins, plugins_of
 from urdf2mbs.hookspecs import Command
-from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, memory_full, nearest
+from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, memory_full_error, nearest
 
 _HERE = "urdf2mbs.commands"
 #: The commands of the core, in the order of the help.
@@ -73,7 +73,7 @@ def carry_out(words: Sequence[str]) -> int:
 def _say(error: Exception, as_json: bool) -> int:
     """Print why a command has failed; returns the exit code."""
     if isinstance(error, MemoryError):
-        error = memory_full("this command")
+        error = memory_full_error("this command")
     elif not isinstance(error, ConversionError):
         _leave_stdout()
         if isinstance(error, OSError) and error.errno == ENOSPC:
@@ -90,7 +90,7 @@ def _say(error: Exception, as_json: bool) -> int:
     if as_json:
         fields = ("code", "message", "file", "line", "hint")
         said = {name: getattr(error, name) for name in fields}
-        print_json({"error": said, "diagnostics": error.said})
+        print_json({"error": said, "diagnostics": error.earlier})
     return error.exit_code
 
 

@@ -14,7 +14,7 @@ from jsonschema.validators import extend
 
 from urdf2mbs.config.model import Key, Lines, dotted
 from urdf2mbs.messages.diagnostics import ConfigError, nearest
-from urdf2mbs.ranges import in_words
+from urdf2mbs.ranges import describe_range
 
 #: The types of JSON, in the words of a reader of YAML.
 _TYPES = {
@@ -104,7 +104,7 @@ def _describe_value(error: ValidationError, lines: Lines, key: Key) -> ConfigErr
             close = nearest(value, wanted) if isinstance(value, str) else None
             hint = f"{hint}; {close}" if close else hint
         case "minimum" | "exclusiveMinimum" | "maximum" | "exclusiveMaximum":
-            code, said = "value-range", f" is {value!r}: {in_words(error.schema)} is wanted"
+            code, said = "value-range", f" is {value!r}: {describe_range(error.schema)} is wanted"
         case "minLength":
             what = "a key" if "propertyNames" in error.schema_path else "this"
             said = f": {what} is empty: write the name or the path that is meant"

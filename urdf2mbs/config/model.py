@@ -158,8 +158,8 @@ class Lines(msgspec.Struct):
         if self.faults:
             *before, last = sorted(self.faults, key=lambda fault: fault.line or 0)
             self.faults = []
-            said = [each for fault in before for each in (*fault.said, fault.diagnostic())]
-            last.said = said + last.said
+            said = [each for fault in before for each in (*fault.earlier, fault.diagnostic())]
+            last.earlier = said + last.earlier
             raise last
 
 
@@ -209,7 +209,7 @@ def load(file: Path) -> tuple[Config, Lines]:
     own, so that a user reads them all at once.
     """
     try:
-        text = files.read(file, MOST).decode("utf-8-sig")
+        text = files.read_bytes(file, MOST).decode("utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise ConfigError(

@@ -12,7 +12,7 @@ import re
 import msgspec
 
 from urdf2mbs.diagram.boxes import Node
-from urdf2mbs.mbs.kinematics import place
+from urdf2mbs.mbs.kinematics import compute_placement
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.spatial import Vec
 
@@ -55,7 +55,7 @@ class Shape(msgspec.Struct):
 
 def look(mbs: Mbs, order: list[Node]) -> Shape:
     """The robot's shape; ``order`` is the base, then the bodies depth first."""
-    placement = place(mbs)
+    placement = compute_placement(mbs)
     places = {body.name: placement.bodies[body.name].xyz for body in mbs.bodies}
     starts: dict[str, Vec] = {}
     """Where each body leaves its parent."""

@@ -15,10 +15,10 @@ from typing import IO
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, counted
 
 #: The most that is read of one file: a robot, a mesh, an .mbs.
-MOST = 256 * 2**20
+MAX_FILE_SIZE = 256 * 2**20
 
 #: What Windows takes for a device, whatever the ending.
-DEVICES = frozenset(
+WINDOWS_DEVICES = frozenset(
     ["con", "prn", "aux", "nul", *(f"{port}{n}" for port in ("com", "lpt") for n in range(10))]
 )
 
@@ -42,11 +42,11 @@ def noting() -> Iterator[dict[str, None]]:
         _noted.reset(token)
 
 
-def read(path: Path, most: int | None = None) -> bytes:
+def read_bytes(path: Path, most: int | None = None) -> bytes:
     """The bytes of a file, or of standard input where that was taken.
 
     Raises OSError: for a pipe or device, which may never end, and for more than ``most`` bytes
-    (default: ``MOST``).
+    (default: ``MAX_FILE_SIZE``).
     """
     if is_stdin(path):
         return _taken[0]
@@ -65,7 +65,7 @@ def read(path: Path, most: int | None = None) -> bytes:
 def read_model(model: str | os.PathLike[str]) -> bytes:
     """The bytes of an .mbs file; ``-`` is standard input.  Raises ConfigError."""
     try:
-        return read_stdin() if os.fspath(model) == "-" else read(Path(model))
+        return read_stdin() if os.fspath(model) == "-" else read_bytes(Path(model))
     except OSError as error:
         raise ConfigError("model-unreadable", f"cannot read '{model}': {error.strerror}") from None
 
@@ -97,7 +97,7 @@ def read_stdin() -> bytes:
 
 def read_stream(stream: IO[bytes], name: str, most: int | None = None, size: int = 0) -> bytes:
     """All bytes of a stream, which probably are ``size``; raises OSError as ``read`` does."""
-    most = MOST if most is None else most
+    most = MAX_FILE_SIZE if most is None else most
     step = max(size, 2**16) + 1
     parts, count = [], 0
     while data := stream.read(min(step, most + 1 - count)):
@@ -115,14 +115,14 @@ def _size(count: int) -> str:
 def is_portable(name: str) -> bool:
     """True if every system can have a file of this name."""
     return (
-        name.partition(".")[0].strip().lower() not in DEVICES
+        name.partition(".")[0].strip().lower() not in WINDOWS_DEVICES
         and not name.endswith((" ", "."))
         and not set(name) & set('<>:"/\\|?*')
         and min(name, default="") >= " "
     )
 
 
-def beginning(path: Path, count: int) -> bytes:
+def read_beginning(path: Path, count: int) -> bytes:
     """The first bytes of a file; none of one that cannot be read."""
     try:
         with path.open("rb") as file:

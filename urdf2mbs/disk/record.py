@@ -26,7 +26,7 @@ def is_ours(path: Path) -> bool:
     """True if nobody has changed a file since urdf2mbs wrote it."""
     place = Path(os.path.realpath(path))
     try:
-        return b"\n" + _line(place, files.read(place)) in _recorded(place)
+        return b"\n" + _line(place, files.read_bytes(place)) in _recorded(place)
     except OSError:
         return False
 
@@ -37,7 +37,7 @@ def was_ours(path: Path) -> bool:
     return b"  " + os.fsencode(place.name) + b"\n" in _recorded(place)
 
 
-def add(folder: Path, places: Mapping[Path, bytes]) -> None:
+def add_files(folder: Path, places: Mapping[Path, bytes]) -> None:
     """Record files of a folder that are about to be written.
 
     Raises:

@@ -58,7 +58,7 @@ def safe_parser(**options: Any) -> etree.XMLParser:
     return etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False, **options)
 
 
-def explain(
+def raise_syntax_error(
     data: bytes, file: str, error: etree.XMLSyntaxError, log: list[Any], begins: str
 ) -> NoReturn:
     """Raise the one error for a text that is no XML; ``begins`` says how such a file begins.

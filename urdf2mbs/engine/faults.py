@@ -11,7 +11,7 @@ from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.registered import Registered
 from urdf2mbs.engine.tracebacks import frames_in, in_words
 from urdf2mbs.mbs.model import without_origin
-from urdf2mbs.messages.diagnostics import ConversionError, memory_full, some
+from urdf2mbs.messages.diagnostics import ConversionError, memory_full_error, some
 from urdf2mbs.urdf.model import Robot
 
 _DEBUG = "--debug shows the traceback"
@@ -23,7 +23,7 @@ def pass_failed(
     """The error for an exception that came out of a pass; ``before`` are the passes that ran."""
     who = f"pass '{found.name}'"
     if isinstance(error, MemoryError):
-        return memory_full(f"{who} on robot '{_robot(conversion)}'")
+        return memory_full_error(f"{who} on robot '{_robot(conversion)}'")
     if not found.is_ours:
         who += f" of plugin '{found.plugin}'"
         return _failed("plugin-failed", who, found.file, conversion, error, _DEBUG)

@@ -46,5 +46,5 @@ def judge(diagnostics: list[Diagnostic]) -> None:
         error = ConversionError(
             last.code, last.message, file=last.file, line=last.line, hint=last.hint
         )
-        error.said = before
+        error.earlier = before
         raise error

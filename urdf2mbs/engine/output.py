@@ -19,7 +19,7 @@ from types import MappingProxyType
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.disk import record
-from urdf2mbs.disk.files import is_portable, read, temporary_name
+from urdf2mbs.disk.files import is_portable, read_bytes, temporary_name
 from urdf2mbs.messages.diagnostics import ConfigError
 
 WINDOWS = os.name == "nt"
@@ -163,7 +163,7 @@ def _add_to_records(places: Mapping[Path, bytes]) -> None:
     """Record the files of each folder."""
     for folder in dict.fromkeys(place.parent for place in places):
         with _naming(folder / record.RECORD):
-            record.add(folder, {p: data for p, data in places.items() if p.parent == folder})
+            record.add_files(folder, {p: data for p, data in places.items() if p.parent == folder})
 
 
 def check_ours(
@@ -208,7 +208,7 @@ def _place(path: Path) -> Path:
 
 def _read(file: Path) -> bytes:
     try:
-        return read(file)
+        return read_bytes(file)
     except OSError as error:
         raise ConfigError("file-unreadable", f"cannot read '{file}': {error.strerror}") from None
 

@@ -147,8 +147,8 @@ class Pipeline:
         try:
             self._run(conversion, stop_after)
         except ConversionError as error:
-            found = [*conversion.diagnostics, *error.said]
-            error.said = weigh(found, settings.config, self.plugins)
+            found = [*conversion.diagnostics, *error.earlier]
+            error.earlier = weigh(found, settings.config, self.plugins)
             raise
         judge(conversion.diagnostics)
         output = settings.output

@@ -14,7 +14,7 @@ from importlib.machinery import PathFinder
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from urdf2mbs.disk.files import MOST, beginning, is_file
+from urdf2mbs.disk.files import MAX_FILE_SIZE, is_file, read_beginning
 from urdf2mbs.engine.tracebacks import FAILURES, in_words
 from urdf2mbs.hookspecs import Pass, PassEntry
 from urdf2mbs.messages.diagnostics import ConfigError
@@ -45,7 +45,7 @@ def find_own_plugins(path: tuple[str, ...]) -> dict[str, str]:
             continue
         for name in names:
             if name.startswith(f"{GROUP}-") and name.endswith((".dist-info", ".egg-info")):
-                text = beginning(Path(folder, name, "entry_points.txt"), MOST)
+                text = read_beginning(Path(folder, name, "entry_points.txt"), MAX_FILE_SIZE)
                 if plugins := _read_group(text.decode("utf-8", "replace")):
                     return plugins
     return {}
@@ -98,7 +98,8 @@ def _may_name_plugins(folder: str) -> bool:
         return False
     group = f"[{GROUP}]".encode()
     return any(
-        name.endswith(".egg") or group in beginning(Path(folder, name, "entry_points.txt"), MOST)
+        name.endswith(".egg")
+        or group in read_beginning(Path(folder, name, "entry_points.txt"), MAX_FILE_SIZE)
         for name in names
         if name.lower().endswith((".dist-info", ".egg-info", ".egg"))
         and not name.startswith(f"{GROUP}-")

@@ -11,7 +11,7 @@ from urdf2mbs.mbs.model import Joint, Mbs
 from urdf2mbs.spatial import HERE, Pose, Vec, add, from_turn, multiply, rotate
 
 
-class Placed(NamedTuple):
+class PlacedJoint(NamedTuple):
     """The place of a joint, in the axes of the base."""
 
     joint: Joint
@@ -19,7 +19,7 @@ class Placed(NamedTuple):
     """Along or about which it moves, of length 1."""
     origin: Vec
     """A point of its axis (m)."""
-    before: int
+    previous: int
     """Index of the joint before it, on the way to the base; -1: there is none."""
 
 
@@ -28,19 +28,19 @@ class Placement(msgspec.Struct):
 
     bodies: dict[str | None, Pose]
     """By name; None is the base."""
-    joints: list[Placed]
+    joints: list[PlacedJoint]
     """In the order of the model."""
-    last: dict[str | None, int]
+    last_joints: dict[str | None, int]
     """Index of each body's last joint; -1 for the base."""
 
 
-def place(mbs: Mbs, values: Mapping[str, float] | None = None) -> Placement:
+def compute_placement(mbs: Mbs, values: Mapping[str, float] | None = None) -> Placement:
     """A model whose bodies stand parents first, with its joints at these values (rad or m), or at
     their initial ones."""
     points = mbs.points()
     bodies: dict[str | None, Pose] = {None: HERE}
     last: dict[str | None, int] = {None: -1}
-    joints: list[Placed] = []
+    joints: list[PlacedJoint] = []
     for body in mbs.bodies:
         xyz, rot = bodies[body.parent]
         point = points.get((body.parent, body.point))
@@ -50,7 +50,7 @@ def place(mbs: Mbs, values: Mapping[str, float] | None = None) -> Placement:
         for joint in body.joints:
             k = int(joint.type[1])
             axis = (rot[k - 1], rot[k + 2], rot[k + 5])
-            joints.append(Placed(joint, axis, xyz, before))
+            joints.append(PlacedJoint(joint, axis, xyz, before))
             before = len(joints) - 1
             q = joint.q if values is None else values[joint.name]
             if not q:

@@ -287,13 +287,13 @@ class Mbs(Part):
     user_variables: list[UserVariable] = []
     view: View | None = None
 
-    def owners(self) -> list[tuple[str | None, Base | Body]]:
+    def base_and_bodies(self) -> list[tuple[str | None, Base | Body]]:
         """The base and the bodies, which have points and shapes, by name: None is the base."""
         return [(None, self.base), *((body.name, body) for body in self.bodies)]
 
     def points(self) -> dict[tuple[str | None, str | None], Point]:
         """The anchor points, by the names of their bodies and their own."""
-        owners = self.owners()
+        owners = self.base_and_bodies()
         return {(name, point.name): point for name, owner in owners for point in owner.points}
 
     def joints(self) -> dict[str, Joint]:
@@ -310,7 +310,7 @@ class Mbs(Part):
         children: dict[str | None, list[Body]] = {}
         for body in self.bodies:
             children.setdefault(body.parent, []).append(body)
-        for name, owner in self.owners():
+        for name, owner in self.base_and_bodies():
             rank: dict[str | None, int] = {point.name: n for n, point in enumerate(owner.points)}
             children.get(name, []).sort(key=lambda body: rank.get(body.point, -1))
         order: list[Body] = []

@@ -79,7 +79,7 @@ def identifiers(
     return out
 
 
-def rename(mbs: Mbs) -> tuple[dict[str, str], dict[str, str]]:
+def assign_identifiers(mbs: Mbs) -> tuple[dict[str, str], dict[str, str]]:
     """Give everything in ``mbs`` its final name, in place, and mend what refers to it.
 
     Joints take their names before sensors and external forces, these before cuts and links, and
@@ -160,7 +160,7 @@ def _new(names: dict[str, str], name: str, kind: str, who: str) -> str:
 def _rename_points(mbs: Mbs) -> None:
     """Give points their final names; bodies still have their old ones."""
     final: dict[tuple[str | None, str | None], str] = {}
-    for owner_name, owner in mbs.owners():
+    for owner_name, owner in mbs.base_and_bodies():
         names = [point.name for point in owner.points]
         _rename_all(owner.points, names, "_point", (ORIGIN,))
         for name, point in zip(names, owner.points, strict=True):

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 from lxml import etree
 
 from urdf2mbs.disk import files
-from urdf2mbs.disk.xml import BLANK, check_conflict, check_entities, explain, safe_parser
+from urdf2mbs.disk.xml import BLANK, check_conflict, check_entities, raise_syntax_error, safe_parser
 from urdf2mbs.mbs import model
 from urdf2mbs.mbs.fields import INSIDE, OBJECTS, Kind, Object, Table
 from urdf2mbs.mbs.model import BASE, CUTS, LINKS, ORIGIN, Origin, Part
@@ -33,7 +33,7 @@ _GRAPHICS = frozenset(["graphics", "x3D"])
 _PLACE = list(INSIDE["place"])
 
 
-def read(data: bytes, file: str, *, mechanics_only: bool = False) -> model.Mbs:
+def read_mbs(data: bytes, file: str, *, mechanics_only: bool = False) -> model.Mbs:
     """The model of an .mbs file; ``file`` is its name, for messages.
 
     ``mechanics_only`` passes over all graphics, which take a third of the time.
@@ -45,12 +45,12 @@ def read(data: bytes, file: str, *, mechanics_only: bool = False) -> model.Mbs:
     return _Reader(data, file, mechanics_only=mechanics_only).mbs(_parse(data, file))
 
 
-def read_file(file: Path) -> model.Mbs:
+def read_mbs_file(file: Path) -> model.Mbs:
     """The model of an .mbs file; ``-`` is standard input.  Raises ConversionError."""
-    return read(files.read_model(file), files.STDIN if str(file) == "-" else str(file))
+    return read_mbs(files.read_model(file), files.STDIN if str(file) == "-" else str(file))
 
 
-def read_again(source: bytes) -> tuple[model.Mbs, list[_Element]]:
+def read_mbs_again(source: bytes) -> tuple[model.Mbs, list[_Element]]:
     """The model of a file that was read before, and the elements of its objects by the numbers of
     their origins.  The tree of these elements is the whole file, white space included."""
     reader = _Reader(source, "")
@@ -65,7 +65,7 @@ def _parse(data: bytes, file: str, *, remove_blank_text: bool = True) -> _Elemen
         root: _Element = etree.fromstring(data, parser)
     except etree.XMLSyntaxError as error:
         entries: Any = parser.error_log
-        explain(data, file, error, list(entries), "an .mbs file begins with <?xml ...?>")
+        raise_syntax_error(data, file, error, list(entries), "an .mbs file begins with <?xml ...?>")
     check_conflict(data, file)  # Robotran reads what stands between the lines, from both versions
     check_entities(root, file)
     return root

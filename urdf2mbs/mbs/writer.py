@@ -169,7 +169,7 @@ def _check(mbs: Mbs) -> None:
             )
     check([cut.kind for cut in mbs.cuts], model.CUTS, "a cut")
     check([link.kind for link in mbs.links], model.LINKS, "a link")
-    for _, owner in mbs.owners():
+    for _, owner in mbs.base_and_bodies():
         check([shape.kind for shape in owner.shapes], model.SHAPES, "a shape")
     for body in mbs.bodies:
         if not body.joints:

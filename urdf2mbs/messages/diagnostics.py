@@ -28,7 +28,7 @@ class ConversionError(Exception):
         self.file = file
         self.line = line
         self.hint = hint
-        self.said: list[Diagnostic] = []
+        self.earlier: list[Diagnostic] = []
         """What was found before, in the same robot."""
 
     def diagnostic(self) -> Diagnostic:
@@ -39,8 +39,8 @@ class ConversionError(Exception):
 
     def __str__(self) -> str:
         """All errors, in the order in which they were found."""
-        before = [str(said) for said in self.said if said.level == "error"]
-        own = render("error", self.code, self.message, self.file, self.line, self.hint)
+        before = [str(said) for said in self.earlier if said.level == "error"]
+        own = format_message("error", self.code, self.message, self.file, self.line, self.hint)
         return "\n".join([*before, own])
 
 
@@ -50,7 +50,7 @@ class ConfigError(ConversionError):
     exit_code = 2
 
 
-def memory_full(what: str) -> ConversionError:
+def memory_full_error(what: str) -> ConversionError:
     """The error for a MemoryError."""
     return ConversionError(
         "memory-full", f"{what} takes more memory than there is",
@@ -82,10 +82,10 @@ class Diagnostic(msgspec.Struct, frozen=True, omit_defaults=True):
     hint: str | None = None
 
     def __str__(self) -> str:
-        return render(self.level, self.code, self.message, self.file, self.line, self.hint)
+        return format_message(self.level, self.code, self.message, self.file, self.line, self.hint)
 
 
-def render(
+def format_message(
     level: str, code: str, message: str, file: str | None, line: int | None, hint: str | None
 ) -> str:
     """``file:line: error[code]: message`` and, on a line of its own, what to do."""

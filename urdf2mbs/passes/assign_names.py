@@ -10,7 +10,7 @@ from __future__ import annotations
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.model import LinkFrame
-from urdf2mbs.mbs.names import identifiers, rename
+from urdf2mbs.mbs.names import assign_identifiers, identifiers
 
 
 class AssignNames(Pass):
@@ -22,7 +22,7 @@ class AssignNames(Pass):
         mbs.name = _name(conversion)
         mbs.base.name = conversion.ground.link
         mbs.bodies = mbs.depth_first()
-        names.bodies, _ = rename(mbs)
+        names.bodies, _ = assign_identifiers(mbs)
         for segment in conversion.segments.values():
             for step in segment.steps:
                 name = step.joint.name

@@ -16,7 +16,7 @@ from collections.abc import Sequence
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.model import Mbs, UserModel
-from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.proof.compare import compare
 from urdf2mbs.proof.pair import TOLERANCE
 from urdf2mbs.proof.verdict import Difference, Proof
@@ -35,7 +35,7 @@ class Check(Pass):
         output = conversion.settings.output
         data = conversion.files[output]
         if output.suffix.lower() == ".mbs":
-            mbs = read(data, str(output), mechanics_only=True)
+            mbs = read_mbs(data, str(output), mechanics_only=True)
         else:
             mbs = conversion.mbs
         proof = prove(conversion, mbs, conversion.mbs.user_models, self.tolerance)
@@ -64,7 +64,7 @@ def prove(
     proof = compare(
         robot or conversion.robot, mbs, conversion.names.coordinates,
         frames=conversion.frames, frozen=conversion.frozen,
-        weightless=sorted(meant.weightless & conversion.frozen.keys()),
+        weightless=sorted(meant.massless & conversion.frozen.keys()),
         driven=[joint.name for joint in meant.driven], models=models,
         gravity=conversion.settings.config.gravity, tolerance=tolerance, drawn=conversion.mbs,
     )  # fmt: skip

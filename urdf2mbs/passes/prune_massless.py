@@ -158,7 +158,7 @@ def _attach_frames(conversion: Conversion, order: list[Joint], needed: set[str])
         parts[joint.child] = (segment, at)
         if joint.moves:
             conversion.frozen[joint.name] = "nothing that it moves has mass"
-            conversion.state(OnPurpose).weightless.add(joint.name)
+            conversion.state(OnPurpose).massless.add(joint.name)
             held.append(joint)
     if held:
         _warn_of_held_joints(conversion, held)

@@ -222,7 +222,7 @@ def _is_name(name: str) -> bool:
 
 def _package_name(folder: Path) -> str | None:
     try:
-        text = re.sub(_COMMENT, b"", files.read(folder / "package.xml"))
+        text = re.sub(_COMMENT, b"", files.read_bytes(folder / "package.xml"))
     except (OSError, ValueError):
         return None
     match = re.search(_NAME, text)

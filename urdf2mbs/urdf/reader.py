@@ -74,7 +74,7 @@ def read_text(
     try:
         robot, diagnostics = parse(text, str(source), expanded=names, extend=extend)
     except ConversionError as error:
-        error.said[:0] = warnings
+        error.earlier[:0] = warnings
         if expansion is not None and error.code == "no-links":
             _explain_macros(error, data, source)
         raise
@@ -125,7 +125,7 @@ def parse(
         root = reading.xml(data)
         return _read_root(reading, root, extend)
     except ConversionError as error:
-        error.said = [*reading.diagnostics(), *reading.errors]
+        error.earlier = [*reading.diagnostics(), *reading.errors]
         raise
 
 
@@ -249,7 +249,7 @@ def read_file(source: Path) -> bytes:
     """The bytes of a robot's file; raises ConversionError, also where there are none."""
     file = str(source)
     try:
-        data = files.read(source)
+        data = files.read_bytes(source)
     except FileNotFoundError:
         try:
             names = [entry.name for entry in sorted(source.parent.iterdir())]

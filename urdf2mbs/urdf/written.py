@@ -23,7 +23,7 @@ NAME = re.compile(r"""(?<!\S)name\s*=\s*["']([^"']+)["']""")
 def text(file: str) -> str:
     """The text of a file; empty where it cannot be read."""
     try:
-        return files.read(Path(file)).decode("utf-8", "replace")
+        return files.read_bytes(Path(file)).decode("utf-8", "replace")
     except (OSError, ValueError):
         return ""
 

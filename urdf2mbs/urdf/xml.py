@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from lxml import etree
 
-from urdf2mbs.disk.xml import BLANK, check_entities, explain, safe_parser
+from urdf2mbs.disk.xml import BLANK, check_entities, raise_syntax_error, safe_parser
 from urdf2mbs.messages.diagnostics import ConversionError
 
 
@@ -51,7 +51,9 @@ def parse(data: bytes, file: str) -> tuple[Any, list[Slip]]:
     if error is not None:
         if not _only_prefixes(log):
             is_config = file.lower().endswith((".yaml", ".yml"))
-            explain(data, file, error, log, _CONFIG.format(file) if is_config else _BEGINS)
+            raise_syntax_error(
+                data, file, error, log, _CONFIG.format(file) if is_config else _BEGINS
+            )
         # old files use prefixes that they do not declare
         slips += [Slip("xml-namespace", e.message.strip().rstrip("."), e.line) for e in log]
         root = etree.fromstring(data, safe_parser(recover=True))

@@ -164,7 +164,7 @@ def certified(model: str) -> tuple[dict[str, Any], list[str]]:
     """The options of the passes that changed the robot on purpose, and the joints that are driven
     on purpose; nothing, where no certificate beside the .mbs can be read."""
     try:
-        data = files.read(Path(model).with_suffix(".proof.json"))
+        data = files.read_bytes(Path(model).with_suffix(".proof.json"))
         said = msgspec.json.decode(data, type=_Certified)
     except (OSError, ValueError, msgspec.MsgspecError):
         return {}, []

@@ -28,7 +28,7 @@ def text(data: bytes, robot: str, source: str) -> bytes:
 def read(output: Path) -> bytes | None:
     """The base of an .mbs; None where there is none, or where somebody changed it."""
     there = path(output)
-    data = files.read(there) if files.is_file(there) else b""
+    data = files.read_bytes(there) if files.is_file(there) else b""
     return data if is_base(data) else None
 
 

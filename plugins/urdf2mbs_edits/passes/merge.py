@@ -41,7 +41,7 @@ class Merge(Pass):
         conversion.files[base.path(output)] = File(
             base.text(conversion.files[output], robot, source), "base"
         )
-        there = files.read(output) if files.is_file(output) else b""
+        there = files.read_bytes(output) if files.is_file(output) else b""
         known = base.read(output)
         if not there or is_ours(output) or (known is None and not was_ours(output)):
             return
@@ -75,7 +75,7 @@ class Merge(Pass):
         conversion.files[output] = File(merged.data, replaces=there)
         if merged.orphans is not None:
             place = output.with_name(f"{output.stem}.orphaned.mbs")
-            before = files.read(place) if files.is_file(place) else b""
+            before = files.read_bytes(place) if files.is_file(place) else b""
             orphans = with_those_before(merged.orphans, before)
             conversion.files[place] = File(orphans, "orphans", replaces=before)
         plan = merged.plan

@@ -95,7 +95,7 @@ def _warn_of_stale(conversion: Conversion, model: bytes) -> None:
     equations = [
         path for path in sorted(folder.glob(f"mbs_*_{name}.*")) if path not in conversion.files
     ]
-    verdicts = {path: fits(files.beginning(path, 2000), model) for path in equations}
+    verdicts = {path: fits(files.read_beginning(path, 2000), model) for path in equations}
     stale = [path for path, verdict in verdicts.items() if verdict is False]
     removed = [path for path in stale if is_ours(path)]
     kept = [path for path in stale if path not in removed]
@@ -138,14 +138,14 @@ def _has_changed(conversion: Conversion, model: bytes) -> bool:
 
     parts = "tree, fixed"
     with suppress(ParseError, OSError, ValueError):
-        before = fingerprint(files.read(conversion.settings.output), parts)
+        before = fingerprint(files.read_bytes(conversion.settings.output), parts)
         return before != fingerprint(model, parts)
     return False
 
 
 def _states_other_joints(equations: Path, n_joints: int) -> bool:
     """Return True if the head of Robotran's equations states another number of joints."""
-    stated = JOINTS.search(files.beginning(equations, 2000))
+    stated = JOINTS.search(files.read_beginning(equations, 2000))
     return stated is not None and int(stated[1]) != n_joints
 
 

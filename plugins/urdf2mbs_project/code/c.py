@@ -322,7 +322,9 @@ def _ids(mbs: Mbs) -> dict[str, dict[str, tuple[str, int]]]:
     The kind stands behind a name that another thing has: a sensor is often called as its link.
     """
     numbers = mbs.numbers()
-    points = [(name or BASE, point) for name, owner in mbs.owners() for point in owner.points]
+    points = [
+        (name or BASE, point) for name, owner in mbs.base_and_bodies() for point in owner.points
+    ]
     named = {
         "joint": list(numbers.items()),
         "body": [(body.name, numbers[body.joints[-1].name]) for body in mbs.bodies],

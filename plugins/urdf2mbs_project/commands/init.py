@@ -167,7 +167,7 @@ def _arguments(names: list[str]) -> dict[str, str]:
     found: dict[str, str] = {}
     for file in names:
         try:
-            root = etree.fromstring(files.read(Path(file)), safe_parser(recover=True))
+            root = etree.fromstring(files.read_bytes(Path(file)), safe_parser(recover=True))
         except (OSError, etree.XMLSyntaxError):
             continue
         for element in () if root is None else root.iter("{*}arg"):

@@ -71,7 +71,7 @@ def _carried_inertias(simulation: Simulation, mass: Mass, reduction: Array) -> l
     """
     feet = {body for body, _ in simulation.stance}
     reduced = reduction.T @ mass.matrix @ reduction
-    whole = mass.behind[[placed.before < 0 for placed in mass.placement.joints]].sum(axis=0)
+    whole = mass.behind[[placed.previous < 0 for placed in mass.placement.joints]].sum(axis=0)
     floats = floating(mass.mbs) is not None
     carried: list[float] = []
     for index, twist in enumerate(mass.twists):

@@ -280,7 +280,7 @@ def _drop_needless(conversion: Conversion, mass: Mass, doubtful: set[str]) -> No
             mbs.cuts.append(cut)
             continue
         ends = (cut.endpoint1, cut.endpoint2)
-        for name, owner in mbs.owners():
+        for name, owner in mbs.base_and_bodies():
             owner.points = [point for point in owner.points if (name, point.name) not in ends]
 
 

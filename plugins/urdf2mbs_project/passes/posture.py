@@ -163,7 +163,7 @@ def _group_state(
         raise ConfigError("posture-srdf", f"posture: {what}", hint=hint)
     file = conversion.settings.folder / options.srdf
     try:
-        root = etree.fromstring(files.read(file), safe_parser())
+        root = etree.fromstring(files.read_bytes(file), safe_parser())
     except OSError as error:
         what = f"posture: cannot read '{file}': {error.strerror}"
         raise ConfigError("posture-srdf", what) from None

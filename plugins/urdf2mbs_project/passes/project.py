@@ -181,7 +181,7 @@ def _warn_of_lost_names(conversion: Conversion, folder: Path) -> None:
     """User functions may name what the model had when it was written last, and has no more."""
     output = conversion.settings.output
     try:
-        before = read(files.read(output), str(output), mechanics_only=True)
+        before = read(files.read_bytes(output), str(output), mechanics_only=True)
     except (ConversionError, OSError):
         return  # nothing is there, or nothing that can be read
     lost = _names(before) - _names(conversion.mbs)
@@ -193,7 +193,7 @@ def _warn_of_lost_names(conversion: Conversion, folder: Path) -> None:
     for path in sorted([*folder.glob("userfctR/*"), *folder.glob("workR/**/*")]):
         own = path in conversion.files_of("ours") or is_ours(path)
         if path.suffix in SOURCES and not own:
-            lines = files.beginning(path, 2**20).decode("utf-8", "replace").splitlines()
+            lines = files.read_beginning(path, 2**20).decode("utf-8", "replace").splitlines()
             for number, text in enumerate(lines, start=1):
                 uses += [f"{path.name}:{number} '{a or b}'" for _, a, b in named.findall(text)]
     if uses:
@@ -220,7 +220,7 @@ def _warn_of_renamed_project(conversion: Conversion) -> None:
     """User functions that are there already may call the module of another name."""
     stale: dict[str, list[str]] = {}
     for path in conversion.files_of("starter"):
-        data = files.beginning(path, 2**20) if files.is_file(path) else b""
+        data = files.read_beginning(path, 2**20) if files.is_file(path) else b""
         calls = re.search(_MODULE, data.decode("utf-8", "replace"))
         if calls and calls[1] != conversion.mbs.name and not is_ours(path):
             stale.setdefault(calls[1], []).append(path.name)

@@ -18,7 +18,7 @@ from proving import SOLID, joint, link, robot
 from robots import CONVERTIBLE, RealRobot
 from urdf2mbs import Result, convert, verify
 from urdf2mbs.mbs.model import Joint, Mbs
-from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.mbs.writer import write
 from urdf2mbs_certificate import certificate as checker
 
@@ -214,7 +214,7 @@ def test_what_people_edited_is_named(tmp_path: Path, capsys: Any) -> None:
     source, model = tmp_path / "tiny.urdf", tmp_path / "p" / "dataR" / "p.mbs"
     source.write_text(TINY)
     convert(source, output={"project": tmp_path / "p"}).write()
-    mbs = read(model.read_bytes(), "p.mbs")
+    mbs = read_mbs(model.read_bytes(), "p.mbs")
     mbs.bodies[-1].mass = 7.0
     next(m for m in mbs.user_models if m.name == "q_max").parameters[0].values = ("0.25",)
     mbs.bodies[-1].joints.append(Joint("spin", "R1", "independent"))
@@ -259,7 +259,7 @@ def is_found(
 ) -> bool:
     """True if the replay fails, or says what it does not say without the fault."""
     before = replay(*files, folder, capsys).out
-    mbs = read(files[1], "model.mbs")
+    mbs = read_mbs(files[1], "model.mbs")
     plant(mbs)
     said = replay(files[0], write(mbs), files[2], folder, capsys)
     return said.code != 0 or not {*said.out.splitlines()} <= {*before.splitlines()}

@@ -9,7 +9,7 @@ from typing import Any
 from lxml import etree
 
 from urdf2mbs.mbs import model as m
-from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.mbs.writer import write
 from urdf2mbs_edits.diff.flat import things
 
@@ -311,7 +311,7 @@ EDITS: list[Callable[[m.Mbs, Random], None]] = [
 
 def edited(data: bytes, random: Random, count: int) -> bytes:
     """A file with some edits, and with elements that nobody knows."""
-    mbs = read(data, "base")
+    mbs = read_mbs(data, "base")
     for edit in random.choices(EDITS, k=count):
         edit(mbs, random)
     made = write(mbs)

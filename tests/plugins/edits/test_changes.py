@@ -14,7 +14,7 @@ from lxml import etree
 from mbs.models import everything, few
 from plugins.edits.edits import Edit, add, all_of, call, drop, move, put
 from urdf2mbs.mbs.model import Body, Connection, Joint, Mbs, Parameter, Point, Sensor, Shape, View
-from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.mbs.writer import write
 from urdf2mbs_edits.diff.changes import Change, Differences, differences
 from urdf2mbs_edits.diff.words import in_words, line
@@ -130,10 +130,10 @@ def edited(before: Mbs, names: Iterable[str]) -> tuple[Mbs, Found]:
 def test_random_edits_are_all_found_and_nothing_else(names: list[str], from_file: bool) -> None:
     before = everything()
     if from_file:
-        before = read(write(before), "before.mbs")
+        before = read_mbs(write(before), "before.mbs")
     after, expected = edited(before, names)
     if from_file:
-        after = read(write(after), "after.mbs")
+        after = read_mbs(write(after), "after.mbs")
     assert found(differences(before, after)) == expected
     # the other way round, as many
     back = differences(after, before).changes
@@ -160,10 +160,10 @@ def test_numbers_that_only_respell_are_no_difference() -> None:
     after = data.replace(b"<mass>", b"<mass> +").replace(b"<value>1.0<", b"<value>1e0<")
     after = after.replace(b"</mass>", b"00 </mass>")
     assert after != data
-    model = read(after, "after.mbs")
+    model = read_mbs(after, "after.mbs")
     model.bodies[2].com = (0.0, -0.0, 0.0)
     model.bodies[0].joints[0].symbols = ("qdd", "q", "qd")
-    assert differences(read(data, "before.mbs"), model).changes == []
+    assert differences(read_mbs(data, "before.mbs"), model).changes == []
 
 
 def test_what_the_model_does_not_know_is_compared() -> None:
@@ -171,14 +171,14 @@ def test_what_the_model_does_not_know_is_compared() -> None:
     [joint] = root.xpath("//joint[jointname='lift']")
     etree.SubElement(joint, "extforce", name="brake").text = " 1.50 "
     root.find("bodytree").set("age", "3")  # type: ignore[union-attr]
-    before = read(etree.tostring(root), "before.mbs")
+    before = read_mbs(etree.tostring(root), "before.mbs")
     assert differences(before, before).changes == []
     joint.find("extforce").text = "15e-1"
     joint.append(etree.Comment("nothing"))
-    assert differences(before, read(etree.tostring(root), "m.mbs")).changes == []
+    assert differences(before, read_mbs(etree.tostring(root), "m.mbs")).changes == []
     joint.find("extforce").text = "2.5"
     del root.find("bodytree").attrib["age"]  # type: ignore[union-attr]
-    after = read(etree.tostring(root), "after.mbs")
+    after = read_mbs(etree.tostring(root), "after.mbs")
     assert found(differences(before, after)) == {
         ("changed", "joint", "lift", "extforce"), ("changed", "model", "machine", "bodytree/@age"),
     }  # fmt: skip
@@ -247,7 +247,7 @@ def test_changes_as_json_are_plain_and_the_same_every_time() -> None:
 
 
 def real_differences(before: str, after: str, **options: Any) -> Differences:
-    models = [read((SHARED / f"{name}.mbs").read_bytes(), name) for name in (before, after)]
+    models = [read_mbs((SHARED / f"{name}.mbs").read_bytes(), name) for name in (before, after)]
     return differences(*models, **options)
 
 

@@ -20,22 +20,22 @@ from urdf2mbs.mbs.model import (
     UserConstraint,
     UserModel,
 )
-from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.mbs.writer import write
 from urdf2mbs_edits.merge.merge import Merged, merge
 
 
 def merged(mine: Edit, theirs: Edit, prefer: Any = "urdf") -> tuple[Mbs, Merged]:
     """What becomes of an edited file if the URDF, or another file (prefer None), changes, too."""
-    sides = [read(write(everything()), "m.mbs") for _ in range(2)]
+    sides = [read_mbs(write(everything()), "m.mbs") for _ in range(2)]
     mine(sides[1])
     new = everything()
     theirs(new)
-    new = new if prefer else read(write(new), "m.mbs")
+    new = new if prefer else read_mbs(write(new), "m.mbs")
     edited = write(sides[1]).replace(b"<box>", b"<box><!-- mine -->")
-    result = merge(sides[0], read(edited, "m.mbs"), new, prefer)
+    result = merge(sides[0], read_mbs(edited, "m.mbs"), new, prefer)
     assert (result.data == edited) is (not result.plan.updated)
-    return read(result.data, "m.mbs"), result
+    return read_mbs(result.data, "m.mbs"), result
 
 
 def nothing(mbs: Mbs) -> None:
@@ -108,7 +108,7 @@ def rename(old: str, new: str) -> Edit:
 
     def edit(mbs: Mbs) -> None:
         text = write(mbs).decode().replace(f">{old}<", f">{new}<")
-        again = read(text.encode(), "m.mbs")
+        again = read_mbs(text.encode(), "m.mbs")
         for field in mbs.__struct_fields__:
             setattr(mbs, field, getattr(again, field) if field != "origin" else mbs.origin)
 
@@ -335,7 +335,7 @@ def test_what_comes_goes_and_moves(case: str, prefer: str) -> None:
     for edit in [then] if then else made:
         edit(expected)
     result, done = merged(mine, theirs, prefer)
-    assert result == read(write(expected), "m.mbs")
+    assert result == read_mbs(write(expected), "m.mbs")
     assert [conflict.wins for conflict in done.plan.conflicts] == ([winner] if winner else [])
     assert [orphan.why for orphan in done.plan.orphaned] == ([why] if why and not winner else [])
     lost = [c for c in done.plan.conflicts if c.wins == "urdf" and c.edit.change != "removed"]
@@ -369,10 +369,10 @@ def test_the_diagram_stays_as_people_have_it() -> None:
     edited.bodies[0].joints[3].position = (530.0, 60.0)
     twist = Joint("twist", "R3")
     new.bodies.append(Body("foot", "leg", None, [twist], drawing=Drawing()))
-    sides = [read(write(mbs), "m.mbs") for mbs in (base, edited)]
+    sides = [read_mbs(write(mbs), "m.mbs") for mbs in (base, edited)]
     drawn(new, 130.0)
     twist.position = (190.0, 280.0)
-    joints = read(merge(*sides, new).data, "m.mbs").joints()
+    joints = read_mbs(merge(*sides, new).data, "m.mbs").joints()
     assert joints["kick"].position == (30.0, 60.0)
     assert joints["still"].position == (530.0, 60.0)
     assert joints["twist"].position == (90.0, 80.0)

@@ -17,7 +17,7 @@ from mbs.models import everything, few
 from plugins.edits.edits import rename_part
 from urdf2mbs.mbs import writer
 from urdf2mbs.mbs.model import Body, Joint, Mbs, Parameter, Point, Sensor
-from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs_edits.diff.flat import flat, things
 from urdf2mbs_edits.merge.merge import merge
 
@@ -29,9 +29,9 @@ def write(mbs: Mbs) -> bytes:
     if mbs.origin is None:
         return writer.write(mbs)
     source = mbs.origin.source
-    base = writer.write(read(source, "base"))
-    new = read(writer.write(mbs), "new")
-    return merge(read(base, "base"), read(source, "ours"), new, None).data
+    base = writer.write(read_mbs(source, "base"))
+    new = read_mbs(writer.write(mbs), "new")
+    return merge(read_mbs(base, "base"), read_mbs(source, "ours"), new, None).data
 
 
 def canonical(element: etree._Element) -> object:
@@ -65,7 +65,7 @@ def texts(root: etree._Element, old: str, new: str, *tags: str) -> None:
 ])  # fmt: skip
 def test_a_real_file_stays_but_for_what_is_changed(file: Path) -> None:
     data = file.read_bytes()
-    mbs = read(data, file.name)
+    mbs = read_mbs(data, file.name)
     assert write(mbs) == data
 
     expected = etree.fromstring(data)
@@ -91,11 +91,11 @@ def test_a_real_file_stays_but_for_what_is_changed(file: Path) -> None:
     # line by line, too: only the lines that hold the changes differ
     changed = sum(a != b for a, b in zip(data.splitlines(), again.splitlines(), strict=True))
     assert changed <= 5 + data.count(f">{old}<".encode() if mbs.bodies else b"!")
-    assert read(again, file.name) == mbs
+    assert read_mbs(again, file.name) == mbs
 
 
 def test_a_force_that_goes_to_another_point_takes_its_arrows_along() -> None:
-    mbs = read(sample("emecdelam-Jpp.mbs"), "m.mbs")
+    mbs = read_mbs(sample("emecdelam-Jpp.mbs"), "m.mbs")
     body = next(b for b in mbs.bodies for p in b.points if p.extforce and p.name == "origin")
     point = next(point for point in body.points if point.name == "origin")
     target = Point("elsewhere", (1.0, 2.0, 3.0), (0.0, 0.0), extforce=point.extforce)
@@ -109,18 +109,18 @@ def test_a_force_that_goes_to_another_point_takes_its_arrows_along() -> None:
 
 def test_line_ends_and_the_first_line_are_those_of_the_file() -> None:
     data = b"\xef\xbb\xbf" + write(everything()).replace(b"\n", b"\r\n").rstrip()
-    mbs = read(data, "m.mbs")
+    mbs = read_mbs(data, "m.mbs")
     mbs.bodies[0].mass = 77.0
     again = write(mbs)
     assert again.startswith(b"\xef\xbb\xbf<?xml")
     assert again.count(b"\r\n") == again.count(b"\n") == data.count(b"\n")
     assert not again.endswith(b"\n")
     latin = write(everything()).replace(b"UTF-8", b"ISO-8859-1").replace(b"machine", b"m\xfcller")
-    mbs = read(latin, "m.mbs")
+    mbs = read_mbs(latin, "m.mbs")
     assert mbs.name == "müller"
     mbs.bodies[0].mass = 77.0
     assert b"m\xfcller" in write(mbs)
-    assert read(write(mbs), "m.mbs") == mbs
+    assert read_mbs(write(mbs), "m.mbs") == mbs
 
 
 # --- our own files, with anything in them ---
@@ -242,7 +242,7 @@ def test_what_stands_in_a_place_goes_with_it() -> None:
     place = root.find("bodytree/body/com")
     place.set("note", "why")
     etree.SubElement(place, "mine").text = "3"
-    mbs = read(etree.tostring(root), "m.mbs")
+    mbs = read_mbs(etree.tostring(root), "m.mbs")
     mbs.bodies[0].com = None
     assert b"<mine>" not in write(mbs)
 
@@ -252,7 +252,7 @@ def test_what_stands_in_a_place_goes_with_it() -> None:
 def test_whatever_else_stands_in_a_file_stays(
     data: bytes, edits: list[Callable[[Mbs, Any], None]]
 ) -> None:
-    mbs = read(data, "m.mbs")
+    mbs = read_mbs(data, "m.mbs")
     assert mbs == everything()
     assert write(mbs) == data
     expected = etree.fromstring(data)
@@ -260,8 +260,8 @@ def test_whatever_else_stands_in_a_file_stays(
         edit(mbs, expected)
     again = write(mbs)
     assert said(etree.fromstring(again)) == said(expected)
-    assert read(again, "m.mbs") == mbs
-    assert write(read(again, "m.mbs")) == again
+    assert read_mbs(again, "m.mbs") == mbs
+    assert write(read_mbs(again, "m.mbs")) == again
 
 
 def said(element: etree._Element) -> object:
@@ -275,7 +275,7 @@ def said(element: etree._Element) -> object:
 
 
 def test_text_behind_what_goes_stays() -> None:
-    mbs = read(OWN.replace(b"</link>", b"</link>stray", 1), "m.mbs")
+    mbs = read_mbs(OWN.replace(b"</link>", b"</link>stray", 1), "m.mbs")
     del mbs.links[0]
     assert (etree.fromstring(write(mbs)).findtext("links") or "").strip() == "stray"
 
@@ -285,7 +285,7 @@ def test_text_behind_what_goes_stays() -> None:
 
 def test_an_order_that_changes_moves_the_elements_with_all_that_is_in_them() -> None:
     data = OWN.replace(b"<parameter>", b"<parameter><!-- mine --><unit/>")
-    mbs = read(data, "m.mbs")
+    mbs = read_mbs(data, "m.mbs")
     mbs.user_models[0].parameters.reverse()
     root = etree.fromstring(write(mbs))
     parameters = root.findall("user_models/user_model/parameter")
@@ -295,22 +295,22 @@ def test_an_order_that_changes_moves_the_elements_with_all_that_is_in_them() -> 
 
 def test_a_joint_that_moves_to_another_body_keeps_what_it_has() -> None:
     data = OWN.replace(b"<jointname>tilt</jointname>", b"<jointname>tilt</jointname><brake/>")
-    mbs = read(data, "m.mbs")
+    mbs = read_mbs(data, "m.mbs")
     mbs.bodies[1].joints.append(mbs.bodies[0].joints.pop(2))
     root = etree.fromstring(write(mbs))
     first, second = root.findall("bodytree/body")[:2]
     assert [j.findtext("jointname") for j in first.findall("joint")] == ["lift", "turn", "still"]
     assert [j.findtext("jointname") for j in second.findall("joint")] == ["swing", "tilt"]
     assert second.findall("joint")[1].find("brake") is not None
-    assert read(write(mbs), "m.mbs") == mbs
+    assert read_mbs(write(mbs), "m.mbs") == mbs
 
 
 def test_what_is_new_stands_in_its_place_indented_as_the_rest() -> None:
-    mbs = read(write(Mbs("m", bodies=[Body("a", joints=[Joint("j", "R1")])])), "m.mbs")
+    mbs = read_mbs(write(Mbs("m", bodies=[Body("a", joints=[Joint("j", "R1")])])), "m.mbs")
     mbs.bodies[0].mass = 1.0
     mbs.bodies[0].points.append(Point("p", sensor=Sensor("s")))
     mbs.bodies.append(Body("b", "a", "p", [Joint("k", "T1")]))
-    mbs.user_models = read(OWN, "own.mbs").user_models  # of another file: new here
+    mbs.user_models = read_mbs(OWN, "own.mbs").user_models  # of another file: new here
     fresh = deepcopy(mbs)
     fresh.origin = None
     assert write(mbs) == write(fresh)
@@ -318,18 +318,18 @@ def test_what_is_new_stands_in_its_place_indented_as_the_rest() -> None:
 
 def test_a_copy_of_an_object_is_a_new_one() -> None:
     data = OWN.replace(b"<bodyname>leg</bodyname>", b"<bodyname>leg</bodyname><mine/>", 1)
-    mbs = read(data, "m.mbs")
+    mbs = read_mbs(data, "m.mbs")
     copy = deepcopy(mbs.bodies[2])
     copy.name, copy.joints[0].name = "other_leg", "other_kick"
     mbs.bodies.append(copy)
     again = write(mbs)
     assert again.count(b"<mine/>") == 1
-    assert read(again, "m.mbs") == mbs
+    assert read_mbs(again, "m.mbs") == mbs
 
 
 def test_a_model_that_was_read_may_go_to_another_process() -> None:
     data = OWN.replace(b"<base>", b"<base><!-- mine -->")
-    mbs = pickle.loads(pickle.dumps(read(data, "m.mbs")))
+    mbs = pickle.loads(pickle.dumps(read_mbs(data, "m.mbs")))
     assert write(mbs) == data
     mbs.bodies[0].mass = 5.0
     assert b"<!-- mine -->" in write(mbs)
@@ -339,7 +339,7 @@ def test_a_parameter_of_a_type_that_the_model_does_not_know() -> None:
     lines = b"<type>structure</type>", b"<structure>Main</structure>", b"<header>r.h</header>"
     structure = b"\n        ".join(lines)
     data = OWN.replace(b"<type>state</type>", structure)
-    mbs = read(data, "m.mbs")
+    mbs = read_mbs(data, "m.mbs")
     assert mbs.user_models[0].parameters[2] == Parameter("empty", "structure")
     mbs.user_models[0].parameters[2].name = "main"
     assert write(mbs) == data.replace(b"<name>empty</name>", b"<name>main</name>")
@@ -385,7 +385,7 @@ def moved(mbs: Mbs, root: Any) -> None:
     "edit", [*EDITS, first_and_last, more, moved], ids=lambda edit: edit.__name__
 )
 def test_our_own_file_is_changed_to_what_would_be_written_anew(edit: Any) -> None:
-    mbs = read(OWN, "m.mbs")
+    mbs = read_mbs(OWN, "m.mbs")
     edit(mbs, etree.fromstring(OWN))
     fresh = deepcopy(mbs)
     fresh.origin = None
@@ -397,23 +397,23 @@ def test_a_comment_stays_between_its_neighbours() -> None:
     tags = ("body", "joint", "point", "sensor", "box", "cone", "rod", "link", "parameter")
     for number, element in enumerate([*root.iter(*tags)]):
         element.addnext(etree.Comment(f" {number} "))
-    mbs = read(etree.tostring(root), "m.mbs")
+    mbs = read_mbs(etree.tostring(root), "m.mbs")
     for edit in (mass, measures, joint_name):
         edit(mbs, root)
     assert canonical(etree.fromstring(write(mbs))) == canonical(root)
 
 
 def test_an_element_that_stands_there_empty_is_filled() -> None:
-    mbs = read(re.sub(rb"(?s)<x2D>(?:(?!<x2D>).)*?angle.*?</x2D>", b"<x2D/>", OWN), "m.mbs")
+    mbs = read_mbs(re.sub(rb"(?s)<x2D>(?:(?!<x2D>).)*?angle.*?</x2D>", b"<x2D/>", OWN), "m.mbs")
     mbs.bodies[2].drawing = everything().bodies[2].drawing
     again = write(mbs)
-    assert read(again, "m.mbs") == mbs
+    assert read_mbs(again, "m.mbs") == mbs
     assert again.count(b"<x2D") == OWN.count(b"<x2D")
 
 
 def test_a_value_that_a_file_leaves_out_comes_when_it_changes() -> None:
     data = re.sub(rb"\n *<frame>.*</frame>", b"", OWN)
-    mbs = read(data, "m.mbs")
+    mbs = read_mbs(data, "m.mbs")
     assert mbs.view is not None
     mbs.view.joint = 7.0
     joint = rb"(<shapeScaleFactors>\n *)<joint>.*</joint>"
@@ -423,7 +423,7 @@ def test_a_value_that_a_file_leaves_out_comes_when_it_changes() -> None:
     assert [child.tag for child in again.find("x3D/shapeScaleFactors")] == [
         "frame", "joint", "com", "point",
     ]  # fmt: skip
-    assert read(write(mbs), "m.mbs") == mbs
+    assert read_mbs(write(mbs), "m.mbs") == mbs
 
 
 def test_what_the_model_does_not_know() -> None:
@@ -439,8 +439,8 @@ def test_what_the_model_does_not_know() -> None:
     ):
         assert data.count(old)
         data = data.replace(old, new, 1)
-    mbs = read(data, "m.mbs")
-    found, usual = (flat(model, things(model)) for model in (mbs, read(OWN, "m.mbs")))
+    mbs = read_mbs(data, "m.mbs")
+    found, usual = (flat(model, things(model)) for model in (mbs, read_mbs(OWN, "m.mbs")))
     texts = {}
     for thing, values, before in zip(
         found.things.values(), found.values.values(), usual.values.values(), strict=True

@@ -11,7 +11,7 @@ from conftest import SHARED
 from mbs.models import everything, few, models
 from plugins.edits.edits import edited
 from urdf2mbs.mbs import model as m
-from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.mbs.writer import write
 from urdf2mbs_edits.diff.changes import differences
 from urdf2mbs_edits.diff.flat import things
@@ -21,11 +21,11 @@ SAMPLES = sorted((SHARED / "mbs-samples").glob("*.mbs"))
 
 
 def three(base: bytes, ours: bytes, theirs: bytes) -> Merged:
-    return merge(read(base, "base"), read(ours, "ours"), read(theirs, "theirs"), None)
+    return merge(read_mbs(base, "base"), read_mbs(ours, "ours"), read_mbs(theirs, "theirs"), None)
 
 
 def differ(one: bytes, two: bytes) -> list[Any]:
-    return differences(read(one, "one"), read(two, "two")).changes
+    return differences(read_mbs(one, "one"), read_mbs(two, "two")).changes
 
 
 def said(done: Merged) -> list[Any]:
@@ -43,10 +43,10 @@ def check_one_side_alone(base: bytes, other: bytes) -> None:
 
 def check_both(base: bytes, ours: bytes, theirs: bytes) -> None:
     """What a side added is there, and it is all one who is called ours, where nothing is said."""
-    names = [{(t.kind, t.name) for t in things(read(d, "m"))} for d in (base, ours, theirs)]
+    names = [{(t.kind, t.name) for t in things(read_mbs(d, "m"))} for d in (base, ours, theirs)]
     results = three(base, ours, theirs), three(base, theirs, ours)
     for done in results:
-        there = {(thing.kind, thing.name) for thing in things(read(done.data, "m"))}
+        there = {(thing.kind, thing.name) for thing in things(read_mbs(done.data, "m"))}
         for _, name in (names[1] | names[2]) - names[0] - there:
             fragments = (done.orphans or b"").decode()
             assert f">{name}<" in fragments or f'"{name}"' in fragments, done.plan.words()

@@ -15,7 +15,7 @@ from plugins.edits import edits as made
 from plugins.edits.edits import CHANGES, as_saved, no_leaf, renamed_joint
 from urdf2mbs import convert
 from urdf2mbs.mbs.model import Mbs
-from urdf2mbs.mbs.reader import read, read_again
+from urdf2mbs.mbs.reader import read_mbs, read_mbs_again
 from urdf2mbs.mbs.writer import write
 from urdf2mbs_edits.diff.changes import compare, differences
 from urdf2mbs_edits.diff.flat import is_place, things
@@ -56,7 +56,7 @@ def changed(text: bytes, changes: list[Any], random: Random) -> bytes:
 
 
 def model(data: bytes) -> Mbs:
-    mbs = read(data, "m.mbs")
+    mbs = read_mbs(data, "m.mbs")
     for thing in things(mbs):
         if hasattr(thing.part, "origin"):
             thing.part.origin = None
@@ -96,7 +96,7 @@ def check_physics(new: Mbs, merged: Mbs) -> None:
 
 def own_text(data: bytes) -> dict[tuple[str, str, str], set[str]]:
     """What each object of a file says itself, without the objects in it."""
-    mbs, elements = read_again(data)
+    mbs, elements = read_mbs_again(data)
     texts: dict[tuple[str, str, str], set[str]] = {}
     for thing in things(mbs):
         origin = getattr(thing.part, "origin", None)
@@ -146,18 +146,18 @@ def test_each_edit_is_kept_or_named_and_the_plan_is_the_deed(
     random = Random(seed)
     texts = [urdf(robot), changed(urdf(robot), changes, random)]
     data = [fresh(text, preset, folder) for text in (texts[::-1] if backwards else texts)]
-    edited = read(data[0], "edited.mbs")
+    edited = read_mbs(data[0], "edited.mbs")
     for edit in edits:
         edit(edited, random)
     saved = as_saved(write(edited)).replace(b"<bodytree>", b"<bodytree><!-- mine -->")
-    edited = read(saved, "edited.mbs")
-    base, new = read(data[0], "base.mbs"), model(data[1])
+    edited = read_mbs(saved, "edited.mbs")
+    base, new = read_mbs(data[0], "base.mbs"), model(data[1])
     merged = merge(base, edited, new)
-    again = read(merged.data, "merged.mbs")
+    again = read_mbs(merged.data, "merged.mbs")
     assert b"<!-- mine -->" in merged.data
     if data[0] == data[1] and renamed_joint not in edits:  # whose parameters follow it
         assert merged.data == saved
-    check_all_kept_or_named(base, read(saved, "edited.mbs"), merged, model(data[1]))
+    check_all_kept_or_named(base, read_mbs(saved, "edited.mbs"), merged, model(data[1]))
     check_plan_is_deed(saved, merged)
     if not set(edits) & set(MECHANICS):
         check_physics(model(data[1]), again)
@@ -167,5 +167,5 @@ def test_each_edit_is_kept_or_named_and_the_plan_is_the_deed(
     # nor one whose base was not replaced any more, because the process was killed before
     if no_leaf in edits:
         return  # a twin of what was removed may look like it
-    third = merge(read(data[0], "base.mbs"), read(merged.data, "m.mbs"), model(data[1]))
+    third = merge(read_mbs(data[0], "base.mbs"), read_mbs(merged.data, "m.mbs"), model(data[1]))
     assert third.data == merged.data, third.plan.words()

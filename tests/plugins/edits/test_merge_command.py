@@ -11,7 +11,7 @@ import pytest
 from conftest import SHARED
 from plugins.edits.edits import body_on_a_new_point, mass, no_leaf, renamed_body
 from urdf2mbs.cli import main
-from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.mbs.writer import write
 from urdf2mbs_edits.diff.changes import differences
 from urdf2mbs_edits.diff.flat import things
@@ -23,7 +23,7 @@ needs_samples = pytest.mark.skipif(not SAMPLES.is_dir(), reason="the samples are
 
 def changes(before: Path | bytes, after: Path | bytes, *, physics: bool = False) -> list[str]:
     data = [file if isinstance(file, bytes) else file.read_bytes() for file in (before, after)]
-    models = [read(file, "m") for file in data]
+    models = [read_mbs(file, "m") for file in data]
     found = differences(models[0], models[1], physics=physics).changes
     return [f"{change.change} {change.kind} {change.name} {change.field}" for change in found]
 
@@ -35,13 +35,13 @@ def changes(before: Path | bytes, after: Path | bytes, *, physics: bool = False)
 def test_what_mbsyspad_saved_follows_the_urdf(name: str, year: str, change: Any) -> None:
     """A changed mass, a new, a renamed and a removed link: nothing is taken for an edit."""
     written = (SAMPLES / f"saved/{name}.written.mbs").read_bytes()
-    new = read(written, "new")
+    new = read_mbs(written, "new")
     for thing in things(new):
         if hasattr(thing.part, "origin"):
             thing.part.origin = None
     change(new, Random(name + year))
-    saved = read((SAMPLES / f"saved/{name}.saved-{year}.mbs").read_bytes(), "saved")
-    merged = merge(read(written, "base"), saved, new)
+    saved = read_mbs((SAMPLES / f"saved/{name}.saved-{year}.mbs").read_bytes(), "saved")
+    merged = merge(read_mbs(written, "base"), saved, new)
     assert merged.plan.updated
     assert merged.plan.kept == merged.plan.conflicts == merged.plan.orphaned == []
     assert changes(write(new), merged.data, physics=True) == []
@@ -72,11 +72,11 @@ def test_the_merge_on_which_students_lost_a_shape(tmp_path: Path) -> None:
 @pytest.mark.parametrize("pair", ["emecdelam-Jpp", "emecdelam-suspension"])
 def test_the_next_version_of_students_on_a_base_that_changed(pair: str) -> None:
     before, after = ((SAMPLES / f"{pair}.{side}.mbs").read_bytes() for side in ("before", "after"))
-    new = read(before, "new")
+    new = read_mbs(before, "new")
     base = write(new)
     new.bodies[0].mass = 123.5
     new.origin = None
-    merged = merge(read(base, "base"), read(after, "edited"), new)
+    merged = merge(read_mbs(base, "base"), read_mbs(after, "edited"), new)
     assert changes(after, merged.data) == [f"changed body {new.bodies[0].name} mass"]
 
 

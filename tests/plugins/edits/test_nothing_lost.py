@@ -14,7 +14,7 @@ from plugins.edits.test_each_edit import merged, new_body_takes_a_joint, nothing
 from plugins.edits.test_kept import canonical
 from plugins.edits.test_laws import SAMPLES, check_one_side_alone, three
 from urdf2mbs.mbs.model import Body, Connection, Drawing, Joint, Light, Mbs, Point, Sensor
-from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.mbs.writer import write
 from urdf2mbs_edits.diff.changes import differences
 from urdf2mbs_edits.merge.merge import Merged
@@ -60,7 +60,7 @@ def test_sensors_that_change_places_are_all_there(
     sensors(*names)(expected)
     for mine, theirs in ((sensors(*names), nothing), (nothing, sensors(*names))):
         result, done = merged(mine, theirs, prefer)
-        assert result == read(write(expected), "m.mbs")
+        assert result == read_mbs(write(expected), "m.mbs")
         check_says_nothing(done)
 
 
@@ -165,7 +165,7 @@ def test_a_body_on_a_new_point_of_a_body_that_was_there(body: int, prefer: Any) 
     for mine, theirs in ((on_new_point(body), nothing), (nothing, on_new_point(body))):
         result, done = merged(mine, theirs, prefer)
         assert {b.name: b for b in result.bodies} == {
-            b.name: b for b in read(write(expected), "m.mbs").bodies
+            b.name: b for b in read_mbs(write(expected), "m.mbs").bodies
         }
         check_says_nothing(done)
 
@@ -215,7 +215,7 @@ def test_what_one_side_changed_is_no_conflict(case: str) -> None:
     for ours, theirs in ((base, changed), (changed, base), (changed, changed)):
         done = three(base, ours, theirs)
         check_says_nothing(done)
-        assert not differences(read(done.data, "m"), read(changed, "m")).changes
+        assert not differences(read_mbs(done.data, "m"), read_mbs(changed, "m")).changes
         if ours == changed:
             assert done.data == ours
 
@@ -241,7 +241,7 @@ def test_what_nobody_knows_goes_along_if_ours_did_not_change_it(old: str, new: s
         for ours, theirs in ((one, two), (two, one)):
             done = three(one.encode(), ours.encode(), theirs.encode())
             check_says_nothing(done)
-            assert not differences(read(done.data, "m"), read(two.encode(), "m")).changes
+            assert not differences(read_mbs(done.data, "m"), read_mbs(two.encode(), "m")).changes
             assert canonical(etree.fromstring(done.data)) == canonical(etree.XML(two.encode()))
     # ours changes something beside it
     mine = other.replace("<type>T3</type>", "<type>T1</type>", 1)

@@ -17,7 +17,7 @@ from plugins.equations.test_loops import few, trees, written
 from robots import CONVERTIBLE
 from urdf2mbs import Robot, load_equations
 from urdf2mbs.mbs.model import BASE, Mbs
-from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.reader import read_mbs
 
 CONFIGS = Path(__file__).resolve().parents[3] / "configs"
 TOLERANCE = 1e-10
@@ -41,7 +41,7 @@ def minimal(tmp_path: Path) -> Path:
 
 def loaded(path: Path, data: bytes, language: str) -> tuple[Mbs, Robot]:
     path.write_bytes(data)
-    return read(data, path.name, mechanics_only=True), load_equations(path, language=language)
+    return read_mbs(data, path.name, mechanics_only=True), load_equations(path, language=language)
 
 
 def pinocchios_regressor(truth: Truth, s: Data) -> Any:

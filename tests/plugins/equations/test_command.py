@@ -10,7 +10,7 @@ import pytest
 
 from urdf2mbs.cli import main
 from urdf2mbs.mbs.model import Connection
-from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.mbs.writer import write
 from urdf2mbs.testing import TINY, convert_text
 from urdf2mbs_equations.c import CWriter
@@ -167,7 +167,7 @@ int main(void)
 
 def test_the_model_for_c_alone_is_the_runtimes(model: Path, tmp_path: Path) -> None:
     gcc = shutil.which("gcc") or pytest.skip("no C compiler")
-    mbs = read(model.read_bytes(), "")
+    mbs = read_mbs(model.read_bytes(), "")
     one, *_, last = mbs.bodies
     mbs.joints()["shoulder"].q, last.com, last.inertia = 0.3, (1.0, 2.0, 3.0), (9.0, 1, 2, 8, 3, 7)
     mbs.bodies[1].com = mbs.bodies[1].inertia = None
@@ -194,7 +194,7 @@ def test_the_model_for_c_alone_is_the_runtimes(model: Path, tmp_path: Path) -> N
 
 def test_what_is_not_generated_stops_the_run() -> None:
     """In C: accelred says so by what it returns, the others stop the run."""
-    writer = CWriter(read(convert_text(TINY).data, ""))
+    writer = CWriter(read_mbs(convert_text(TINY).data, ""))
     refused = {name: writer.function(name, Refused("no")) for name in ("accelred", "dirdyna")}
     assert "int mbs_accelred(" in refused["accelred"]
     assert refused["accelred"].endswith("    return MBS_INFO_FAILURE;\n}\n")

@@ -12,7 +12,7 @@ from oracle.pin import TOLERANCE, Truth
 from robots import CONVERTIBLE, RealRobot
 from urdf2mbs import convert
 from urdf2mbs.mbs.model import Connection, Mbs, Sensor
-from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.testing import TINY, convert_text
 from urdf2mbs_equations.files import generate
 from urdf2mbs_equations.python import PythonWriter
@@ -25,7 +25,7 @@ def model(path: Path) -> tuple[Mbs, bytes]:
     if not path.is_file():
         pytest.skip(f"{path.name} is in ../shared, which is not here")
     data = path.read_bytes()
-    return read(data, path.name, mechanics_only=True), data
+    return read_mbs(data, path.name, mechanics_only=True), data
 
 
 def real(name: str) -> tuple[Mbs, bytes]:
@@ -33,7 +33,7 @@ def real(name: str) -> tuple[Mbs, bytes]:
     for param in CONVERTIBLE:
         if param.values[0].name == name:
             data = param.values[0].convert(pipeline="compact").data
-            return read(data, "robot.mbs", mechanics_only=True), data
+            return read_mbs(data, "robot.mbs", mechanics_only=True), data
     pytest.skip("the real robots are not here")
 
 
@@ -83,14 +83,14 @@ WORK = {
 def test_the_operations_of_a_biped(language: str) -> None:
     """They are counted exactly: a change that costs some shows here, and one that saves some."""
     data = convert(CONFIGS / "biped.urdf.xacro", pipeline="compact").data
-    counts = generate(read(data, ""), data, "biped.mbs", language=language).counts.items()
+    counts = generate(read_mbs(data, ""), data, "biped.mbs", language=language).counts.items()
     work = {name: (count.operations, count.paired) for name, count in counts if count.operations}
     assert work == WORK[language]
 
 
 def test_what_is_asked_of_a_model() -> None:
     """Only what a model has is called, or has memory."""
-    mbs = read(convert_text(TINY).data, "")
+    mbs = read_mbs(convert_text(TINY).data, "")
     for body in mbs.bodies:
         for joint in body.joints:
             joint.nature = "independent"
@@ -126,7 +126,7 @@ EVERY = [
 @pytest.mark.parametrize(("source", "preset"), EVERY)
 def test_real_robots(source: RealRobot, preset: str, tmp_path: Path) -> None:
     data = source.convert(pipeline=preset).data
-    mbs = read(data, "robot.mbs", mechanics_only=True)
+    mbs = read_mbs(data, "robot.mbs", mechanics_only=True)
     if not mbs.numbers():
         pytest.skip("nothing moves")
     made = generate(mbs, data, "robot.mbs")
@@ -152,7 +152,7 @@ def test_c_in_pieces() -> None:
 
 def test_same_input_same_bytes() -> None:
     mbs, data = model(SHARED / "mbs-samples" / "minimal.mbs")
-    again = read(data, "minimal.mbs", mechanics_only=True)
+    again = read_mbs(data, "minimal.mbs", mechanics_only=True)
     assert generate(mbs, data, "a").files == generate(again, data, "a").files
 
 

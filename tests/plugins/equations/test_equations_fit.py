@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from mbs.models import everything
-from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.mbs.writer import write
 from urdf2mbs.testing import TINY, convert_text
 from urdf2mbs_equations import equations_fit
@@ -24,7 +24,7 @@ def model() -> bytes:
 
 def code(model: bytes, **options: Any) -> tuple[str, bytes]:
     """The code of all equations without what stands above it, and the head of a file."""
-    made = generate(read(model, "m.mbs"), model, "m.mbs", **options)
+    made = generate(read_mbs(model, "m.mbs"), model, "m.mbs", **options)
     texts = [re.sub(rb"(?m)^#.*\n", b"", text) for text in made.files.values()]
     return b"".join(texts).decode(), next(iter(made.files.values()))
 
@@ -44,7 +44,7 @@ def test_the_file_may_have_any_encoding_and_unknown_elements(model: bytes) -> No
         text.replace("UTF-8", "GBK").encode("gbk"),
         text.replace("<inertia>", "<inertia><unit>kg m2</unit><x>t</x>").encode(),
     ):  # fmt: skip
-        read(data, "m.mbs")
+        read_mbs(data, "m.mbs")
         assert fingerprint(data, "tree") == plain, data[:60]
 
 

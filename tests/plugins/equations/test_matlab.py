@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from conftest import SHARED
 from oracle.generated import TABLES, Data, PythonEquations, error, random_state
 from urdf2mbs.mbs.model import Body, Connection, Joint, Mbs, Point, Sensor
-from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.testing import convert_text
 from urdf2mbs_equations.constraints import count_equations
 from urdf2mbs_equations.files import generate
@@ -88,14 +88,14 @@ def model_with_all() -> Mbs:
 
 def biped() -> Mbs:
     text = (CONFIGS / "biped.urdf.xacro").read_text()
-    return read(convert_text(text).data, "biped", mechanics_only=True)
+    return read_mbs(convert_text(text).data, "biped", mechanics_only=True)
 
 
 def sample(name: str) -> Mbs:
     file = SHARED / "mbs-samples" / name
     if not file.is_file():
         pytest.skip(f"no sample beside the project: {file}")
-    return read(file.read_bytes(), name, mechanics_only=True)
+    return read_mbs(file.read_bytes(), name, mechanics_only=True)
 
 
 def in_python(eq: PythonEquations, s: Told) -> dict[str, list[Any]]:

@@ -17,7 +17,7 @@ from plugins.project.passes.test_loops import BALL, FOUR_BAR, at, link
 from urdf2mbs.cli import main
 from urdf2mbs.mbs.model import Body, Connection, Joint, Mbs, Point
 from urdf2mbs.mbs.model import Sensor as Measures
-from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.mbs.writer import write
 from urdf2mbs.testing import convert_text
 from urdf2mbs_equations.constraints import constant_gaps
@@ -39,7 +39,7 @@ def test_the_numbers_of_robotrans_own_equations(reference: Path, tmp_path: Path)
     spec.loader.exec_module(check)
     name = reference.name.removesuffix(".reference.json")
     model = SAMPLES / f"{name}.mbs"
-    mbs = read(model.read_bytes(), name, mechanics_only=True)
+    mbs = read_mbs(model.read_bytes(), name, mechanics_only=True)
     for file, text in generate(mbs, b"<mbsDescR7/>", name).files.items():
         (tmp_path / file).write_bytes(text)
     wanted, data = json.loads(reference.read_text()), check.Data(str(model))
@@ -54,7 +54,7 @@ def test_the_numbers_of_robotrans_own_equations(reference: Path, tmp_path: Path)
 
 def closed(text: str, cuts: dict[str, Any]) -> Mbs:
     result = convert_text(text, base="fixed", passes={"loops": {"cuts": cuts}})
-    return read(result.data, "four_bar", mechanics_only=True)
+    return read_mbs(result.data, "four_bar", mechanics_only=True)
 
 
 def residual(eq: PythonEquations, s: Data, count: int) -> float:

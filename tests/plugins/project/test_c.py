@@ -15,7 +15,7 @@ from plugins.project.passes.test_mimic import CHAIN
 from plugins.project.standin import make, without_meshes
 from urdf2mbs.cli import main
 from urdf2mbs.engine.output import write
-from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.reader import read_mbs
 
 ROOT = Path(__file__).resolve().parents[3]
 HEADERS = ROOT / "plugins" / "urdf2mbs_simulate" / "mbsysc"
@@ -230,7 +230,7 @@ def test_user_models_are_found_by_their_names(tmp_path: Path) -> None:
         str(project / "userfctR" / "user_model.c"), "-o", str(program),
     ]  # fmt: skip
     subprocess.run(command, check=True)
-    mbs = read((project / "dataR" / "robot.mbs").read_bytes(), "robot.mbs")
+    mbs = read_mbs((project / "dataR" / "robot.mbs").read_bytes(), "robot.mbs")
     models = {model.name: [p.name for p in model.parameters] for model in mbs.user_models}
 
     def load(models: dict[str, list[str]]) -> tuple[str, str]:

@@ -31,7 +31,7 @@ def test_mass_matrix_and_velocities_are_those_of_pinocchio(mbs: Mbs) -> None:
         at = point_at(mass.placement, mbs, body.name, "p")
         found = np.vstack([mass.point(body.name, at), mass.turn(body.name)])
         np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-12)
-        moving = mass.moves[:, mass.placement.last[body.name]].nonzero()[0]
+        moving = mass.moves[:, mass.placement.last_joints[body.name]].nonzero()[0]
         assert way(mass.placement, body.name) == sorted(moving, reverse=True)
     assert way(mass.placement, None) == []
     assert not mass.point(None, (1.0, 2.0, 3.0)).any()

@@ -13,7 +13,7 @@ from urdf2mbs.config.model import load
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.disk.files import model_of
 from urdf2mbs.engine.pipeline import Pipeline
-from urdf2mbs.mbs.kinematics import place
+from urdf2mbs.mbs.kinematics import compute_placement
 from urdf2mbs_project.commands.init import init
 from urdf2mbs_project.simulation import Simulation
 from urdf2mbs_project.stance import _is_foot
@@ -64,7 +64,7 @@ def started(text: str, folder: Path) -> Conversion:
 def test_hips_bend_until_the_feet_are_under_them(here: Path) -> None:
     conversion = started(DOG, here)
     assert "contacts-balance" not in [said.code for said in conversion.diagnostics]
-    placement, parts = place(conversion.mbs), conversion.parts()
+    placement, parts = compute_placement(conversion.mbs), conversion.parts()
     joints = {joint.joint.name: joint for joint in placement.joints}
     for end, sign in (("FL", -1), ("FR", -1), ("HL", 1), ("HR", 1)):
         segment, pose = parts[f"{end}_foot"]
@@ -86,7 +86,7 @@ def test_an_ankle_keeps_the_sole_level(here: Path) -> None:
     ]
     conversion = started(robot(TRUNK, *legs), here)
     assert {body for body, _ in conversion.state(Simulation).stance} == {"l_ankle", "r_ankle"}
-    placement = place(conversion.mbs)
+    placement = compute_placement(conversion.mbs)
     assert placement.bodies["l_ankle"].rot == pytest.approx((1, 0, 0, 0, 1, 0, 0, 0, 1), abs=2e-3)
     thigh = next(one for one in placement.joints if one.joint.name == "r_thigh_joint")
     assert placement.bodies["r_ankle"].xyz[0] == pytest.approx(thigh.origin[0], abs=2e-3)

@@ -9,7 +9,7 @@ from lxml import etree
 
 from urdf2mbs.cli import main
 from urdf2mbs.mbs.model import Body, Connection, Drawing, Joint, Mbs, Point, Sensor
-from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs_report.draw import draw
 
@@ -74,7 +74,7 @@ def assert_complete(mbs: Mbs, picture: Picture) -> None:
     assert set(picture.boxes()) == {"", *(body.name for body in mbs.bodies)}
     frames = {None: mbs.base.position, **{b.name: b.joints[-1].position for b in mbs.bodies}}
     points = {
-        (name, p.name): p.position or frames[name] for name, owner in mbs.owners()
+        (name, p.name): p.position or frames[name] for name, owner in mbs.base_and_bodies()
         for p in owner.points
     }  # fmt: skip
     expected = {(name or "", point): pytest.approx(at) for (name, point), at in points.items()}
@@ -96,7 +96,7 @@ def assert_complete(mbs: Mbs, picture: Picture) -> None:
 
 def test_boxes_of_a_real_file_stand_where_mbsyspad_draws_them(shared: Path) -> None:
     file = shared / "mbs-samples" / "minimal.mbs"
-    boxes = Picture(draw(read(file.read_bytes(), str(file)))).boxes()
+    boxes = Picture(draw(read_mbs(file.read_bytes(), str(file)))).boxes()
     # read off minimal.png, MBSysPad's own picture of this file
     assert boxes == {
         "": (90, 20, 210, 60),
@@ -217,7 +217,7 @@ def test_all_samples_are_drawn_completely(shared: Path) -> None:
     files = sorted((shared / "mbs-samples").glob("*.mbs"))
     assert len(files) > 20
     for file in files:
-        mbs = read(file.read_bytes(), str(file))
+        mbs = read_mbs(file.read_bytes(), str(file))
         picture = Picture(draw(mbs))
         placed = [c for c in (*mbs.cuts, *mbs.links) if not c.is_draft]
         assert len(picture.groups("connection")) == len(placed), file.name

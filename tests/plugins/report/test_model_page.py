@@ -115,10 +115,10 @@ def test_the_meshes_of_a_bare_urdf_are_drawn(
 
 
 def test_all_samples_have_a_page(shared: Path) -> None:
-    from urdf2mbs.mbs.reader import read
+    from urdf2mbs.mbs.reader import read_mbs
 
     for file in sorted((shared / "mbs-samples").glob("*.mbs")):
-        model = read(file.read_bytes(), str(file))
+        model = read_mbs(file.read_bytes(), str(file))
         bodies = Html(make_of_model(model, file).data).island["mbs"]["bodies"]
         assert len(bodies) == len(model.bodies), file.name
 

@@ -13,7 +13,7 @@ from plugins.meshes.samples import write
 from plugins.report.shown import data, shown
 from proving import SOLID, joint, link, robot
 from urdf2mbs import convert
-from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.urdf.packages import Packages
 from urdf2mbs_meshes import reader as meshes
 from urdf2mbs_meshes import vrml_reader
@@ -60,7 +60,7 @@ def test_wrl_and_source_are_the_same_triangles(shared: Path, tmp_path: Path, nam
     """Stored once, because both sides give the very same arrays."""
     conversion = shown(name, tmp_path)
     store = Store()
-    model = read(data(conversion), "m.mbs")
+    model = read_mbs(data(conversion), "m.mbs")
     mbs_side(model, store, lookup(conversion.files, tmp_path))
     half = len(store.meshes)
     packed = store.packed()

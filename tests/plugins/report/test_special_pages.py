@@ -17,8 +17,8 @@ from plugins.report.shown import EVIL, HOSTILE, SHOWN, data, edit, run
 from proving import SOLID, joint, link, robot
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.output import write_files
-from urdf2mbs.mbs.kinematics import place
-from urdf2mbs.mbs.reader import read as read_mbs
+from urdf2mbs.mbs.kinematics import compute_placement
+from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.testing import TINY
 from urdf2mbs_report.page import make_of_model
 
@@ -390,7 +390,7 @@ def test_a_simulated_project_plays(browser: Browser, tmp_path: Path) -> None:
         page.locator("#scrub").evaluate(
             "(s, t) => { s.value = t; s.dispatchEvent(new Event('input')); }", row[0]
         )
-        poses = place(model, dict(zip(joints, row[1:], strict=True))).bodies
+        poses = compute_placement(model, dict(zip(joints, row[1:], strict=True))).bodies
         for body in model.bodies:
             seen = np.array(page.evaluate("(name) => urdf2mbs.seen('mbs', name)", body.name))
             wanted = poses[body.name]

@@ -20,7 +20,7 @@ from plugins.simulate.test_partition import FREE, arm, four_bar, made
 from urdf2mbs import ConversionError, modes, simulate
 from urdf2mbs.cli import main
 from urdf2mbs.mbs.model import BASE, Parameter, UserModel
-from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.mbs.writer import write
 from urdf2mbs_simulate.compiler import compiler
 from urdf2mbs_simulate.dirdyn import closed_code
@@ -140,7 +140,7 @@ def test_a_double_mode_does_not_swing(tmp_path: Path) -> None:
 def test_a_parameter_is_found_for_a_joint_that_stays(tmp_path: Path) -> None:
     """The force of a motor that holds a pendulum level; and no pose is found without it."""
     file = made(tmp_path, arm("bob", BASE, ("R2", 0.0, FREE)))
-    mbs = read(file.read_bytes(), str(file))
+    mbs = read_mbs(file.read_bytes(), str(file))
     mbs.user_models = [UserModel.of("motor", {"torque": 0.0})]
     file.write_bytes(write(mbs))
     user = file.parent.parent / "userfctR"
@@ -323,7 +323,7 @@ def test_zero_modes_are_named_apart(tmp_path: Path) -> None:
     """One slide goes on for ever, oil stops another, and a state keeps what it has."""
     slides = arm("bob", BASE, ("T1", 0.0, FREE), ("T2", 0.0, FREE), ("R2", math.atan2(X, -Z), FREE))
     file = made(tmp_path, slides)
-    mbs = read(file.read_bytes(), str(file))
+    mbs = read_mbs(file.read_bytes(), str(file))
     mbs.user_models = [UserModel("memory", [Parameter("at", "state", ("0.0", "0.0"))])]
     file.write_bytes(write(mbs))
     user = file.parent.parent / "userfctR"

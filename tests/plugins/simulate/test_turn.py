@@ -10,7 +10,7 @@ import pytest
 
 from plugins.project.standin import make
 from urdf2mbs.mbs.model import Connection
-from urdf2mbs.mbs.reader import read_file
+from urdf2mbs.mbs.reader import read_mbs_file
 from urdf2mbs.mbs.writer import write
 from urdf2mbs_simulate.c_code import TURNED, can_turn
 from urdf2mbs_simulate.runtime import MbsData, MbsDirdyn
@@ -200,7 +200,7 @@ def with_lid(tmp_path: Path, written: str, end: str | None) -> Path:
     text = BOX.replace("</robot>", f"{lid}{hinge}</robot>")
     project = make(tmp_path, text, base="floating", language=written, gravity=[0, 0, 0])
     file = project / "dataR" / "robot.mbs"
-    mbs = read_file(file)
+    mbs = read_mbs_file(file)
     mbs.links += [Connection(kind, kind, (end, None), ("lid", None)) for kind in ("link", "link3D")]
     file.write_bytes(write(mbs))
     return project

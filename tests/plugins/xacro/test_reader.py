@@ -48,7 +48,7 @@ def test_what_xacro_says_stands_before_what_the_reader_says(tmp_path: Path) -> N
     assert [one.code for one in told] == ["xacro-warning", "geometry-unknown", "robot-unnamed"]
     with pytest.raises(ConversionError) as caught:
         read(tmp_path, f"<robot {XMLNS}><xacro:if value='0'/>{said}<link/><link/></robot>")
-    codes = [one.code for one in caught.value.said]
+    codes = [one.code for one in caught.value.earlier]
     assert codes == ["xacro-warning", "geometry-unknown", "name-missing"]
 
 

@@ -12,7 +12,7 @@ from plugins.edits import edits
 from urdf2mbs.cli import main
 from urdf2mbs.disk.record import is_ours
 from urdf2mbs.mbs.model import Point
-from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.mbs.writer import write
 from urdf2mbs_edits.merge.base import is_base
 
@@ -43,7 +43,7 @@ def robot(old: str, new: str) -> None:
 def edit(file: str, *made: Any) -> None:
     """Edit and save a file as people do it in MBSysPad."""
     path = Path(file)
-    mbs = read(path.read_bytes(), file)
+    mbs = read_mbs(path.read_bytes(), file)
     for change in made:
         change(mbs, Random(1))
     path.write_bytes(edits.as_saved(write(mbs)))
@@ -58,7 +58,7 @@ def test_the_base_is_beside_the_output_and_says_of_which_robot(here: Path) -> No
     base = (here / "one.mbs.base").read_bytes()
     assert is_base(base)
     assert b"made of robot 'one' in one.urdf, sha256 " in base
-    assert read(base, "base") == read((here / "one.mbs").read_bytes(), "one")
+    assert read_mbs(base, "base") == read_mbs((here / "one.mbs").read_bytes(), "one")
 
 
 def test_an_edited_file_is_merged(here: Path, capsys: Any) -> None:
@@ -121,7 +121,7 @@ def test_what_cannot_stand_is_kept_beside(here: Path, capsys: Any) -> None:
     for point in ("mine", "later"):  # those of the next time stand beside the first
         Path("one.urdf").write_text(ROBOT)
         assert convert("-q") == 0
-        mbs = read((here / "one.mbs").read_bytes(), "one")
+        mbs = read_mbs((here / "one.mbs").read_bytes(), "one")
         mbs.bodies[-1].points.append(Point(point, (0.5, 0.0, 0.0)))
         (here / "one.mbs").write_bytes(write(mbs))
         Path("one.urdf").write_text(shorter)

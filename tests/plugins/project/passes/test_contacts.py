@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from proving import SOLID, codes, joint, link, models, robot
 from urdf2mbs import Result, convert
-from urdf2mbs.mbs.kinematics import place
+from urdf2mbs.mbs.kinematics import compute_placement
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.spatial import Vec, dot
 from urdf2mbs.testing import TINY, convert_text
@@ -59,7 +59,9 @@ def test_a_robot_that_floats_by_its_own_joint_is_raised_once() -> None:
         result = convert_text(robot, pipeline=pipeline, passes=options)
         assert result.conversion.checked.proof.same
         (body,) = result.mbs.bodies
-        assert place(result.mbs).bodies[body.name].xyz[2] == pytest.approx(0.5, abs=1e-12)
+        assert compute_placement(result.mbs).bodies[body.name].xyz[2] == pytest.approx(
+            0.5, abs=1e-12
+        )
 
 
 @pytest.mark.parametrize("gravity", [(0.0, 0.0, -9.81), (0.0, 0.0, 9.81), (0.0, -9.81, 0.0)])
@@ -202,7 +204,7 @@ def test_a_robot_stands_on_what_is_round() -> None:
         result = convert_text(text.format(shape), base="floating", passes=passes)
         (found,) = result.report.passes["contacts"]
         assert found["point"].coordinates == (0.0, 0.0, 0.0)
-        assert place(result.mbs).bodies["wheel"].xyz[2] == pytest.approx(height)
+        assert compute_placement(result.mbs).bodies["wheel"].xyz[2] == pytest.approx(height)
     for ground, said in ((-0.3, []), (-0.4, ["0.1 m lower"]), (0.0, ["0.3 m higher"])):
         passes = {"contacts": {"roll": ["wheel"], "ground": ground}}
         result = convert_text(text.format(ball), base="floating", passes=passes)

@@ -3,7 +3,7 @@
 import pytest
 
 from proving import models
-from urdf2mbs.mbs.kinematics import place
+from urdf2mbs.mbs.kinematics import compute_placement
 from urdf2mbs.testing import TINY, convert_text
 from urdf2mbs_project.places import point_at
 
@@ -32,7 +32,7 @@ def test_wrenches_and_springs_have_points_names_and_numbers() -> None:
     }  # fmt: skip
     assert numbers["link_stiffness"] == {"band": 100, "arm_spring": 7}
     assert numbers["link_damping"] == {"band": 5, "arm_spring": 0}
-    placement = place(mbs)
+    placement = compute_placement(mbs)
     one, two = (
         point_at(placement, mbs, *end) for end in (mbs.links[0].endpoint1, mbs.links[0].endpoint2)
     )

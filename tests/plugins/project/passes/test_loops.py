@@ -12,8 +12,8 @@ from plugins.project.passes.test_mimic import joint, link
 from proving import codes
 from urdf2mbs.config.model import load
 from urdf2mbs.engine.pipeline import Pipeline
-from urdf2mbs.mbs.kinematics import place
-from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.kinematics import compute_placement
+from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.spatial import Pose, from_rpy
 from urdf2mbs.testing import convert_text
@@ -65,10 +65,10 @@ def test_a_ball_makes_two_joints_of_a_four_bar_dependent(passes: dict[str, Any],
     wanted = [name for name in ("crank", "elbow", "rocker") if name != free]
     assert [name for name, nature in found.items() if nature == "dependent"] == wanted
     assert found[free] == "independent"
-    mbs = read(result.data, "four_bar.mbs")
+    mbs = read_mbs(result.data, "four_bar.mbs")
     (cut,) = mbs.cuts
     assert cut.kind == "ball"
-    placement = place(mbs)
+    placement = compute_placement(mbs)
     for end in (cut.endpoint1, cut.endpoint2):
         assert point_at(placement, mbs, *end) == pytest.approx((1, 0, 1))
     assert "loop-open" not in codes(result)
@@ -148,7 +148,7 @@ def test_a_rod_keeps_the_distance_of_the_start() -> None:
         "rod": {"kind": "rod", "ends": [{"link": "coupler"}, {"link": "right", "at": [0, 0, 1]}]}
     }
     result = convert_text(FOUR_BAR, base="fixed", passes={"loops": {"cuts": rod}})
-    (cut,) = read(result.data, "x").cuts
+    (cut,) = read_mbs(result.data, "x").cuts
     assert cut.kind == "rod"
     assert cut.length == pytest.approx(1.0)
     assert "loop-open" not in codes(result)
@@ -187,13 +187,13 @@ def test_the_rows_of_a_cut_are_its_derivatives(kind: str, tmp_path: Path) -> Non
     def state() -> tuple[Any, ...]:
         for coupling in conversion.state(Simulation).couplings:
             coupling.follow()
-        placement = place(mbs)
+        placement = compute_placement(mbs)
         one, two = (np.array(point_at(placement, mbs, *end)) for end in ends)
         turned = [np.array(placement.bodies[body].rot).reshape(3, 3) for body, _ in ends]
         return two - one, *turned
 
     gap, *turned = state()
-    placement = place(mbs)
+    placement = compute_placement(mbs)
     found = _jacobian(conversion, Mass(mbs))
     assert len(found) == {"rod": 1, "ball": 3, "solid": 6}[kind]
     wanted = np.zeros_like(found)

@@ -17,7 +17,7 @@ from plugins.project.standin import RungeKutta, make, without_meshes
 from proving import SOLID, models
 from urdf2mbs import Result
 from urdf2mbs.mbs.model import Connection
-from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.testing import convert_text
 from urdf2mbs_project.mass import Mass
 from urdf2mbs_project.passes.time_step import _describe_duration, _round_down
@@ -243,7 +243,7 @@ def test_a_closed_loop_stays_closed(kind: str) -> None:
         joint("a", "c", "floating", xyz="0.1 0.2 0"), joint("b", "d", axis="1 0 0", xyz="0 0 0.2"),
     )  # fmt: skip
     data = convert_text(text, pipeline="faithful").data
-    mbs, evaluator = read(data, ""), Evaluator(data)
+    mbs, evaluator = read_mbs(data, ""), Evaluator(data)
     cut = Connection(kind, "tie", ("c", None), ("d", None), 0.3)
     mbs.cuts.append(cut)
     for name, one in mbs.joints().items():
