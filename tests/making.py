@@ -14,7 +14,7 @@ from urdf2mbs.messages.diagnostics import Diagnostic
 from urdf2mbs.plugin import Pass, hookimpl
 from urdf2mbs.urdf.model import Robot
 from urdf2mbs.urdf.packages import Packages
-from urdf2mbs.urdf.reader import read_file, read_text
+from urdf2mbs.urdf.reader import read_robot_file, read_text
 
 __all__ = ["hookimpl", "make", "passes_of", "read_robot", "write_plugin"]
 
@@ -23,7 +23,7 @@ def read_robot(
     source: Path, packages: Packages, xacro_args: Mapping[str, str]
 ) -> tuple[Robot, list[Diagnostic]]:
     """Read a robot; a file with xacro in it is expanded first."""
-    hook, data = Plugins(installed=False).hook, read_file(source)
+    hook, data = Plugins(installed=False).hook, read_robot_file(source)
     expansion = hook.urdf2mbs_read(
         source=source, data=data, packages=packages, args=xacro_args, trust=False
     )

@@ -24,7 +24,7 @@ from urdf2mbs.proof.verdict import Difference, Proof
 from urdf2mbs.ranges import LARGEST_TOLERANCE
 from urdf2mbs.states import OnPurpose
 from urdf2mbs.summary import Report, report
-from urdf2mbs.urdf.changes import describe
+from urdf2mbs.urdf.changes import describe_changes
 from urdf2mbs.urdf.model import Robot
 from urdf2mbs.urdf.reader import is_name
 
@@ -259,7 +259,7 @@ def verify_config(
     verdict = _verdict_of(proof, conversion, mbs, expected, frames)
     verdict.model = os.fspath(place)
     verdict.changed = [
-        f"what {change.by} changed: {describe(change.changes)}" for change in declared
+        f"what {change.by} changed: {describe_changes(change.changes)}" for change in declared
     ]
     return _count_frames(verdict, frames)
 
@@ -374,7 +374,7 @@ def _verify_robot(
         drawn=mbs,
     )
     for change in conversion.checked.changed:
-        changed = f"what {change.by} changed: {describe(change.changes)}"
+        changed = f"what {change.by} changed: {describe_changes(change.changes)}"
         proof.but_for[changed] = "on purpose, as the certificate says"
     if other is not None:
         _compare_followers(robot, other, found, proof)

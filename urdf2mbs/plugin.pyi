@@ -200,16 +200,16 @@ from urdf2mbs.urdf.model import Sensor as UrdfSensor
 from urdf2mbs.urdf.model import Sphere as Sphere
 from urdf2mbs.urdf.model import Visual as Visual
 from urdf2mbs.urdf.packages import Packages as Packages
-from urdf2mbs.urdf.packages import absolute as absolute_path
+from urdf2mbs.urdf.packages import absolute_path as absolute_path
 from urdf2mbs.urdf.packages import walk as walk
 from urdf2mbs.urdf.packages import workspace as workspace
 from urdf2mbs.urdf.reader import Expansion as Expansion
 from urdf2mbs.urdf.reader import Located as Located
 from urdf2mbs.urdf.reader import is_name as is_name
-from urdf2mbs.urdf.reader import read_file as read_robot_file
+from urdf2mbs.urdf.reader import read_robot_file as read_robot_file
 from urdf2mbs.urdf.reader import read_text as read_text
 from urdf2mbs.urdf.reader import stem as stem
-from urdf2mbs.urdf.renaming import rename as rename_elements
+from urdf2mbs.urdf.renaming import rename_elements as rename_elements
 from urdf2mbs.urdf.values import Reading as Reading
 
 VERSION: int

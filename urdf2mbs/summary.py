@@ -13,7 +13,7 @@ from urdf2mbs.messages.diagnostics import Diagnostic, counted
 from urdf2mbs.proof.verdict import NOT_CHECKED, Proof
 from urdf2mbs.spatial import Vec
 from urdf2mbs.states import Placed
-from urdf2mbs.urdf.changes import RobotChange, describe
+from urdf2mbs.urdf.changes import RobotChange, describe_changes
 
 
 class Joints(msgspec.Struct):
@@ -90,7 +90,9 @@ def verdict(conversion: Conversion) -> str:
     proof = conversion.checked.proof
     if proof is None:
         return NOT_CHECKED
-    changes = [f"what {c.by} changed: {describe(c.changes)}" for c in conversion.checked.changed]
+    changes = [
+        f"what {c.by} changed: {describe_changes(c.changes)}" for c in conversion.checked.changed
+    ]
     return proof.in_words(changes)
 
 

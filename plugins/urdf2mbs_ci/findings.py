@@ -62,7 +62,9 @@ class Findings:
         line = found.line if found.file == file else None
         file = near(Path(file))
         for kind, name in (("joint", found.joint), ("link", found.link)):
-            place = written.place(kind, name, self.files) if name and line is None else None
+            place = (
+                written.find_declaration(kind, name, self.files) if name and line is None else None
+            )
             if place is not None:
                 file, line = near(Path(place[0])), place[1]
         return msgspec.structs.replace(found, file=file, line=line)

@@ -144,7 +144,7 @@ class MeshFiles:
         for number, (folder, _, names) in enumerate(
             walk(self.packages.root, self.packages.source.parents)
         ):
-            if number == packages.MOST_FOLDERS:
+            if number == packages.MAX_FOLDERS:
                 return {}
             for name in names:
                 found.setdefault(name, []).append(folder / name)
@@ -180,7 +180,7 @@ class MeshFiles:
                 return self.packages.find(name) / rest
             except ConversionError:
                 # a mesh is data: it may lie beyond the workspace
-                folder = None if name in self.packages.table else self.packages.find_beyond(name)
+                folder = None if name in self.packages.table else self.packages.find_outside(name)
                 if folder is None:
                     raise
                 return folder / rest

@@ -324,7 +324,7 @@ class Run:
             return
         source = Path(os.path.realpath(self.file))
         roots = [self.packages.root, workspace(source)]
-        for folder in self.packages.found().values():
+        for folder in self.packages.list_found().values():
             # of a workspace with links, the files are where its package.xml leads
             described = Path(os.path.realpath(folder / "package.xml"))
             roots += [folder, described.parent if described.name == "package.xml" else folder]

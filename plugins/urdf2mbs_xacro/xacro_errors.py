@@ -40,7 +40,7 @@ def locate(texts: Iterable[str], names: Sequence[str]) -> tuple[str, int] | None
     have no lines."""
     for wanted in texts:
         for file in names:
-            lines = written.text(file).splitlines()
+            lines = written.read_text(file).splitlines()
             found = [number for number, line in enumerate(lines, 1) if wanted in line]
             if len(found) == 1:
                 return file, found[0]
@@ -54,9 +54,9 @@ def undefined_argument(name: str, known: Sequence[str], files: Sequence[str]) ->
 
     What a file declares by ``<xacro:arg>`` has a default, but only from there on.
     """
-    texts = [_COMMENT.sub("", written.text(file)) for file in files]
+    texts = [_COMMENT.sub("", written.read_text(file)) for file in files]
     tags = [tag for text in texts for tag in _DECLARED.findall(text)]
-    declared = [found[1] for found in map(written.NAME.search, tags) if found]
+    declared = [found[1] for found in map(written.NAME_ATTRIBUTE.search, tags) if found]
     used = [used for text in texts for used in _USED.findall(text)]
     lacking = dict.fromkeys([name, *(n for n in used if n not in (*known, *declared))])
     options = " ".join(f"--arg {n}:=VALUE" for n in lacking)
@@ -88,7 +88,7 @@ def _fault(
         found = locate(signs, places)
         if not found and macros and macros[0][1]:
             name = macros[0][0].body.getAttribute("name")
-            found = written.place("xacro:macro", name, [absolute(macros[0][1])])
+            found = written.find_declaration("xacro:macro", name, [absolute(macros[0][1])])
         file, line = found or (file, None)
     stack: list[str] = []
     for macro, where in macros:
@@ -201,7 +201,7 @@ def _legacy(files: list[str]) -> ConversionError | None:
     for file in files:
         root: Any = None
         with suppress(etree.XMLSyntaxError, ValueError):
-            root = etree.fromstring(written.text(file).encode(), safe_parser(recover=True))
+            root = etree.fromstring(written.read_text(file).encode(), safe_parser(recover=True))
         child = None if root is None else next(root.iterchildren(*LEGACY), None)
         if child is not None:
             text = f"<{child.tag}> without the prefix xacro: is not read by xacro any more"

@@ -6,8 +6,8 @@ import pytest
 
 from urdf2mbs.api import convert
 from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic
-from urdf2mbs.urdf.messages import MOST_ERRORS
-from urdf2mbs.urdf.reader import parse
+from urdf2mbs.urdf.messages import MAX_ERRORS
+from urdf2mbs.urdf.reader import parse_urdf
 
 GOOD = """<?xml version="1.0"?>
 <robot name="r">
@@ -120,7 +120,7 @@ for places, wrong in ((NUMBERS, NO_NUMBER), (VECTORS, NO_VECTOR)):
 def said(data: bytes) -> list[Diagnostic]:
     """All that is said of a file, and the error at the end."""
     try:
-        return parse(data, "r.urdf")[1]
+        return parse_urdf(data, "r.urdf")[1]
     except ConversionError as error:
         return [*error.earlier, error.diagnostic()]
 
@@ -156,7 +156,7 @@ def test_errors_are_told_together_in_their_order() -> None:
         (GOOD.replace("</robot>", more), [(13, "link-unknown"), (13, "two-parents")]),
         (
             GOOD.replace("</robot>", "".join(map(many.format, range(1000))) + "</robot>"),
-            [(13 + n, "number-invalid") for n in range(MOST_ERRORS)],
+            [(13 + n, "number-invalid") for n in range(MAX_ERRORS)],
         ),
     ):
         assert [(one.line, one.code) for one in said(text.encode())] == wanted

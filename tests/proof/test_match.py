@@ -15,7 +15,7 @@ from urdf2mbs.proof.match import match
 from urdf2mbs.proof.mbs_side import mbs_side
 from urdf2mbs.proof.rigid import AXES, compose, shift, spin
 from urdf2mbs.testing import TINY, convert_text
-from urdf2mbs.urdf.reader import parse
+from urdf2mbs.urdf.reader import parse_urdf
 
 
 def test_a_frame_ends_where_the_next_fixed_joint_begins() -> None:
@@ -139,7 +139,7 @@ def test_a_framed_joint_may_be_called_as_another_body() -> None:
     for name, child in (("a", "b"), ("turn", "c")):
         text += f'<joint name="{name}" type="continuous"><parent link="a"/><child link="{child}"/>'
         text += '<origin xyz="1 0 0"/><axis xyz="0 0 1"/></joint>'
-    robot, _ = parse(f"{text}</robot>".encode(), "r.urdf")
+    robot, _ = parse_urdf(f"{text}</robot>".encode(), "r.urdf")
     inertia = (1.0, 0.0, 0.0, 1.0, 0.0, 1.0)
     mbs = Mbs("r")
     mbs.bodies = [

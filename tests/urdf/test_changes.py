@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from proving import BOX, SOLID, joint, link, robot
-from urdf2mbs.urdf.changes import Change, between, describe, encode
+from urdf2mbs.urdf.changes import Change, describe_changes, encode, find_changes
 from urdf2mbs.urdf.model import (
     Collision,
     Dynamics,
@@ -17,7 +17,7 @@ from urdf2mbs.urdf.model import (
     Robot,
     Sphere,
 )
-from urdf2mbs.urdf.reader import parse
+from urdf2mbs.urdf.reader import parse_urdf
 
 TEXT = robot(
     link("a", SOLID, BOX), link("b", SOLID), link("c"), joint("a", "b", name="one"),
@@ -26,7 +26,7 @@ TEXT = robot(
 
 
 def made() -> Robot:
-    return parse(TEXT.encode(), "r.urdf")[0]
+    return parse_urdf(TEXT.encode(), "r.urdf")[0]
 
 
 def renamed(robot: Robot, **names: str) -> None:
@@ -89,18 +89,18 @@ CASES: list[tuple[Any, str]] = [
 def test_changes_in_words(change: Any, said: str) -> None:
     before, after = made(), made()
     change(after)
-    assert describe(between(encode(before), encode(after))) == said
+    assert describe_changes(find_changes(encode(before), encode(after))) == said
 
 
 def test_each_change_has_its_values() -> None:
     before, after = made(), made()
     with_values(after)
-    found = between(encode(before), encode(after))
+    found = find_changes(encode(before), encode(after))
     assert found[:2] == [Change("name", "", "r", "s"), Change("mass", "a", 2.0, 3.0)]
     assert Change("mass", "c", None, 2.0) in found
     assert Change("axis", "one", (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)) in found
     renamed(after := made(), b="y")
-    assert between(encode(before), encode(after)) == [Change("link-renamed", "b", "b", "y")]
+    assert find_changes(encode(before), encode(after)) == [Change("link-renamed", "b", "b", "y")]
 
 
 def test_what_no_urdf_can_hold_is_refused() -> None:

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from conftest import reproducible
 from urdf2mbs.messages.diagnostics import ConversionError
-from urdf2mbs.urdf.reader import parse
+from urdf2mbs.urdf.reader import parse_urdf
 
 ROBOT = b"""<?xml version="1.0"?>
 <robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">
@@ -44,7 +44,7 @@ few = settings(reproducible, max_examples=150)
 def check(data: bytes) -> None:
     for files in ((), ("r.xacro",)):
         try:
-            robot, diagnostics = parse(data, "r.urdf", expanded=files)
+            robot, diagnostics = parse_urdf(data, "r.urdf", expanded=files)
         except ConversionError as error:
             code, text = error.code, str(error)
             assert re.fullmatch("[a-z-]+", code)
@@ -68,7 +68,7 @@ def test_cut_anywhere(length: int) -> None:
         check(ROBOT[:length])
         return
     with pytest.raises(ConversionError) as caught:
-        parse(ROBOT[:length], "r.urdf")
+        parse_urdf(ROBOT[:length], "r.urdf")
     assert caught.value.code in ("xml-truncated", "file-empty", "not-xml")
 
 

@@ -11,7 +11,7 @@ from conftest import reproducible
 from presets import PRESETS
 from urdf2mbs.spatial import Sym
 from urdf2mbs.testing import assert_same_robot, convert_text
-from urdf2mbs.urdf.inertia import fault, moments, principal
+from urdf2mbs.urdf.inertia import find_fault, moments, principal
 
 numbers = st.floats(-10, 10, allow_subnormal=False)
 tensors = st.tuples(*[numbers] * 6)
@@ -43,7 +43,7 @@ def test_principal_moments(tensor: Sym) -> None:
 def test_a_fault_is_a_negative_second_moment(tensor: Sym) -> None:
     least = np.linalg.eigvalsh(second_moment(tensor)).min()
     if abs(least) > 0.01 * max(map(abs, tensor)):
-        assert (fault(tensor, 0.0) is None) == (least > 0.0)
+        assert (find_fault(tensor, 0.0) is None) == (least > 0.0)
 
 
 def robot(mass: str, moments: str) -> str:

@@ -5,7 +5,7 @@ import pytest
 from proving import SOLID, link, robot
 from urdf2mbs.testing import convert_text
 from urdf2mbs.urdf.mimic import find_locked_joints
-from urdf2mbs.urdf.reader import parse
+from urdf2mbs.urdf.reader import parse_urdf
 
 
 def joint(name: str, child: str, limits: str, mimic: str = "", kind: str = "revolute") -> str:
@@ -27,7 +27,7 @@ def model(*joints: tuple[str, ...]) -> str:
 
 
 def found(*joints: tuple[str, ...]) -> list[str]:
-    parsed, _ = parse(model(*joints).encode(), "r.urdf")
+    parsed, _ = parse_urdf(model(*joints).encode(), "r.urdf")
     return [locked.describe(parsed) for locked in find_locked_joints(parsed)]
 
 

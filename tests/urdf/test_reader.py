@@ -30,7 +30,7 @@ from urdf2mbs.urdf.model import (
     Visual,
 )
 from urdf2mbs.urdf.packages import Packages
-from urdf2mbs.urdf.reader import parse
+from urdf2mbs.urdf.reader import parse_urdf
 from urdf2mbs.urdf.xml import mend
 
 UNIT = '<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>'
@@ -653,7 +653,7 @@ def test_harmless_slips_of_xml(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
         assert (one.code, one.line, list(robot.links)) == ("xml-mended", line, ["ä"])
         assert (len(mend(text)[0]) == len(text)) == (text[1:] != latin), "all stays at its place"
     for more in (0, 1):  # libxml2 reads comments of so many letters
-        assert len(parse(f"<!--{'x' * (10**7 + more)}-->{link}".encode(), "r")[1]) == more
+        assert len(parse_urdf(f"<!--{'x' * (10**7 + more)}-->{link}".encode(), "r")[1]) == more
     monkeypatch.setattr("urdf2mbs.urdf.xml._LONG", 3)
     _, said = read(tmp_path, f'<!--\n\nlong-->\n<?xml version="1.0"?>{link}')
     assert [(one.line, "10,000,000" in one.message) for one in said] == [(4, False), (1, True)]
@@ -818,7 +818,7 @@ def test_a_loop_and_roots_among_a_thousand_links() -> None:
     for joints, code in (([*chain, "l999>l0"], "loop"), (chain[::2], "several-roots")):
         inside = "".join(fixed.format(*joint.split(">")) for joint in joints)
         with pytest.raises(ConversionError) as caught:
-            parse(f'<robot name="r">{links}{inside}</robot>'.encode(), "r")
+            parse_urdf(f'<robot name="r">{links}{inside}</robot>'.encode(), "r")
         assert caught.value.code == code
         assert len(caught.value.message) < 500
 

@@ -8,7 +8,7 @@ from presets import PRESETS
 from proving import SOLID, joint, link, robot
 from urdf2mbs import convert
 from urdf2mbs.messages.diagnostics import ConversionError
-from urdf2mbs.urdf.reader import parse
+from urdf2mbs.urdf.reader import parse_urdf
 
 #: A ball joint with damping on a turned origin, and one behind it; three joints of two names.
 BALLS = robot(
@@ -25,15 +25,15 @@ def test_new_names_are_free() -> None:
     """Of a ball joint beside a joint of such a name; of three joints of one name, and of two that
     lead to one link, which no name can mend."""
     text = BALLS.replace('name="turn"', 'name="hip_R1"', 1).replace("knee", "turn")
-    names = list(parse(text.encode(), "r.urdf")[0].joints)
+    names = list(parse_urdf(text.encode(), "r.urdf")[0].joints)
     assert names == [
         "hip_R1_2", "hip_R2", "hip_R3", "turn_R1", "turn_R2", "turn_R3", "hip_R1", "turn_2",
     ]  # fmt: skip
     alike = [joint(a, b, name="j") for a, b in ("ab", "bc", "cd")]
     text = robot(*map(link, "abcd"), *alike, joint("d", "e", name="j_2"), link("e"))
-    assert list(parse(text.encode(), "r.urdf")[0].joints) == ["j", "j_3", "j_4", "j_2"]
+    assert list(parse_urdf(text.encode(), "r.urdf")[0].joints) == ["j", "j_3", "j_4", "j_2"]
     with pytest.raises(ConversionError) as caught:
-        parse(robot(*map(link, "abc"), alike[0], *[alike[1]] * 2).encode(), "r.urdf")
+        parse_urdf(robot(*map(link, "abc"), alike[0], *[alike[1]] * 2).encode(), "r.urdf")
     assert caught.value.code == "name-doubled"
 
 

@@ -6,7 +6,7 @@ import pytest
 
 from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic
 from urdf2mbs.urdf.model import Robot
-from urdf2mbs.urdf.reader import parse
+from urdf2mbs.urdf.reader import parse_urdf
 
 SOLID = (
     '<inertial><origin xyz="0 0 0.1"/><mass value="1"/>'
@@ -32,7 +32,7 @@ def read(
         f'<robot name="r"{attributes}><link name="base"/><link name="arm">{link}</link>'
         f"{TURN.format(kind=kind, axis=axis, more=joint)}{robot}</robot>"
     )
-    return parse(text.encode(), "r.urdf")
+    return parse_urdf(text.encode(), "r.urdf")
 
 
 def read_warning(**parts: str) -> Diagnostic:
@@ -325,7 +325,7 @@ DRAKE = (
 def test_joints_with_the_prefix_of_drake_are_joints(kind: str, types: dict[str, str]) -> None:
     declared = ' xmlns:drake="http://drake.mit.edu"'
     for text in (DRAKE, DRAKE.replace(declared, ""), DRAKE.replace("http:", "https:")):
-        robot, _ = parse(text.format(kind).encode(), "r.urdf")
+        robot, _ = parse_urdf(text.format(kind).encode(), "r.urdf")
         assert {joint.name: joint.type for joint in robot.joints.values()} == types
         first = next(iter(robot.joints.values()))
         assert (first.parent, first.origin.xyz) == ("base", (0.0, 0.0, 1.0))
@@ -335,7 +335,7 @@ def test_joints_with_the_prefix_of_drake_are_joints(kind: str, types: dict[str, 
 @pytest.mark.parametrize("prefix", ["http://drake.mit.edu", "urn:other"])
 def test_other_joints_with_a_prefix_are_errors(kind: str, prefix: str) -> None:
     with pytest.raises(ConversionError) as caught:
-        parse(DRAKE.replace("http://drake.mit.edu", prefix).format(kind).encode(), "r.urdf")
+        parse_urdf(DRAKE.replace("http://drake.mit.edu", prefix).format(kind).encode(), "r.urdf")
     errors = [*caught.value.earlier, caught.value.diagnostic()]
     (error,) = [one for one in errors if one.code == "joint-type-unknown"]
     assert f"<drake:joint> 'turn' of the type '{kind}' joins" in error.message

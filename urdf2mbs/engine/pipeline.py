@@ -32,7 +32,7 @@ from urdf2mbs.engine.tracebacks import FAILURES, in_words, line_in
 from urdf2mbs.hookspecs import Pass
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, nearest
 from urdf2mbs.proof.verdict import NOT_CHECKED
-from urdf2mbs.urdf.changes import RobotChange, between, encode
+from urdf2mbs.urdf.changes import RobotChange, encode, find_changes
 from urdf2mbs.urdf.reader import is_name
 
 #: Ends an .mbs file that nobody compared with its URDF.
@@ -356,7 +356,7 @@ def _note_change(
         ) from error
     changes = [
         change
-        for change in between(before, after)
+        for change in find_changes(before, after)
         if not (change.kind in ("link-added", "joint-added") and change.name in base)
     ]
     if changes:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.hookspecs import Pass
 from urdf2mbs.messages.diagnostics import ConfigError
-from urdf2mbs.urdf.reader import read_file, read_text
+from urdf2mbs.urdf.reader import read_robot_file, read_text
 
 
 class Expand(Pass):
@@ -20,7 +20,7 @@ class Expand(Pass):
         args = settings.config.xacro_args
         if not given.data:
             trust = settings.config.trust_xacro
-            given.data = read_file(settings.source)
+            given.data = read_robot_file(settings.source)
             given.expansion = conversion.hook.urdf2mbs_read(
                 source=settings.source, data=given.data, packages=conversion.packages,
                 args=args, trust=trust,

@@ -35,7 +35,8 @@ class RobotChange(msgspec.Struct):
     changes: list[Change]
 
     def __str__(self) -> str:
-        return f"{self.by} (plugin '{self.plugin}') changed of the robot: {describe(self.changes)}"
+        changes = describe_changes(self.changes)
+        return f"{self.by} (plugin '{self.plugin}') changed of the robot: {changes}"
 
 
 def encode(data: Any) -> bytes:
@@ -52,14 +53,14 @@ def encode(data: Any) -> bytes:
     return msgspec.msgpack.encode(data, enc_hook=plain)
 
 
-def between(before: bytes, after: bytes) -> list[Change]:
+def find_changes(before: bytes, after: bytes) -> list[Change]:
     """The changes between two robots that ``encode`` gave, in the order of the file."""
     if before == after:
         return []
     return list(_changes(*(msgspec.msgpack.decode(robot, type=Robot) for robot in (before, after))))
 
 
-def describe(changes: list[Change]) -> str:
+def describe_changes(changes: list[Change]) -> str:
     """Changes in words: "21 masses, 1 joint origin"."""
     said = []
     for kind, count in Counter(change.kind for change in changes).items():

@@ -34,7 +34,7 @@ class Fault(msgspec.Struct, frozen=True):
     """Principal moments, ascending (kg m^2)."""
 
 
-def fault(tensor: Sym, mass: float) -> Fault | None:
+def find_fault(tensor: Sym, mass: float) -> Fault | None:
     """The fault of an inertia (kg m^2, about the centre of mass); None if a body can have it."""
     if _is_surely_positive(second_moment(tensor)):
         return None  # nearly every body, and no eigenvalue is needed

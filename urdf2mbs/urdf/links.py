@@ -111,7 +111,7 @@ def read_inertia(reading: Reading, element: Any) -> Sym:
 
 def check_inertia(reading: Reading, tensor: Sym, mass: float, element: Any) -> None:
     """Warn of an inertia that no body has."""
-    fault = inertia.fault(tensor, mass)
+    fault = inertia.find_fault(tensor, mass)
     if fault is None:
         return
     why = "one principal moment exceeds the sum of the others"

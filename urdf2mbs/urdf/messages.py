@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 #: A message about more links or joints than these says how many more there are.
 _NAMES_SHOWN = 4
 #: So many errors of one file are told together.
-MOST_ERRORS = 20
+MAX_ERRORS = 20
 
 
 class _Group(msgspec.Struct):
@@ -56,7 +56,7 @@ class Messages:
                 f"it is line {line} of the text that xacro made: 'urdf2mbs convert --dump DIR' "
                 "writes it, as DIR/expanded.urdf"
             )
-            place = written.place(*self.owner, self.expanded)
+            place = written.find_declaration(*self.owner, self.expanded)
             at = f"{self.where} is in {place[0]}:{place[1]}" if place else None
             hint = "; ".join(filter(None, [hint, at, made]))
         raise ConversionError(code, message, file=self.file, line=line, hint=hint)
@@ -66,8 +66,8 @@ class Messages:
         if self.last is not None:
             self.errors.append(self.last.diagnostic())
         self.last = error
-        if len(self.errors) + 1 == MOST_ERRORS:
-            more = f"these are the first {MOST_ERRORS} errors: there may be more"
+        if len(self.errors) + 1 == MAX_ERRORS:
+            more = f"these are the first {MAX_ERRORS} errors: there may be more"
             error.hint = f"{error.hint}; {more}" if error.hint else more
             raise error
 

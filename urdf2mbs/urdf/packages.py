@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 _NAME = rb"<name(?:\s[^<>]*)?>([^<>]*)</name>"
 _COMMENT = rb"(?s)<!--.*?(?:-->|\Z)"
 #: No more folders of a workspace are searched for packages, and a larger one not for meshes.
-MOST_FOLDERS = 10_000
+MAX_FOLDERS = 10_000
 #: The root of a git checkout, or of a workspace of colcon or catkin, has one of these.  The last
 #: three are there once it was built.
 _ROOTS = (
@@ -32,7 +32,7 @@ _ENVIRONMENT = ("ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH")
 _NO_CRAWL = ("CATKIN_IGNORE", "AMENT_IGNORE", "COLCON_IGNORE", "rospack_nosubdirs")
 
 
-def absolute(path: str | Path) -> str:
+def absolute_path(path: str | Path) -> str:
     """The absolute path, with its links: for a user, a file is in the folder of its link."""
     return os.path.normpath(Path(path).absolute())
 
@@ -99,7 +99,7 @@ class Packages:
 
     def __init__(self, table: Mapping[str, Path], source: Path) -> None:
         self.table = dict(table)
-        self.source = Path(absolute(source))
+        self.source = Path(absolute_path(source))
         self._found: dict[str, Path | None] = {}
         self._beyond: dict[str, Path | None] = {}
         self._crawled: dict[str, dict[str, list[Path]]] = {}
@@ -116,7 +116,7 @@ class Packages:
         :raises ConfigError: ``package-folder``, the table names a folder that does not exist
         """
         if name in self.table:
-            folder = Path(absolute(self.table[name]))
+            folder = Path(absolute_path(self.table[name]))
             if not folder.is_dir():
                 raise ConfigError(
                     "package-folder",
@@ -131,13 +131,13 @@ class Packages:
             raise self._missing(name)
         return known
 
-    def found(self) -> dict[str, Path]:
+    def list_found(self) -> dict[str, Path]:
         """All packages found so far that ``find`` gives, by name."""
         there = {name: folder for name, folder in self._found.items() if folder is not None}
         return dict(sorted({**self.table, **there}.items()))
 
     def _missing(self, name: str) -> ConversionError:
-        stranger, close = self.find_beyond(name), nearest(name, self.table)
+        stranger, close = self.find_outside(name), nearest(name, self.table)
         said = f"{close} else " if close else ""
         if stranger is not None:
             said = f"there is one outside, in {stranger}: if you trust it, "
@@ -175,7 +175,7 @@ class Packages:
         """How many folders above the source the first one is that holds this folder, too."""
         return sum(not folder.is_relative_to(above) for above in self.source.parents)
 
-    def find_beyond(self, name: str) -> Path | None:
+    def find_outside(self, name: str) -> Path | None:
         """A package outside the workspace, below a folder above it; None: there is none."""
         if name not in self._beyond:
             beyond = self.root.parents if _is_name(name) else ()
@@ -193,7 +193,7 @@ class Packages:
         """The packages below a folder by name; none within another, but where the source is."""
         if str(top) not in self._crawled:
             packages = self._crawled[str(top)] = {}
-            for folder, folders, names in islice(walk(top, (top,)), MOST_FOLDERS):
+            for folder, folders, names in islice(walk(top, (top,)), MAX_FOLDERS):
                 name = _package_name(folder) if "package.xml" in names else None
                 if name is not None:
                     packages.setdefault(name, []).append(folder)

@@ -72,7 +72,7 @@ def read_text(
     """Read a robot's file, or what it was expanded to; raises ConversionError."""
     text, names, warnings = expansion or (data, [], [])
     try:
-        robot, diagnostics = parse(text, str(source), expanded=names, extend=extend)
+        robot, diagnostics = parse_urdf(text, str(source), expanded=names, extend=extend)
     except ConversionError as error:
         error.earlier[:0] = warnings
         if expansion is not None and error.code == "no-links":
@@ -110,7 +110,7 @@ def stem(source: Path) -> str:
     return name.name
 
 
-def parse(
+def parse_urdf(
     data: bytes, file: str, *, expanded: Sequence[str] = (), extend: ReadExtension | None = None
 ) -> tuple[Robot, list[Diagnostic]]:
     """Read a plain URDF text; ``expanded`` are the files from which xacro has written it.
@@ -245,7 +245,7 @@ def _strip_namespace(root: Any, space: str) -> None:
         element.tag = element.tag[len(space) :]
 
 
-def read_file(source: Path) -> bytes:
+def read_robot_file(source: Path) -> bytes:
     """The bytes of a robot's file; raises ConversionError, also where there are none."""
     file = str(source)
     try:

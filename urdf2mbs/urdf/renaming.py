@@ -10,7 +10,7 @@ from urdf2mbs.messages.diagnostics import ConfigError, nearest
 from urdf2mbs.urdf.model import Extension, Robot
 
 
-def rename(robot: Robot, links: Mapping[str, str], joints: Mapping[str, str]) -> None:
+def rename_elements(robot: Robot, links: Mapping[str, str], joints: Mapping[str, str]) -> None:
     """Rename links and joints, also where joints, mimics and extensions refer to them.
 
     Args:

@@ -17,10 +17,10 @@ EXPANDED = " (expanded)"
 _EXPRESSION = re.compile(r"\$\{[^}]*\}|\$\([^)]*\)")
 #: Longer names, and names of more parts, take too long to be compared.
 _LONGEST, _MOST = 200, 4
-NAME = re.compile(r"""(?<!\S)name\s*=\s*["']([^"']+)["']""")
+NAME_ATTRIBUTE = re.compile(r"""(?<!\S)name\s*=\s*["']([^"']+)["']""")
 
 
-def text(file: str) -> str:
+def read_text(file: str) -> str:
     """The text of a file; empty where it cannot be read."""
     try:
         return files.read_bytes(Path(file)).decode("utf-8", "replace")
@@ -28,16 +28,16 @@ def text(file: str) -> str:
         return ""
 
 
-def place(kind: str, name: str, names: Iterable[str]) -> tuple[str, int] | None:
+def find_declaration(kind: str, name: str, names: Iterable[str]) -> tuple[str, int] | None:
     """The file and line of a link, say, where only one place has it.
 
     A name with an expression, as ``${side}_knee``, is the name if no other place has the name.
     """
     exact, written = [], []
     for file in names if 0 < len(name) <= _LONGEST else ():
-        found = text(file)
+        found = read_text(file)
         for tag in re.finditer(rf"<{kind}\s[^<>]*", found):
-            own = NAME.search(tag[0])
+            own = NAME_ATTRIBUTE.search(tag[0])
             if own is None or (kind == "joint" and not re.search(r"\stype\s*=", tag[0])):
                 continue  # a joint of a <transmission> has no type
             at = file, found.count("\n", 0, tag.start()) + 1
@@ -56,4 +56,4 @@ def locate(
     """The file and line of a link, say; no line of a text that is in no file."""
     if not file.endswith(EXPANDED):
         return file, line
-    return place(kind, name, names) or (file.removesuffix(EXPANDED), None)
+    return find_declaration(kind, name, names) or (file.removesuffix(EXPANDED), None)

@@ -87,7 +87,7 @@ def _repair(conversion: Conversion) -> None:
     repaired: dict[str, dict[str, Any]] = {}
     for link in conversion.robot.links.values():
         old = link.inertial
-        if old is None or (old.mass >= 0.0 and inertia.fault(old.inertia, old.mass) is None):
+        if old is None or (old.mass >= 0.0 and inertia.find_fault(old.inertia, old.mass) is None):
             continue
         link.inertial, moved = nearest(old)
         size = sqrt(sum(value * value for value in second_moments(old.inertia)))

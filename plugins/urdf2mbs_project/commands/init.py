@@ -140,7 +140,7 @@ def find(conversion: Conversion) -> RobotFacts:
     geometries = [shape for link in robot.links.values() for shape in shapes(link)]
     meshes = {shape.filename for shape in geometries if isinstance(shape, Mesh)}
     missing = sorted(name for name in meshes if get_mesh_files(conversion).find(name) is None)
-    known = packages.found()
+    known = packages.list_found()
     named = {
         found[1] for name in missing if (found := re.match(r"(?:package|model)://([^/]+)", name))
     }

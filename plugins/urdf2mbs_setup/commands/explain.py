@@ -38,9 +38,9 @@ from urdf2mbs.plugin import (
     of_plugin,
     path,
     print_json,
+    read_robot_file,
     robot_or_config,
 )
-from urdf2mbs.plugin import read_robot_file as read_file
 from urdf2mbs_setup.options import Option, inner_structs, list_options
 
 #: What the summaries of the passes call "the method".
@@ -116,7 +116,7 @@ def _explain_config(arguments: argparse.Namespace) -> int:
     pipeline = Pipeline(config, lines, installed_plugins=not arguments.no_plugins)
     warn_of(pipeline.plugins)
     if lines.file is None:
-        read_file(pipeline.settings.source)  # a robot was named, and is to be there
+        read_robot_file(pipeline.settings.source)  # a robot was named, and is to be there
     if arguments.json:
         print_json(
             [

@@ -7,7 +7,7 @@ from hypothesis import given
 from conftest import reproducible
 from urdf.test_inertia import matrix, second_moment, tensors
 from urdf2mbs.spatial import Sym
-from urdf2mbs.urdf.inertia import fault
+from urdf2mbs.urdf.inertia import find_fault
 from urdf2mbs.urdf.model import Inertial, Origin
 from urdf2mbs_inertia.nearest import nearest
 
@@ -27,7 +27,7 @@ def test_the_nearest_is_possible_and_none_is_nearer(tensor: Sym, other: Sym) -> 
     factor = matrix(other)
     assert np.sum((wanted - found) * (factor @ factor.T - found)) <= 1e-11 * size * 1e3
     assert nearest(new)[1] <= 1e-13 * size
-    assert fault(new.inertia, 1.0) is None or max(map(abs, new.inertia)) <= 1e-12 * size
+    assert find_fault(new.inertia, 1.0) is None or max(map(abs, new.inertia)) <= 1e-12 * size
 
 
 def test_what_is_possible_stays() -> None:

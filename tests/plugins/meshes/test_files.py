@@ -149,7 +149,7 @@ def test_no_mesh_is_taken_from_outside_the_workspace_or_from_a_huge_one(
     assert of(robot).find("meshes/m.stl") is None
     touch(tmp_path / "ws" / "a" / "meshes" / "m.stl")
     assert of(robot).find("meshes/m.stl") is not None
-    monkeypatch.setattr("urdf2mbs.urdf.packages.MOST_FOLDERS", 2)
+    monkeypatch.setattr("urdf2mbs.urdf.packages.MAX_FOLDERS", 2)
     assert of(robot).find("meshes/m.stl") is None
 
 

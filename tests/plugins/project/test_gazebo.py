@@ -8,7 +8,7 @@ import pytest
 from urdf2mbs.engine.plugins import Plugins
 from urdf2mbs.testing import convert_text
 from urdf2mbs.urdf.model import Dynamics, Mimic, Robot
-from urdf2mbs.urdf.reader import parse
+from urdf2mbs.urdf.reader import parse_urdf
 
 INERTIAL = (
     '<inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>'
@@ -37,7 +37,7 @@ RPY = (0.4, 0.5, 0.6)
 
 
 def read(more: str) -> tuple[Robot, list[Any]]:
-    return parse(f"{ARMS}{more}</robot>".encode(), "arms.urdf", extend=EXTEND)
+    return parse_urdf(f"{ARMS}{more}</robot>".encode(), "arms.urdf", extend=EXTEND)
 
 
 def imu(pose: str, name: str = "imu", link: str = "tool") -> str:
@@ -322,7 +322,9 @@ def test_a_spring_of_a_joint() -> None:
     assert told.message.endswith("the joint has no spring here: joint 'left'")
     assert lost.message.endswith("does not exist has no effect: gazebo 'none'")
     damped = ARMS.replace('<axis xyz="0 0.6 0.8"/>', '<dynamics damping="3"/>')
-    robot = parse(f"{damped}{spring.format(1)}</robot>".encode(), "arms.urdf", extend=EXTEND)[0]
+    robot = parse_urdf(f"{damped}{spring.format(1)}</robot>".encode(), "arms.urdf", extend=EXTEND)[
+        0
+    ]
     assert robot.joints["hip"].dynamics == Dynamics(3.0, 0.0, 0.0, 1.0)
 
 
@@ -668,7 +670,7 @@ def test_the_rotor_of_drake_is_the_rotor_of_a_transmission(place: str) -> None:
     numbers = '<drake:gear_ratio value="100"/><drake:rotor_inertia value="1e-4"/>'
     drive = f'<transmission><joint name="hip"/>{place.format(numbers)}</transmission>'
     arms = ARMS.replace("<robot", '<robot xmlns:drake="http://drake.mit.edu"')
-    robot, said = parse(f"{arms}{drive}</robot>".encode(), "arms.urdf", extend=EXTEND)
+    robot, said = parse_urdf(f"{arms}{drive}</robot>".encode(), "arms.urdf", extend=EXTEND)
     assert not said
     assert robot.extensions[0].rotors == pytest.approx({"hip": 1.0}, rel=1e-15)
 

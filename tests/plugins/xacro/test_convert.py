@@ -15,7 +15,7 @@ from urdf2mbs.cli import main
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.testing import TINY
 from urdf2mbs.urdf.packages import Packages
-from urdf2mbs.urdf.written import place
+from urdf2mbs.urdf.written import find_declaration
 
 
 def test_the_error_that_ends_a_run_comes_after_what_was_found_before(here: Path) -> None:
@@ -116,5 +116,5 @@ def test_the_line_that_writes_a_name(
 ) -> None:
     file = tmp_path / "a.xacro"
     file.write_text(written)
-    found = place("joint", joint, [str(file)])
+    found = find_declaration("joint", joint, [str(file)])
     assert found == (None if line is None else (str(file), line))

@@ -10,7 +10,7 @@ from making import read_robot
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.urdf.model import Robot
 from urdf2mbs.urdf.packages import Packages
-from urdf2mbs.urdf.reader import parse
+from urdf2mbs.urdf.reader import parse_urdf
 
 ROBOTS = Path(__file__).resolve().parents[4] / "shared" / "robots"
 MANIFEST = ROBOTS / "manifest.json"
@@ -47,7 +47,7 @@ def test_real_robot(shared: Path, robot: str, entry: dict[str, Any], table: bool
     assert not [one for one in diagnostics if one.code.startswith("xacro")]
     assert len(diagnostics) < 12
     if "expanded" in entry:
-        expected, _ = parse((folder / entry["expanded"]).read_bytes(), "")
+        expected, _ = parse_urdf((folder / entry["expanded"]).read_bytes(), "")
         assert plain(read) == plain(expected)
 
 
