@@ -1,8 +1,10 @@
-"""The numbers that an option may be.  Each has its range in its type: the JSON schema shows it, an
-error names it, and what is infinite or not a number is in none.
+"""Ranges of numbers in options.
 
-No range is narrower than what a robot or a crane may want: beyond it stands a slip of the unit, or
-a number with which later ones overflow.
+Each number of an option has its range in its type: the JSON schema shows it, and an error names
+it.  No range contains NaN or infinity.
+
+No range is narrower than what a robot or a crane may need.  A value beyond it has the wrong unit,
+or makes later numbers overflow.
 """
 
 from collections.abc import Mapping
@@ -10,8 +12,8 @@ from typing import Annotated, Any
 
 from msgspec import Meta
 
-#: How far two descriptions may be apart and still be the same, relative to what is compared.
-#: Beyond the upper end, robots that anyone can tell apart would be the same.
+#: Largest deviation, relative to what is compared, up to which two descriptions may be the same.
+#: Beyond it, robots that anyone can tell apart would be the same.
 LARGEST_TOLERANCE = 1e-3
 Tolerance = Annotated[float, Meta(gt=0.0, le=LARGEST_TOLERANCE)]
 
@@ -20,20 +22,27 @@ PositiveLength = Annotated[float, Meta(gt=0.0, le=1e6)]
 #: m/s^2, along an axis of the base.
 Acceleration = Annotated[float, Meta(ge=-1e3, le=1e3)]
 
+_BOUNDS = {
+    "exclusiveMinimum": "above",
+    "minimum": "from",
+    "exclusiveMaximum": "below",
+    "maximum": "at most",
+}
+
 
 def rounded(value: float, digits: int = 2) -> float:
-    """A number that urdf2mbs chooses, to so many digits: the robot does not state the number."""
+    """Round a number that urdf2mbs chooses, and that no robot states, to some digits."""
     return float(f"{value:.{digits}g}")
 
 
-def describe_range(number: Mapping[str, Any]) -> str:
-    """The range of a number in a JSON schema, such as "a number above 0, at most 0.001"."""
-    kind = "a number" if number["type"] == "number" else "a whole number"
-    if "minimum" in number and "maximum" in number:
-        return f"{kind} from {number['minimum']:g} to {number['maximum']:g}"
-    words = {
-        "exclusiveMinimum": "above", "minimum": "from",
-        "exclusiveMaximum": "below", "maximum": "at most",
-    }  # fmt: skip
-    said = [f"{word} {number[bound]:g}" for bound, word in words.items() if bound in number]
-    return f"{kind} {', '.join(said)}"
+def describe_range(schema: Mapping[str, Any]) -> str:
+    """Describe the range of a number, such as "a number above 0, at most 0.001".
+
+    Args:
+        schema: The JSON schema of the number.
+    """
+    kind = "a number" if schema["type"] == "number" else "a whole number"
+    if "minimum" in schema and "maximum" in schema:
+        return f"{kind} from {schema['minimum']:g} to {schema['maximum']:g}"
+    limits = [f"{word} {schema[bound]:g}" for bound, word in _BOUNDS.items() if bound in schema]
+    return f"{kind} {', '.join(limits)}"

@@ -1,4 +1,4 @@
-"""What passes tell each other beyond the sections: each class by ``conversion.state(CLASS)``."""
+"""Data that passes share beyond the sections: each class by ``conversion.state(CLASS)``."""
 
 from __future__ import annotations
 
@@ -11,35 +11,36 @@ from urdf2mbs.urdf.model import Extension
 
 
 class Estimates(msgspec.Struct):
-    """The inertias that are no more than estimates."""
+    """The links whose inertia is only an estimate."""
 
     links: list[str] | None = None
-    """Whose inertia is an estimate; None: no estimate was asked for."""
+    """Their names; None if no estimate was asked for."""
 
     def sections(self) -> dict[str, Any]:
+        """Return the sections that change with the estimates, as ``conversion.state`` expects."""
         return {"robot": self.links}
 
 
 class JointModels(msgspec.Struct):
-    """What joint-parameters wrote for each property of joints."""
+    """The properties of joints that joint-parameters has written as user models."""
 
     values: dict[str, dict[str, float]] = {}
     """By the name of the user model: the value at each joint of the .mbs."""
     stop_frequency: float | None = None
-    """Stiffness (Hz) of the soft stops of a project; None: it has no stops."""
+    """Stiffness (Hz) of the soft stops of a project; None if it has no stops."""
 
 
 class Placed(msgspec.Struct):
-    """What of the URDF has found a place, so that ``left-out`` does not name it."""
+    """Parts of the URDF that are in the .mbs, so that ``left-out`` does not name them."""
 
     joints: dict[str, set[str]] = {}
-    """Code of a note of ``left-out``: the URDF joints whose property has found a place."""
+    """By the code of a note of ``left-out``: the URDF joints whose property is in the .mbs."""
     elements: list[Extension] = []
-    """The elements of other programs in which a pass has found something."""
+    """The elements of other programs from which a pass has taken something."""
 
 
 class OnPurpose(msgspec.Struct):
-    """What makes the .mbs another robot than the URDF's on purpose; ``check`` says so."""
+    """Differences between the robots of .mbs and URDF that are intended; ``check`` names them."""
 
     massless: set[str] = set()
     """The joints of ``frozen`` that are left out because nothing that they move has mass."""
@@ -48,4 +49,4 @@ class OnPurpose(msgspec.Struct):
     edited: dict[str, None] = {}
     """The files whose edits make the .mbs another robot than the URDF's."""
     added: dict[str, str] = {}
-    """What people added to the .mbs: each thing, and where."""
+    """Elements that people added to the .mbs, and where each of them is."""
