@@ -231,7 +231,7 @@ def test_a_working_folder_that_is_gone(
     (tmp_path / "gone").rmdir()
     code, said = call(command.split(), capsys)
     assert code == 2
-    assert "the working folder is not there any more" in said
+    assert "the working folder does not exist any more" in said
     with pytest.raises(ConversionError, match="the working folder"):
         convert("tiny.urdf")
 

@@ -13,7 +13,6 @@ from urdf2mbs.messages.diagnostics import (
     ConversionError,
     Diagnostic,
     counted,
-    format_message,
     memory_full_error,
     nearest,
     printable,
@@ -33,7 +32,6 @@ from urdf2mbs.messages.diagnostics import (
 )
 def test_an_error_says_where_and_what_to_do(given: Any, wanted: str) -> None:
     file, line, hint = given
-    assert format_message("error", "c", "m", *given) == wanted
     error = ConversionError("c", "m", file=file, line=line, hint=hint)
     assert str(error) == str(error.diagnostic()) == wanted
     assert error.diagnostic() == Diagnostic("error", "c", "m", file=file, line=line, hint=hint)
@@ -91,11 +89,12 @@ def test_nothing_acts_on_a_terminal(text: str, wanted: str) -> None:
 
 @pytest.mark.parametrize("length", [1991, 1992, 5000])
 def test_a_long_line_is_cut_in_the_middle_and_a_name_begins_none(length: int) -> None:
-    line, *hint = format_message("note", "c", "m" * length, None, None, "x\n  y").split("\n")
+    note = Diagnostic("note", "c", "m" * length, hint="x\n  y")
+    line, *hint = str(note).split("\n")
     assert hint == ["  x", "  y"]
     whole = "note[c]: " + "m" * length
     assert line == (whole if len(whole) <= 2000 else f"{whole[:1000]} ... {whole[-1000:]}")
-    assert format_message("note", "c", "a\nerror: b", None, None, None) == "note[c]: a\\nerror: b"
+    assert str(Diagnostic("note", "c", "a\nerror: b")) == "note[c]: a\\nerror: b"
 
 
 @pytest.mark.parametrize(

@@ -1,1 +1,1 @@
-"""What is read from disk and written to it, and how safely."""
+"""Files: how they are read safely, and which of them urdf2mbs has written."""

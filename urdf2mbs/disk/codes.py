@@ -1,4 +1,4 @@
-"""Files, paths, and a file that is no sound XML."""
+"""Codes of errors about files, paths and XML."""
 
 CODES = {
     "file-unreadable": "error: a file cannot be read, or is too large. Check its rights and size.",

@@ -1,1 +1,1 @@
-"""What is said to the person at the keyboard: errors, warnings, notes, and how much each weighs."""
+"""Messages for the user: errors, warnings and notes."""

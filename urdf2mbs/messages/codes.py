@@ -1,4 +1,4 @@
-"""What can happen anywhere."""
+"""Codes of errors that any part of the program may raise."""
 
 CODES = {
     "memory-full": "error: there is not enough memory. Give more, or simplify the robot.",
