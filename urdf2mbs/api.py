@@ -17,8 +17,14 @@ from urdf2mbs.engine.plugins import of_ours, plugins_of
 from urdf2mbs.mbs.model import LinkFrame, Mbs
 from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.messages.diagnostics import ConfigError, Diagnostic
-from urdf2mbs.proof.compare import compare
-from urdf2mbs.proof.match import Match, fixed_to_world, floating_joints, match, spellings
+from urdf2mbs.proof.compare import Expectation, compare
+from urdf2mbs.proof.match import (
+    Match,
+    find_floating_joints,
+    is_fixed_to_world,
+    list_spellings,
+    match_by_name,
+)
 from urdf2mbs.proof.pair import TOLERANCE
 from urdf2mbs.proof.verdict import Difference, Proof
 from urdf2mbs.ranges import LARGEST_TOLERANCE
@@ -122,7 +128,7 @@ class Verdict(Proof, kw_only=True):
     @property
     def verdict(self) -> str:
         """In words, the same as those of a conversion."""
-        return self.in_words(self.changed)
+        return self.describe(self.changed)
 
 
 def verify(
@@ -232,26 +238,20 @@ def verify_config(
     conversion = pipeline.run(stop_after="emit" if "emit" in names else None)
     expected = _match_conversion(conversion, mbs)
     meant = conversion.state(OnPurpose)
-    proof = compare(
-        conversion.robot,
-        mbs,
-        expected.joints,
-        frames=expected.frames,
-        frozen=expected.frozen,
-        weightless=[
+    expectation = Expectation(
+        gravity=config.gravity,
+        massless=[
             name
-            for name in expected.frozen
+            for name in expected.locked
             if name in meant.massless or name not in conversion.frozen
         ],
-        orders=expected.orders,
         driven=[joint.name for joint in meant.driven],
-        models=conversion.mbs.user_models,
-        gravity=config.gravity,
-        tolerance=tolerance,
-        drawn=mbs,
+        user_models=conversion.mbs.user_models,
+        shapes=mbs,
     )
+    proof = compare(conversion.robot, mbs, expected, expectation, tolerance)
     declared = [change for change in conversion.checked.changed if change.declared]
-    proof.differ(
+    proof.add_differences(
         Difference("changed", f"{change}, and does not say so by writes = ('robot',)")
         for change in conversion.checked.changed
         if not change.declared
@@ -294,12 +294,12 @@ def _match_conversion(conversion: Conversion, mbs: Mbs) -> Match:
         return Match(
             joints={name: tuple(coordinates) for name, coordinates in names.items()},
             frames=conversion.frames,
-            frozen=conversion.frozen,
+            locked=conversion.frozen,
         )
-    matched = match(conversion.robot, mbs)
+    matched = match_by_name(conversion.robot, mbs)
     for name in conversion.frozen:
         matched.joints.pop(name, None)
-    matched.frozen |= conversion.frozen
+    matched.locked |= conversion.frozen
     return matched
 
 
@@ -329,7 +329,7 @@ def _check_tolerance(tolerance: float) -> None:
 def _count_frames(verdict: Verdict, frames: bool) -> Verdict:
     """Make frames that are elsewhere differences, if asked for."""
     if frames:
-        verdict.count_frames()
+        verdict.add_frames()
     else:  # of matched names: where a model has its frames is its own choice
         verdict.largest.pop("frame", None)
     return verdict
@@ -351,37 +351,31 @@ def _verify_robot(
     """
     changing, driven = certified
     base = fields.get("base", "auto")
-    floats = "floating" if floating_joints(mbs) else "fixed"
+    floats = "floating" if find_floating_joints(mbs) else "fixed"
     passes = plugins_of((), installed=False).join(_ROBOT)
     asked = {name: options for name, options in changing.items() if name in passes}
     given = {"source": source, "pipeline": passes, "passes": asked}
     fields = {**fields, "base": floats if base == "auto" else base}
     conversion = Pipeline(*config_of(given, **fields), installed_plugins=False).run()
     robot, gravity = conversion.robot, conversion.settings.config.gravity
-    found = match(robot, mbs)
-    proof = compare(
-        robot,
-        mbs,
-        found.joints,
-        frames=found.frames,
-        frozen=found.frozen,
-        weightless=[*found.frozen],
-        orders=found.orders,
-        driven=driven,
-        models=None if other is None else mbs.user_models,
+    found = match_by_name(robot, mbs)
+    expectation = Expectation(
         gravity=gravity,
-        tolerance=tolerance,
-        drawn=mbs,
+        massless=[*found.locked],
+        driven=driven,
+        user_models=None if other is None else mbs.user_models,
+        shapes=mbs,
     )
+    proof = compare(robot, mbs, found, expectation, tolerance)
     for change in conversion.checked.changed:
         changed = f"what {change.by} changed: {describe_changes(change.changes)}"
         proof.but_for[changed] = "on purpose, as the certificate says"
     if other is not None:
         _compare_followers(robot, other, found, proof)
     inserted = conversion.base.inserted or ""
-    if base == "auto" and found.joints.get(inserted) and fixed_to_world(robot, inserted):
+    if base == "auto" and found.joints.get(inserted) and is_fixed_to_world(robot, inserted):
         message = "the robot is fixed to the world, and the base of the .mbs floats"
-        proof.differ([Difference("base", message, urdf="fixed", mbs="floating")])
+        proof.add_differences([Difference("base", message, urdf="fixed", mbs="floating")])
     return _verdict_of(proof, conversion, mbs, found, frames)
 
 
@@ -395,11 +389,11 @@ def _verdict_of(
     return Verdict(
         **msgspec.structs.asdict(proof),
         robot=robot.name,
-        base="floating" if floating_joints(mbs) else "fixed",
+        base="floating" if find_floating_joints(mbs) else "fixed",
         floating_base=found.joints.get(inserted, ()),
         joints={name: names for name, names in found.joints.items() if name != inserted},
         moving=sum(
-            joint.moves and joint.name not in (inserted, *found.frozen)
+            joint.moves and joint.name not in (inserted, *found.locked)
             for joint in robot.joints.values()
         ),
         diagnostics=conversion.diagnostics,
@@ -414,7 +408,7 @@ def _compare_followers(robot: Robot, other: Robot, found: Match, proof: Proof) -
             proof.but_for.pop(f"joint '{joint.name}'", None)
         if twin is not None and joint.mimic != twin.mimic:
             said = f"joint '{joint.name}' has another <mimic>"
-            proof.differ([Difference("mimic", said, link=joint.child, joint=joint.name)])
+            proof.add_differences([Difference("mimic", said, link=joint.child, joint=joint.name)])
 
 
 def _is_robot(file: str) -> bool:
@@ -428,7 +422,7 @@ def _unseen(robot: Robot, mbs: Mbs, found: Match) -> dict[str, str]:
     root = robot.root()
     return {
         f"frame of link '{link}'": "its anchor point has no rotation"
-        if not points.isdisjoint(spellings(link, "point"))
+        if not points.isdisjoint(list_spellings(link, "point"))
         else "the .mbs has no body and no point of its name"
         for link in robot.links
         if link not in found.frames and link != root

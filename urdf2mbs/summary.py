@@ -93,7 +93,7 @@ def verdict(conversion: Conversion) -> str:
     changes = [
         f"what {c.by} changed: {describe_changes(c.changes)}" for c in conversion.checked.changed
     ]
-    return proof.in_words(changes)
+    return proof.describe(changes)
 
 
 def report(conversion: Conversion) -> Report:

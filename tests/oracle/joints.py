@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from oracle.case import Case
-from urdf2mbs.proof.parameters import stated
+from urdf2mbs.proof.parameters import list_joint_parameters
 from urdf2mbs_project.simulation import JOINT_STATES
 
 #: By term, the user model and the number there that switches the term on.
@@ -31,7 +31,10 @@ STATES = ((0, 0.5), (0, 30.0), (1, 0.5), (1, -3.0), (-1, 0.5), (-1, -3.0))
 
 def prove(case: Case) -> None:
     model, asked = case.data.user_model, case.asked.get("joint-parameters")
-    numbers = {number: stated(case.robot.joints[name]) for name, number in case.single.items()}
+    numbers = {
+        number: list_joint_parameters(case.robot.joints[name])
+        for name, number in case.single.items()
+    }
     switches = [(term, *at) for term, at in SWITCHES.items() if case.get(*at)]
     kinds = {kind for own in numbers.values() for kind in own} if asked else set()
     wanted = {TERMS.get(kind, kind) for kind in kinds} & SWITCHES.keys()
@@ -65,7 +68,10 @@ def state(case: Case, side: int, fast: float) -> tuple[Any, Any]:
     """Random q and qd: near the start, or beyond one of the limits, on the way in or out; as fast
     as friction and stops have their speeds."""
     q, qd, _ = case.near_start(1e-4)
-    numbers = {number: stated(case.robot.joints[name]) for name, number in case.single.items()}
+    numbers = {
+        number: list_joint_parameters(case.robot.joints[name])
+        for name, number in case.single.items()
+    }
     for name, number in case.data.joint_id.items():
         rate = case.random.uniform(0.3, 1.0) * fast
         limit = numbers.get(number, {}).get("q_max" if side > 0 else "q_min")

@@ -6,7 +6,7 @@ from math import inf
 from oracle import followers
 from oracle import ground as ground_law
 from oracle.case import Case
-from urdf2mbs.proof.parameters import stated
+from urdf2mbs.proof.parameters import list_joint_parameters
 
 
 def prove(case: Case) -> None:
@@ -22,7 +22,7 @@ def prove(case: Case) -> None:
     for name, number in case.single.items():
         if number in tied or case.natures[number] != "independent":
             continue  # a loop may move it
-        limits = stated(case.robot.joints[name])
+        limits = list_joint_parameters(case.robot.joints[name])
         low, high = limits.get("q_min", -inf), limits.get("q_max", inf)
         asked = [value for p, value in options.joints.items() if fnmatchcase(name, p)]
         should = (asked or [stated_starts.get(name, 0.0)])[-1]

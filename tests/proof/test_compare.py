@@ -11,8 +11,9 @@ from proving import SOLID, joint, link, robot
 from urdf2mbs import Result
 from urdf2mbs.mbs.model import Connection, Joint, LinkFrame, Mbs, Parameter, Point
 from urdf2mbs.mbs.reader import read_mbs
-from urdf2mbs.proof.compare import compare
-from urdf2mbs.proof.match import match
+from urdf2mbs.proof.compare import Expectation, compare
+from urdf2mbs.proof.match import Match, match_by_name
+from urdf2mbs.proof.pair import TOLERANCE
 from urdf2mbs.proof.verdict import Proof
 from urdf2mbs.spatial import Pose
 from urdf2mbs.testing import TINY, convert_text
@@ -25,12 +26,18 @@ def pieces(text: str = TINY, **settings: Any) -> tuple[Result, Mbs]:
 
 
 def compared(result: Result, mbs: Mbs, **changes: Any) -> Proof:
-    given = {
-        "joints": {name: tuple(names) for name, names in result.names.coordinates.items()},
-        "frames": result.frames,
-        "frozen": result.frozen,
-    }
-    return compare(result.robot, mbs, **{**given, **changes})
+    """Compare an .mbs with the robot of a conversion.
+
+    Args:
+        result: The conversion.
+        mbs: The model.
+        changes: Other fields of ``Match``; ``massless`` and ``tolerance`` as of ``compare``.
+    """
+    expectation = Expectation(massless=changes.pop("massless", ()))
+    tolerance = changes.pop("tolerance", TOLERANCE)
+    joints = {name: tuple(names) for name, names in result.names.coordinates.items()}
+    fields = {"joints": joints, "frames": result.frames, "locked": result.frozen, **changes}
+    return compare(result.robot, mbs, Match(**fields), expectation, tolerance)
 
 
 def kinds(comparison: Proof) -> set[str]:
@@ -176,8 +183,8 @@ def test_one_joint_for_two() -> None:
 def test_only_what_weighs_nothing_may_be_left_out(name: str, heavy: bool) -> None:
     text = TINY.replace("</robot>", f"{link('tip')}{joint('hand', 'tip', name='tip')}</robot>")
     result, mbs = pieces(text)
-    frozen = {**result.frozen, name: result.frozen["tip"]}
-    found = compared(result, mbs, frozen=frozen, weightless=[*frozen])
+    locked = {**result.frozen, name: result.frozen["tip"]}
+    found = compared(result, mbs, locked=locked, massless=[*locked])
     assert ("joint-missing" in kinds(found)) is heavy
     assert found.but_for[f"joint '{name}'"] == "held at zero: nothing that it moves has mass"
 
@@ -186,7 +193,7 @@ def test_a_reason_of_ones_own_is_a_passes_business() -> None:
     result, mbs = pieces()
     own_joint(mbs, "wrist_roll").nature = "driven"
     own_joint(mbs, "wrist_roll").q = 0.0
-    found = compared(result, mbs, frozen={"wrist_roll": "locked on purpose"})
+    found = compared(result, mbs, locked={"wrist_roll": "locked on purpose"})
     assert found.same
     assert found.but_for == {"joint 'wrist_roll'": "held at zero: locked on purpose"}
 
@@ -220,7 +227,7 @@ def test_a_fault_of_a_robot_with_one_joint(name: str) -> None:
     result, mbs = pieces(robot(link("world"), link("a", inertia), joint("world", "a")))
     plant(mbs)
     assert kinds(compared(result, mbs)) == found
-    assert kinds(compared(result, mbs, frames=None)) == found
+    assert kinds(compared(result, mbs, frames={})) == found
 
 
 def test_a_light_bodys_inertia_counts_far_from_its_joint() -> None:
@@ -253,7 +260,7 @@ def test_a_body_that_hangs_on_another_one() -> None:
         assert [(found.kind, found.joint) for found in proof.differences] == [("parent", "a_to_c")]
         assert max(proof.largest.values()) <= 1e-12
     body(mbs, "c").mass = 3.0
-    assert kinds(compared(result, mbs, frames=None)) == {"parent", "mass"}
+    assert kinds(compared(result, mbs, frames={})) == {"parent", "mass"}
 
 
 def test_a_planar_joint_that_goes_another_way_round_is_one_difference() -> None:
@@ -318,10 +325,12 @@ def test_a_joint_that_moves_nothing_may_be_held_by_hand(nature: str, matched: bo
     text = TINY.replace("</robot>", f"{link('tip')}{joint('hand', 'tip', name='tip')}</robot>")
     result, mbs = pieces(text, passes={"prune-massless": {"keep": ["tip"]}})
     own_joint(mbs, "tip").nature = nature
-    found = match(result.robot, mbs)
+    found = match_by_name(result.robot, mbs)
     assert ("tip" in found.joints) is matched
-    assert ("tip" in found.frozen) is not matched
-    assert kinds(compare(result.robot, mbs, found.joints, frozen=found.frozen)) == set()
+    assert ("tip" in found.locked) is not matched
+    assert (
+        kinds(compare(result.robot, mbs, Match(joints=found.joints, locked=found.locked))) == set()
+    )
 
 
 @pytest.mark.parametrize("pipeline", PRESETS)

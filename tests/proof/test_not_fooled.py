@@ -19,7 +19,8 @@ from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
 from urdf2mbs.proof.compare import compare
-from urdf2mbs.proof.rigid import HERE, distance, inertias_apart
+from urdf2mbs.proof.match import Match
+from urdf2mbs.proof.rigid import IDENTITY, Inertia, compare_inertias, compute_frame_deviation
 from urdf2mbs.testing import TINY, assert_same_robot, convert_text, run_pass
 
 # --- not a number -------------------------------------------------------------------------------
@@ -46,8 +47,10 @@ def test_what_is_no_number_is_a_difference(where: str, value: float) -> None:
     found = compare(
         result.robot,
         mbs,
-        {name: tuple(joints) for name, joints in result.names.coordinates.items()},
-        frames=result.frames,
+        Match(
+            joints={name: tuple(names) for name, names in result.names.coordinates.items()},
+            frames=result.frames,
+        ),
     )
     assert found.differences
     assert not max(found.largest.values()) <= 1e-9
@@ -58,15 +61,15 @@ def test_what_is_no_number_is_a_difference(where: str, value: float) -> None:
 def test_what_is_no_number_is_not_even_equal_to_itself(bad: float) -> None:
     """The very same tuple on both sides, as where a model is compared that shares its numbers."""
     for index in range(12):
-        frame = (*HERE[:index], bad, *HERE[index + 1 :])
-        assert distance(frame, frame, 1.0) > 1e300  # type: ignore[arg-type]
+        frame = (*IDENTITY[:index], bad, *IDENTITY[index + 1 :])
+        assert compute_frame_deviation(frame, frame, 1.0) > 1e300  # type: ignore[arg-type]
     tensor = (1.0, 0.0, 0.0, 1.0, 0.0, 1.0)
     for inertia in (
-        (bad, (0.0, 0.0, 0.0), tensor),
-        (1.0, (0.0, bad, 0.0), tensor),
-        (1.0, (0.0, 0.0, 0.0), (1.0, 0.0, bad, 1.0, 0.0, 1.0)),
+        Inertia(bad, (0.0, 0.0, 0.0), tensor),
+        Inertia(1.0, (0.0, bad, 0.0), tensor),
+        Inertia(1.0, (0.0, 0.0, 0.0), (1.0, 0.0, bad, 1.0, 0.0, 1.0)),
     ):
-        assert max(inertias_apart(inertia, inertia, 1.0).values()) > 1e300
+        assert max(compare_inertias(inertia, inertia, 1.0).values()) > 1e300
 
 
 @pytest.mark.parametrize("tolerance", [inf, nan, 0.0, -1.0, 1e300, 1.0, 2e-3])

@@ -17,7 +17,8 @@ from urdf2mbs.conversion import Conversion
 from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.model import Mbs, UserModel
 from urdf2mbs.mbs.reader import read_mbs
-from urdf2mbs.proof.compare import compare
+from urdf2mbs.proof.compare import Expectation, compare
+from urdf2mbs.proof.match import Match
 from urdf2mbs.proof.pair import TOLERANCE
 from urdf2mbs.proof.verdict import Difference, Proof
 from urdf2mbs.ranges import Tolerance
@@ -39,7 +40,7 @@ class Check(Pass):
         else:
             mbs = conversion.mbs
         proof = prove(conversion, mbs, conversion.mbs.user_models, self.tolerance)
-        proof.differ(
+        proof.add_differences(
             Difference("frame-lost", f"link '{link}' has no place in the .mbs", link=link)
             for link in conversion.robot.links
             if link not in conversion.frames
@@ -47,7 +48,7 @@ class Check(Pass):
         meant, checked = conversion.state(OnPurpose), conversion.checked
         proof.not_compared |= meant.added
         if meant.edited:
-            proof.forgive(f"as edited in {' and '.join(meant.edited)}")
+            proof.accept_differences(f"as edited in {' and '.join(meant.edited)}")
         checked.proven, checked.proof = data, proof
         if not proof.same:
             checked.rejected = output.with_suffix(f".rejected{output.suffix}")
@@ -61,15 +62,21 @@ def prove(
     """Compare the .mbs of a conversion with its robot, or with another; frames count, and so do
     changes of the robot that no pass declares."""
     meant = conversion.state(OnPurpose)
-    proof = compare(
-        robot or conversion.robot, mbs, conversion.names.coordinates,
-        frames=conversion.frames, frozen=conversion.frozen,
-        weightless=sorted(meant.massless & conversion.frozen.keys()),
-        driven=[joint.name for joint in meant.driven], models=models,
-        gravity=conversion.settings.config.gravity, tolerance=tolerance, drawn=conversion.mbs,
-    )  # fmt: skip
-    proof.count_frames()
-    proof.differ(
+    match = Match(
+        joints={name: tuple(own) for name, own in conversion.names.coordinates.items()},
+        frames=conversion.frames,
+        locked=conversion.frozen,
+    )
+    expectation = Expectation(
+        gravity=conversion.settings.config.gravity,
+        massless=sorted(meant.massless & conversion.frozen.keys()),
+        driven=[joint.name for joint in meant.driven],
+        user_models=models,
+        shapes=conversion.mbs,
+    )
+    proof = compare(robot or conversion.robot, mbs, match, expectation, tolerance)
+    proof.add_frames()
+    proof.add_differences(
         Difference("changed", f"{change}, and does not say so by writes = ('robot',)")
         for change in conversion.checked.changed
         if not change.declared

@@ -1,91 +1,128 @@
-"""Is an .mbs the same robot as a URDF?  The proof, by a second route.
+"""Compare an .mbs with a URDF: is it the same robot?  This is the proof, by a second route.
 
-The .mbs is walked joint by joint, each an elementary shift or turn along a current axis; the
+The .mbs is evaluated joint by joint, each an elementary shift or rotation along a current axis; the
 URDF by Rodrigues' formula, with quaternions for its roll, pitch and yaw.  Neither shares a line
 with the passes, nor with ``spatial``.
 
 What is compared are the *rigid groups*: all that no moving joint separates.
 
-* Motion: at several random positions, zero included, each group must stand on the group before
-  it where its counterpart stands, up to one constant pose between a group and its counterpart.
-  Every pose in the world is a product of these.  So the place at zero is compared, and then
-  how the joint goes on from there, seen from the group that it moves.
-* Inertia: seen through that constant pose, mass, centre and inertia must be equal.
-* Frames: each link's frame, and the anchor point of its name, must be where they are said to be.
-* Shapes: where the .mbs has a visual's shape elsewhere, the verdict names it; it has no mass.
+* Motion: at several random positions, zero included, each group must have the pose of its
+  counterpart in the parent group, up to one constant pose between a group and its counterpart.
+  Every pose in the world is a product of these.  So the poses at zero are compared, and then the
+  motion of the joint from there, in the frame of the group that it moves.
+* Inertia: mass, centre of mass and inertia tensor must be equal, transformed by that constant pose.
+* Frames: the frame of each link, and the anchor point of its name, must be where they should be.
+* Shapes: where the .mbs has the shape of a visual elsewhere, the verdict names it; it has no mass.
 
-Why this suffices: where the same inertias move the same way at every position, the kinetic
-energy is the same function of positions and velocities, and with equal gravity so is the
-potential energy; Lagrange's equations, hence the equations of motion, are then the same.
-A joint's pose is a product of sines and cosines of its position, so two that agree at random
-positions but differ elsewhere have probability zero.
+Why this suffices: where the same inertias move in the same way at every position, the kinetic
+energy is the same function of positions and velocities, and with equal gravity so is the potential
+energy; Lagrange's equations, hence the equations of motion, are then the same.  The pose of a joint
+is a product of sines and cosines of its position, so two that agree at random positions but differ
+elsewhere have probability zero.
 
-Everything is relative to its own scale: a shift to the reach of the two groups it is between, a
-mass to that mass, an inertia to that inertia.  So a finger's error counts on a crane.
+Each deviation is relative to its own scale: a shift to the reach of the two groups that it is
+between, a mass to that mass, an inertia to that inertia.  So the error of a finger on a crane is
+found.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 
-from urdf2mbs.mbs.model import LinkFrame, Mbs, UserModel
-from urdf2mbs.proof.comparison import Comparison
-from urdf2mbs.proof.coordinates import coordinates
-from urdf2mbs.proof.mbs_side import mbs_side
+import msgspec
+
+from urdf2mbs.mbs.model import Mbs, UserModel
+from urdf2mbs.proof.comparison import Comparison, ShapeComparison
+from urdf2mbs.proof.coordinates import match_coordinates
+from urdf2mbs.proof.match import Match
+from urdf2mbs.proof.mbs_side import build_mbs_side
 from urdf2mbs.proof.pair import TOLERANCE
 from urdf2mbs.proof.parameters import compare_parameters
-from urdf2mbs.proof.urdf_side import carriers, urdf_side
+from urdf2mbs.proof.urdf_side import build_urdf_side, find_links_that_carry_mass
 from urdf2mbs.proof.verdict import Difference, Proof
 from urdf2mbs.spatial import Vec
 from urdf2mbs.urdf.model import Robot
 
 
+class Expectation(msgspec.Struct, kw_only=True):
+    """What is expected of an .mbs that its URDF does not state."""
+
+    gravity: Vec = (0.0, 0.0, -9.81)
+    """m/s^2."""
+    massless: Collection[str] = ()
+    """The locked joints of the URDF that are locked because they move no mass."""
+    driven: Collection[str] = ()
+    """The .mbs joints that user code moves on purpose, though they follow others in the URDF."""
+    user_models: Sequence[UserModel] | None = None
+    """The user models that the passes made; None if they are not known."""
+    shapes: Mbs | None = None
+    """The model whose shapes are compared with the visuals; None: they are not compared."""
+
+
 def compare(
-    robot: Robot, mbs: Mbs, joints: Mapping[str, Sequence[str]], *,
-    frames: Mapping[str, LinkFrame] | None = None, frozen: Mapping[str, str] | None = None,
-    orders: Mapping[str, tuple[str, ...]] | None = None, weightless: Collection[str] = (),
-    driven: Collection[str] = (), models: Sequence[UserModel] | None = None,
-    gravity: Vec = (0.0, 0.0, -9.81), tolerance: float = TOLERANCE, drawn: Mbs | None = None,
-) -> Proof:  # fmt: skip
+    robot: Robot,
+    mbs: Mbs,
+    match: Match,
+    expectation: Expectation | None = None,
+    tolerance: float = TOLERANCE,
+) -> Proof:
     """Compare a URDF with an .mbs.
 
-    ``joints`` maps each moving URDF joint to the .mbs joints that move with its coordinates
-    (one; three of a planar joint: two shifts and the turn; six of a floating one: T1 T2 T3 R1
-    R2 R3, or as ``orders`` has them).  ``frames`` says where link frames are meant to be, as far
-    as that is known; without it only the physics is compared.  ``frozen`` joints are held at
-    zero on the URDF's side; those of them that are ``weightless`` may move no mass.  ``driven``
-    are the .mbs joints that are driven on purpose, though the URDF has them follow others;
-    ``models`` the user models as they should be, where that is known.  ``drawn`` is the model
-    whose shapes are compared; without it they are not.
+    Args:
+        robot: The robot of the URDF.
+        mbs: The model.
+        match: Which joints and frames of the .mbs are those of the URDF.  Without frames, only the
+            physics is compared.
+        expectation: What is expected of the .mbs beyond the URDF.
+        tolerance: The largest deviation that is not a difference.
     """
-    frames, frozen, orders = frames or {}, frozen or {}, orders or {}
-    known = coordinates(robot, mbs, joints, frozen, orders, driven)
-    more, missing, not_compared = compare_parameters(robot, mbs, joints, frozen, models)
-    framed = {at.joint for at in frames.values()}
-    one = urdf_side(robot, known.names, known.held, orders)
-    one.gravity = gravity
-    two = mbs_side(mbs, set(known.names.values()), framed)
-    comparison = Comparison(one, two, known.names, frames, tolerance)
-    comparison.found += [*known.differences, *more, *_heavy(robot, weightless)]
+    expectation = expectation or Expectation()
+    coordinates = match_coordinates(robot, mbs, match, expectation.driven)
+    parameters = compare_parameters(robot, mbs, match, expectation.user_models)
+    urdf = build_urdf_side(robot, coordinates.names, coordinates.locked, match.floating_orders)
+    urdf.gravity = expectation.gravity
+    framed_joints = {frame.joint for frame in match.frames.values()}
+    comparison = Comparison(
+        urdf=urdf,
+        mbs=build_mbs_side(mbs, set(coordinates.names.values()), framed_joints),
+        names=coordinates.names,
+        frames=match.frames,
+        tolerance=tolerance,
+    )
+    comparison.differences += [
+        *coordinates.differences,
+        *parameters.differences,
+        *_find_locked_mass(robot, expectation.massless),
+    ]
     comparison.compare_gravity()
     comparison.compare_groups()
     comparison.compare_frames()
     comparison.compare_points(mbs)
-    held = {f"joint '{name}'": f"held at zero: {why}" for name, why in frozen.items()}
-    shifted, not_drawn = ({}, {}) if drawn is None else comparison.compare_shapes(robot, drawn)
-    return comparison.proof(
-        held | known.but_for | missing | shifted, known.not_compared | not_compared | not_drawn
+    shapes = ShapeComparison({}, {})
+    if expectation.shapes is not None:
+        shapes = comparison.compare_shapes(robot, expectation.shapes)
+    locked = {f"joint '{name}'": f"held at zero: {why}" for name, why in match.locked.items()}
+    return comparison.create_proof(
+        but_for=locked | coordinates.but_for | parameters.but_for | shapes.displaced,
+        not_compared=coordinates.not_compared | parameters.not_compared | shapes.missing,
     )
 
 
-def _heavy(robot: Robot, weightless: Collection[str]) -> list[Difference]:
-    """The joints that are left out as without mass, and that move a mass."""
-    useful = carriers(robot) if weightless else set()
+def _find_locked_mass(robot: Robot, massless: Collection[str]) -> list[Difference]:
+    """Find the joints that are left out as massless, and that move a mass.
+
+    Args:
+        robot: The robot of the URDF.
+        massless: Names of the joints that are left out.
+    """
+    carriers = find_links_that_carry_mass(robot) if massless else set()
     return [
         Difference(
-            "joint-missing", f"joint '{name}' is left out, and it moves what has mass",
-            link=robot.joints[name].child, joint=name,
+            "joint-missing",
+            f"joint '{name}' is left out, and it moves what has mass",
+            link=robot.joints[name].child,
+            joint=name,
         )
-        for name in weightless
-        if robot.joints[name].child in useful
-    ]  # fmt: skip
+        for name in massless
+        if robot.joints[name].child in carriers
+    ]

@@ -1,372 +1,338 @@
-"""Two sides of a robot, group by group: how each moves, what each weighs, where its frames are."""
+"""Compare two descriptions of a robot group by group: motion, inertia, frames, and shapes.
+
+Here the deviations are computed.  ``causes`` finds and words the cause of those beyond tolerance.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from functools import partial
+from functools import cached_property, partial
 from math import dist
-from typing import Any
+from typing import NamedTuple
 
 from urdf2mbs.mbs.model import Base, Body, LinkFrame, Mbs
 from urdf2mbs.mbs.names import identifiers
-from urdf2mbs.proof import rigid
-from urdf2mbs.proof.groups import Group, Side
-from urdf2mbs.proof.pair import POSITIONS, Pair, settle
-from urdf2mbs.proof.rigid import HERE, ORIGIN, UNTURNED, Frame, Inertia
+from urdf2mbs.proof.causes import (
+    explain_frame,
+    explain_gravity,
+    explain_inertia,
+    explain_missing_frame,
+    explain_motion,
+    explain_parent,
+)
+from urdf2mbs.proof.groups import Group, PlacedFrame, Side
+from urdf2mbs.proof.hand_drawn import find_best_pose
+from urdf2mbs.proof.pair import POSITION_COUNT, GroupPair
+from urdf2mbs.proof.rigid import (
+    IDENTITY,
+    IDENTITY_ROTATION,
+    ORIGIN,
+    Frame,
+    compose,
+    compute_deviation,
+    compute_frame_deviation,
+    inverse,
+    sum_inertias,
+    transform_point,
+)
 from urdf2mbs.proof.shapes import (
     Solid,
+    convert_shape,
+    convert_visual,
     describe_deviation,
     find_nearest,
-    solid_of_shape,
-    solids_of_visual,
 )
-from urdf2mbs.proof.urdf_side import at_origin
+from urdf2mbs.proof.urdf_side import compose_origin
 from urdf2mbs.proof.verdict import Difference, Proof
-from urdf2mbs.spatial import fewest_turns
 from urdf2mbs.urdf.model import Robot
 
-#: Why a shape that is elsewhere makes no other robot.
+#: Why a displaced shape is not a difference of the robots.
 MASSLESS_SHAPE = "a shape has no mass"
 #: Why a visual is not compared.
-NOT_DRAWN = "the .mbs has no shape of their kind and size there"
+NO_SUCH_SHAPE = "the .mbs has no shape of their kind and size there"
+#: Length added to the scale of each group, relative to the robot: a group whose joint is at the
+#: origin of its parent still has the rounding errors of the bodies near it.
+SCALE_MARGIN = 1e-4
+#: A frame that the .mbs does not have.
+MISSING_FRAME = PlacedFrame(-1, IDENTITY)
+
+
+class ShapeComparison(NamedTuple):
+    """Visuals that the .mbs shows differently: what, and the reason that it is no difference."""
+
+    displaced: dict[str, str]
+    missing: dict[str, str]
 
 
 class Comparison:
-    """Compares two robots, group by group."""
+    """A comparison of the two sides of a robot, and the differences that it has found."""
 
     def __init__(
-        self, one: Side, two: Side, names: Mapping[str, str], frames: Mapping[str, LinkFrame],
+        self,
+        urdf: Side,
+        mbs: Side,
+        names: Mapping[str, str],
+        frames: Mapping[str, LinkFrame],
         tolerance: float,
-    ) -> None:  # fmt: skip
-        """``names`` maps the coordinates that move on both sides; ``frames`` says where links are
-        meant to be."""
-        self.one, self.two = one, two
+    ) -> None:
+        """Pair the groups of both sides.
+
+        Args:
+            urdf: The URDF's side.
+            mbs: The .mbs's side.
+            names: The coordinates of the URDF that move on both sides, and their .mbs joints.
+            frames: Where the frame of each link should be in the .mbs, as far as it is known.
+            tolerance: A larger deviation is a difference.
+        """
+        self.urdf = urdf
+        self.mbs = mbs
         self.frames = frames
         self.tolerance = tolerance
-        self.found: list[Difference] = []
-        self.elsewhere: list[Difference] = []
+        self.differences: list[Difference] = []
+        self.displaced_frames: list[Difference] = []
         self.largest = dict.fromkeys(("gravity", "motion", "mass", "centre", "inertia"), 0.0)
-        #: Each group's counterpart, parents first: there is one for each.
-        self.pairs = [0, *[two.created[names[own]] for own in one.created]]
-        size = max(group.reach for side in (one, two) for group in side.groups)
-        #: m; a joint at the very place of the one before it has the rounding of what is there.
-        floor = 1e-4 * size or 1.0
-        #: m, of each pair of groups.
-        self.scales = [
-            max(ours.reach, two.groups[other].reach) + floor
-            for ours, other in zip(one.groups, self.pairs, strict=True)
+        #: The .mbs's group of each of the URDF's groups, parents first.
+        self.counterparts = [
+            0,
+            *[mbs.group_of_coordinate[names[name]] for name in urdf.group_of_coordinate],
         ]
-        #: Each group's pose in its counterpart.
-        self.apart: list[Frame] = [HERE] * len(one.groups)
+        margin = SCALE_MARGIN * max(g.reach for side in (urdf, mbs) for g in side.groups) or 1.0
+        #: Length (m) to which positions in each of the URDF's groups are relative.
+        self.scales = [
+            max(group.reach, mbs.groups[counterpart].reach) + margin
+            for group, counterpart in zip(urdf.groups, self.counterparts, strict=True)
+        ]
+        #: X: pose of each of the URDF's groups in its counterpart.
+        self.relative_poses: list[Frame] = [IDENTITY] * len(urdf.groups)
 
-    def _differ(self, kind: str, message: str, size: float, **more: Any) -> None:
-        self.found.append(Difference(kind, message, size, **more))
+    def create_proof(self, but_for: dict[str, str], not_compared: dict[str, str]) -> Proof:
+        """Create the result of the comparison.
 
-    def _beyond(self, off: float) -> bool:
-        """True if a deviation is a difference; NaN is a difference."""
-        return not off <= self.tolerance
-
-    def proof(self, but_for: dict[str, str], not_compared: dict[str, str]) -> Proof:
-        """The result of the comparison."""
+        Args:
+            but_for: Known deviations that are not differences, each with the reason.
+            not_compared: What nothing here compares, each with the reason.
+        """
         proof = Proof(
-            same=True, positions=POSITIONS, groups=len(self.one.groups), largest=self.largest,
-            differences=[], frames=sorted(self.elsewhere, key=lambda found: -found.size),
-            urdf_mass=self.one.mass, mbs_mass=self.two.mass,
-            but_for=but_for, not_compared=not_compared,
-        )  # fmt: skip
-        proof.differ(self.found)
+            same=True,
+            positions=POSITION_COUNT,
+            groups=len(self.urdf.groups),
+            largest=self.largest,
+            differences=[],
+            frames=sorted(self.displaced_frames, key=lambda difference: -difference.size),
+            urdf_mass=self.urdf.moving_mass,
+            mbs_mass=self.mbs.moving_mass,
+            but_for=but_for,
+            not_compared=not_compared,
+        )
+        proof.add_differences(self.differences)
         return proof
+
+    def _is_different(self, deviation: float) -> bool:
+        """Return True if a deviation is beyond tolerance; NaN is."""
+        return not deviation <= self.tolerance
+
+    def _record(self, kind: str, deviation: float) -> None:
+        """Record a deviation, if it is the largest of its kind."""
+        self.largest[kind] = max(self.largest.get(kind, 0.0), deviation)
 
     def compare_gravity(self) -> None:
         """Compare gravity, relative to its largest component."""
-        ours, theirs = self.one.gravity, self.two.gravity
-        off = rigid.most(ours, theirs, max(map(abs, (*ours, *theirs))) or 1.0)
-        self.largest["gravity"] = off
-        if self._beyond(off):
-            said = f"gravity is {_short(theirs)}, and should be {_short(ours)} m/s^2"
-            self._differ("gravity", said, off, urdf=ours, mbs=theirs)
+        urdf, mbs = self.urdf.gravity, self.mbs.gravity
+        deviation = compute_deviation(urdf, mbs, max(map(abs, (*urdf, *mbs))) or 1.0)
+        self.largest["gravity"] = deviation
+        if self._is_different(deviation):
+            self.differences.append(explain_gravity(urdf, mbs, deviation))
 
     # --- group by group ---
 
     def compare_groups(self) -> None:
-        """Compare the motion of each group on the group before it, and its mass and inertia.
+        """Compare how each group moves in its parent group, and its inertia.
 
-        Each joint is compared by itself, so each difference is named where it arises.  All poses
-        are products of the joints' poses.
+        Each joint is compared alone, so each error is reported once, for the joint that has it.
+        The ground has no parent, and needs no inertia.
         """
-        one, two, pairs = self.one, self.two, self.pairs
-        leader = {number: link for link, (number, _) in reversed(one.frames.items())}
-        world: list[Frame] = []
-        # what is fixed to the ground needs no inertia
-        for mine, other in enumerate(pairs[1:], start=1):
-            ours, theirs = one.groups[mine], two.groups[other]
-            before = theirs.before
-            hangs = theirs.parent != pairs[ours.parent]
-            if hangs:
-                world = world or two.world()
-                before = rigid.compose(rigid.inverse(world[pairs[ours.parent]]), world[other])
-            pair = Pair(
-                ours, theirs, rigid.compose(self.apart[ours.parent], ours.before), before,
-                rigid.merge(ours.inertias), rigid.merge(theirs.inertias), self.scales[mine],
-                partial(self._carried, mine),
-            )  # fmt: skip
-            link = leader.get(mine)
-            if hangs:
-                told = f"joint '{ours.joint}' stands after another joint in the .mbs"
-                if not self.found or self.found[-1].message != told:  # once for all coordinates
-                    self._differ("parent", told, 1.0, link=ours.child, joint=ours.joint)
-            self.apart[mine] = self._place(pair, other, link, hangs)
-            self._inertia(pair, self.apart[mine])
+        first_links = {frame.group: link for link, frame in reversed(self.urdf.frames.items())}
+        for number in range(1, len(self.counterparts)):
+            pair = self._create_pair(number)
+            if not self._has_same_parent(number):
+                difference = explain_parent(pair.urdf)
+                # The coordinates of one joint follow each other; it is reported once.
+                if not self.differences or self.differences[-1].message != difference.message:
+                    self.differences.append(difference)
+            expected_pose = self._find_expected_pose(number, first_links.get(number))
+            self.relative_poses[number] = self._compare_motion(number, pair, expected_pose)
+            self._compare_inertia(pair, self.relative_poses[number])
 
-    def _carried(self, mine: int) -> list[tuple[Group, Group]]:
-        """The pairs of groups that hang on a pair."""
-        groups, other = self.two.groups, self.pairs[mine]
-        pairs = [(self.one.groups[n], groups[self.pairs[n]]) for n in self.one.groups[mine].carries]
-        return [(ours, theirs) for ours, theirs in pairs if theirs.parent == other]
+    @cached_property
+    def _mbs_zero_poses(self) -> list[Frame]:
+        """Poses of the .mbs's groups in the ground, all joints at zero."""
+        return self.mbs.compute_zero_poses()
 
-    def _place(self, pair: Pair, other: int, link: str | None, hangs: bool) -> Frame:
-        """The constant pose of a group in its counterpart; tells what of the motion differs."""
-        at = self.frames.get(link) if link is not None else None
-        meant: Frame | None = None
-        if at is not None:
-            group, pose = self._meant(at)
-            if group == other:
-                meant = HERE if pose == HERE else pose
-        place = pair.placed() if meant is None else meant
-        motion = 0.0 if hangs else pair.motion(place)
-        plain = meant is not None or max(pair.inertia(place).values()) <= self.tolerance
-        if self._beyond(motion) or not plain:
-            place = settle(pair, pair.placed(), meant, self.tolerance)
-            motion = 0.0 if hangs else pair.motion(place)
-        self.largest["motion"] = max(self.largest["motion"], motion)
-        if self._beyond(motion):
-            self._tell_motion(pair, place, motion)
-        return place
+    def _has_same_parent(self, number: int) -> bool:
+        """Return True if a group and its counterpart are attached to the same group."""
+        urdf, mbs = self.urdf.groups[number], self.mbs.groups[self.counterparts[number]]
+        return mbs.parent == self.counterparts[urdf.parent]
 
-    def _tell_motion(self, pair: Pair, place: Frame, motion: float) -> None:
-        """Name a difference in motion: a joint's zero, a link put elsewhere, or an axis."""
-        ours, theirs, name = pair.ours, pair.theirs, pair.ours.joint
-        link = ours.child
-        where: dict[str, Any] = {"link": link, "joint": name}
-        placed = pair.placed()
-        off = rigid.distance(placed, place, pair.scale)
-        a = rigid.turned(pair.their_before, theirs.axis)
-        b = rigid.turned(pair.our_before, ours.axis)
-        tilt = rigid.angle(a, b)
-        if off <= self.tolerance:
-            if self._beyond(tilt):
-                back = rigid.inverse(self.apart[ours.parent])
-                a, b = rigid.turned(back, a), rigid.turned(back, b)
-                told = f"its axis is {_short(a)} in the .mbs, and should be {_short(b)}"
-                told += f": {tilt:.6g} rad off"
-            else:
-                a, b = pair.their_before[9:], pair.our_before[9:]
-                told = f"its axis is {rigid.most(a, b):.3g} m beside where it should be"
-            self._differ("axis", f"joint '{name}': {told}", motion, urdf=b, mbs=a, **where)
-            return
-        # the link, seen from where it should be; how much of it is the joint's own motion?
-        away = rigid.compose(rigid.inverse(placed), place)
-        if ours.turns:
-            amount = rigid.about(away, ours.axis)
-            rest = rigid.compose(away, rigid.spin(ours.axis, -amount))
-        else:
-            amount = sum(p * q for p, q in zip(away[9:], ours.axis, strict=True))
-            rest = rigid.compose(away, rigid.shift(ours.axis, -amount))
-        left = rigid.distance(rest, HERE, pair.scale)
-        if left <= max(self.tolerance, 1e-3 * off):
-            unit = "rad" if ours.turns else "m"
-            told = f"joint '{name}': its zero is the URDF's {amount:.6g} {unit}"
-            if self._beyond(left):
-                told += f", and link '{link}' is {_in_words(rest)}"
-            self._differ("zero", told, off, urdf=0.0, mbs=amount, **where)
-            return
-        told = f"link '{link}': joint '{name}' puts it elsewhere, {_in_words(away)}"
-        if theirs.held:
-            told += f" (driven before it: {', '.join(theirs.held)})"
-        if self._beyond(tilt):
-            told += f"; its axis is {tilt:.3g} rad off"
-        self._differ("frame", told, off, **where)
+    def _create_pair(self, number: int) -> GroupPair:
+        """Create the pair of a group of the URDF, whose parent has been compared."""
+        counterpart = self.counterparts[number]
+        urdf, mbs = self.urdf.groups[number], self.mbs.groups[counterpart]
+        mbs_joint_frame = mbs.joint_frame
+        if not self._has_same_parent(number):
+            expected_parent = self._mbs_zero_poses[self.counterparts[urdf.parent]]
+            mbs_joint_frame = compose(inverse(expected_parent), self._mbs_zero_poses[counterpart])
+        parent_pose = self.relative_poses[urdf.parent]
+        return GroupPair(
+            urdf=urdf,
+            mbs=mbs,
+            parent_pose=parent_pose,
+            urdf_joint_frame=compose(parent_pose, urdf.joint_frame),
+            mbs_joint_frame=mbs_joint_frame,
+            urdf_inertia=sum_inertias([*urdf.inertias.values()]),
+            mbs_inertia=sum_inertias([*mbs.inertias.values()]),
+            scale=self.scales[number],
+            find_children=partial(self._find_children, number),
+        )
 
-    def _inertia(self, pair: Pair, place: Frame) -> None:
-        """Compare what a pair of groups weighs, where, and how it resists turning."""
-        apart = pair.inertia(place)
-        for kind, off in apart.items():
-            self.largest[kind] = max(self.largest[kind], off)
-        most = max(apart.values())
-        if not self._beyond(most):
-            return
-        joint = pair.ours.joint
-        link = pair.ours.child
-        lost = self._lost(pair)
-        before = len(self.found)
-        for name in lost:
-            mass = dict(pair.ours.inertias)[name][0]
-            told = f"link '{name}': its {_short(mass)} kg are not in the .mbs"
-            self._differ(
-                "mass", told, mass / (pair.our_inertia[0] or 1.0),
-                link=name, joint=joint, urdf=mass, mbs=0.0,
-            )  # fmt: skip
-        for names, ours, theirs in self._parts(pair, lost):
-            ours = rigid.seen(ours, place)
-            names = names or [link]
-            who = ("link " if len(names) == 1 else "links ") + " + ".join(
-                f"'{name}'" for name in names[:3]
-            )
-            if len(names) > 3:
-                who += f" and {len(names) - 3} more"
-            offs = rigid.inertias_apart(ours, theirs, pair.scale)
-            for index, (kind, off) in enumerate(offs.items()):
-                if self._beyond(off):
-                    a, b = ours[index], theirs[index]
-                    told = f"{who}: {kind} is {_short(b)} in the .mbs, "
-                    told += f"and should be {_short(a)}"
-                    self._differ(kind, told, off, link=names[0], joint=joint, urdf=a, mbs=b)
-        if len(self.found) == before:  # only in sum, as where two were exchanged
-            self._differ("inertia", f"link '{link}': inertia", most, link=link, joint=joint)
-
-    def _lost(self, pair: Pair) -> list[str]:
-        """The links of a group whose mass is just what the .mbs has too little."""
-        heavy = [(name, inertia[0]) for name, inertia in pair.ours.inertias if inertia[0]]
-        lack = pair.our_inertia[0] - pair.their_inertia[0]
-        enough = self.tolerance * pair.our_inertia[0]
-        if lack <= enough:
-            return []
-        bodiless = [(name, mass) for name, mass in heavy if not self._body(name)]
-        if bodiless and abs(sum(mass for _, mass in bodiless) - lack) <= enough:
-            return [name for name, _ in bodiless]
-        return [name for name, mass in heavy if abs(mass - lack) <= enough][:1]
-
-    def _body(self, link: str) -> str | None:
-        """The body that a link's inertia should be in, as far as that is known."""
-        at = self.frames.get(link)
-        return None if at is None or at.joint is not None else at.body
-
-    def _parts(self, pair: Pair, lost: list[str]) -> list[tuple[list[str], Inertia, Inertia]]:
-        """A pair of groups, body by body if it is known which link is in which: links, their
-        inertia, and the body's."""
-        ours = [(name, i) for name, i in pair.ours.inertias if name not in lost]
-        names = [name for name, _ in ours]
-        whole = [(names, rigid.merge(ours), pair.their_inertia)]
-        bodies: dict[str, list[tuple[str, Inertia]]] = {}
-        for name, inertia in ours:
-            bodies.setdefault(self._body(name) or "", []).append((name, inertia))
-        theirs = dict(pair.theirs.inertias)
-        if "" in bodies or not bodies.keys() >= theirs.keys():
-            return whole
-        nothing = rigid.merge([])
-        return [
-            ([name for name, _ in links], rigid.merge(links), theirs.get(body, nothing))
-            for body, links in bodies.items()
+    def _find_children(self, number: int) -> list[tuple[Group, Group]]:
+        """Find the groups (URDF, .mbs) that are attached to a group and to its counterpart."""
+        pairs = [
+            (self.urdf.groups[child], self.mbs.groups[self.counterparts[child]])
+            for child in self.urdf.groups[number].children
         ]
+        return [(urdf, mbs) for urdf, mbs in pairs if mbs.parent == self.counterparts[number]]
+
+    def _find_expected_pose(self, number: int, link: str | None) -> Frame | None:
+        """Find the relative pose of a group by where the frame of its first link should be.
+
+        Returns:
+            None if that is not known, or if the frame is in another group.
+        """
+        frame = None if link is None else self.frames.get(link)
+        if frame is None:
+            return None
+        group, pose = self._locate(frame)
+        if group != self.counterparts[number]:
+            return None
+        return IDENTITY if pose == IDENTITY else pose
+
+    def _compare_motion(self, number: int, pair: GroupPair, expected_pose: Frame | None) -> Frame:
+        """Compare the motion of a group with that of its counterpart; return the relative pose."""
+        has_same_parent = self._has_same_parent(number)
+        pose = pair.compute_zero_pose() if expected_pose is None else expected_pose
+        deviation = pair.compute_motion_deviation(pose) if has_same_parent else 0.0
+        is_pose_known = (
+            expected_pose is not None
+            or max(pair.compute_inertia_deviations(pose).values()) <= self.tolerance
+        )
+        if self._is_different(deviation) or not is_pose_known:
+            pose = find_best_pose(pair, expected_pose, self.tolerance)
+            deviation = pair.compute_motion_deviation(pose) if has_same_parent else 0.0
+        self._record("motion", deviation)
+        if self._is_different(deviation):
+            self.differences.append(explain_motion(pair, pose, deviation, self.tolerance))
+        return pose
+
+    def _compare_inertia(self, pair: GroupPair, relative_pose: Frame) -> None:
+        """Compare the mass, centre of mass and inertia tensor of two groups."""
+        deviations = pair.compute_inertia_deviations(relative_pose)
+        for kind, deviation in deviations.items():
+            self._record(kind, deviation)
+        if self._is_different(max(deviations.values())):
+            self.differences += explain_inertia(pair, relative_pose, self.frames, self.tolerance)
 
     # --- frames and points ---
 
-    def _meant(self, at: LinkFrame) -> tuple[int, Frame]:
-        """The group in the .mbs that a link's frame should be in (-1: there is none), and the
-        pose in this group."""
-        nowhere = (-1, HERE)
-        if at.joint is not None:
-            group, pose = self.two.after.get(at.joint, nowhere)
+    def _locate(self, frame: LinkFrame) -> PlacedFrame:
+        """Find where the frame of a link should be in the .mbs: its group, and its pose there."""
+        if frame.joint is not None:
+            group, pose = self.mbs.frames_after_joints.get(frame.joint, MISSING_FRAME)
         else:
-            group, pose = self.two.frames.get(at.body or "", nowhere)
-        if at.pose.xyz != ORIGIN or at.pose.rot != UNTURNED:
-            pose = rigid.compose(pose, (*at.pose.rot, *at.pose.xyz))
-        return group, pose
+            group, pose = self.mbs.frames.get(frame.body or "", MISSING_FRAME)
+        if frame.pose.xyz != ORIGIN or frame.pose.rot != IDENTITY_ROTATION:
+            pose = compose(pose, (*frame.pose.rot, *frame.pose.xyz))
+        return PlacedFrame(group, pose)
 
     def compare_frames(self) -> None:
-        """Compare where each link's frame is with where it is said to be."""
-        for link, at in self.frames.items():
-            if link not in self.one.frames:
+        """Compare where the frame of each link is with where it should be."""
+        for link, frame in self.frames.items():
+            if link not in self.urdf.frames:
                 continue
-            group, pose = self.one.frames[link]
-            other, theirs = self._meant(at)
-            if self.pairs[group] != other:
-                name = at.joint or at.body or ""
-                told = "moves with another body" if other >= 0 else f"there is no '{name}'"
-                self.elsewhere.append(Difference("frame", f"link '{link}': {told}", link=link))
+            group, pose = self.urdf.frames[link]
+            mbs = self._locate(frame)
+            if self.counterparts[group] != mbs.group:
+                is_present = mbs.group >= 0
+                difference = explain_missing_frame(link, frame, is_present=is_present)
+                self.displaced_frames.append(difference)
                 continue
-            ours = rigid.compose(self.apart[group], pose)
-            off = rigid.distance(ours, theirs, self.scales[group])
-            self.largest["frame"] = max(self.largest.get("frame", 0.0), off)
-            if self._beyond(off):
-                told = _in_words(rigid.compose(rigid.inverse(ours), theirs))
-                self.elsewhere.append(
-                    Difference("frame", f"link '{link}': its frame is {told}", off, link=link)
-                )
+            urdf_pose = compose(self.relative_poses[group], pose)
+            deviation = compute_frame_deviation(urdf_pose, mbs.pose, self.scales[group])
+            self._record("frame", deviation)
+            if self._is_different(deviation):
+                displacement = compose(inverse(urdf_pose), mbs.pose)
+                self.displaced_frames.append(explain_frame(link, displacement, deviation))
 
     def compare_points(self, mbs: Mbs) -> None:
-        """Compare the anchor points named after links that are rigid with the point's body."""
-        links = _one_spelling(self.one.frames)
+        """Compare the anchor points that have the name of a link of their group with its frame."""
+        links = _find_links_by_point_name(self.urdf.frames)
         for (body, _), point in mbs.points().items():
-            other, at = self.two.frames[body or ""]
             link = links.get(point.name)
             if link is None:
                 continue
-            group, pose = self.one.frames[link]
-            if self.pairs[group] != other:
+            frame = self.mbs.frames[body or ""]
+            group, pose = self.urdf.frames[link]
+            if self.counterparts[group] != frame.group:
                 continue
-            ours = rigid.moved(self.apart[group], pose[9:])
-            theirs = rigid.moved(at, point.coordinates)
-            off = rigid.most(ours, theirs, self.scales[group])
-            if self._beyond(off):
-                told = f"link '{link}': point '{point.name}' of body '{body}' is "
-                told += f"{dist(ours, theirs):.3g} m off its frame"
-                self.elsewhere.append(Difference("point", told, off, link=link))
+            urdf_point = transform_point(self.relative_poses[group], pose[9:])
+            mbs_point = transform_point(frame.pose, point.coordinates)
+            deviation = compute_deviation(urdf_point, mbs_point, self.scales[group])
+            if self._is_different(deviation):
+                distance = dist(urdf_point, mbs_point)
+                message = f"link '{link}': point '{point.name}' of body '{body}' is "
+                message += f"{distance:.3g} m off its frame"
+                self.displaced_frames.append(Difference("point", message, deviation, link=link))
 
-    def compare_shapes(self, robot: Robot, mbs: Mbs) -> tuple[dict[str, str], dict[str, str]]:
+    # --- shapes ---
+
+    def compare_shapes(self, robot: Robot, mbs: Mbs) -> ShapeComparison:
         """Compare where the shapes of an .mbs are with the visuals of the URDF.
 
         Args:
             robot: The robot of the URDF.
             mbs: The model whose shapes are compared; its bodies are those of the .mbs.
-
-        Returns:
-            Visuals that are elsewhere, and links with visuals that the .mbs does not have, each
-            with the reason.
         """
-        drawn: dict[int, list[Solid]] = {}
-        holders: list[Base | Body] = [mbs.base, *mbs.bodies]
-        for holder in holders:
-            name = holder.name if isinstance(holder, Body) else ""
-            group, frame = self.two.frames.get(name, (-1, HERE))
-            solids = (solid_of_shape(shape, frame) for shape in holder.shapes)
-            drawn.setdefault(group, []).extend(solid for solid in solids if solid is not None)
-        elsewhere: dict[str, str] = {}
-        missing: dict[str, str] = {}
-        for link, (group, pose) in self.one.frames.items():
+        solids_of_group = self._convert_shapes(mbs)
+        comparison = ShapeComparison({}, {})
+        for link, (group, pose) in self.urdf.frames.items():
+            candidates = solids_of_group.get(self.counterparts[group], [])
             scale = self.scales[group]
             for visual in robot.links[link].visuals:
-                frame = rigid.compose(self.apart[group], at_origin(pose, visual.origin))
-                for solid in solids_of_visual(visual.geometry, frame):
-                    nearest = find_nearest(solid, drawn.get(self.pairs[group], []), scale)
+                frame = compose(self.relative_poses[group], compose_origin(pose, visual.origin))
+                for solid in convert_visual(visual.geometry, frame):
+                    nearest = find_nearest(solid, candidates, scale)
                     if nearest is None:
-                        missing[f"visuals of link '{link}'"] = NOT_DRAWN
+                        comparison.missing[f"visuals of link '{link}'"] = NO_SUCH_SHAPE
                     elif deviation := describe_deviation(solid, nearest, scale):
-                        elsewhere[f"visual of link '{link}' {deviation}"] = MASSLESS_SHAPE
-        return elsewhere, missing
+                        shape = f"visual of link '{link}' {deviation}"
+                        comparison.displaced[shape] = MASSLESS_SHAPE
+        return comparison
+
+    def _convert_shapes(self, mbs: Mbs) -> dict[int, list[Solid]]:
+        """Convert the shapes of an .mbs to solids, by the numbers of their groups."""
+        solids_of_group: dict[int, list[Solid]] = {}
+        owners: list[Base | Body] = [mbs.base, *mbs.bodies]
+        for owner in owners:
+            name = owner.name if isinstance(owner, Body) else ""
+            group, frame = self.mbs.frames.get(name, MISSING_FRAME)
+            solids = (convert_shape(shape, frame) for shape in owner.shapes)
+            solids_of_group.setdefault(group, []).extend(s for s in solids if s is not None)
+        return solids_of_group
 
 
-def _one_spelling(links: Iterable[str]) -> dict[str, str | None]:
-    """The link that each point's name stands for; None where it may stand for several."""
-    found: dict[str, str | None] = {}
+def _find_links_by_point_name(links: Iterable[str]) -> dict[str, str | None]:
+    """Find the link for each name that a point may have; None if several links share the name."""
+    link_of_name: dict[str, str | None] = {}
     for link in links:
         name = link if link.isascii() and link.isidentifier() else identifiers([link])[0]
-        found[name] = None if name in found else link
-    return found
-
-
-def _short(value: Any) -> str:
-    if isinstance(value, tuple):
-        return "(" + ", ".join(f"{c:.9g}" for c in value) + ")"
-    return f"{value:.9g}"
-
-
-def _in_words(apart: Frame) -> str:
-    """A frame in words: the turns that lead to it (rad), and its shift (m)."""
-    turns = ", ".join(
-        f"{angle:.6g} about {'xyz'[k - 1]}" for k, angle in fewest_turns(apart[:9], 1e-10)
-    )
-    most = max(map(abs, apart[9:]))
-    shift = ", ".join(f"{c if abs(c) > 1e-9 * most else 0.0:.6g}" for c in apart[9:])
-    parts = [f"turned by {turns}"] * bool(turns) + [f"shifted by ({shift})"] * (most > 1e-12)
-    return " and ".join(parts) or "slightly off"
+        link_of_name[name] = None if name in link_of_name else link
+    return link_of_name

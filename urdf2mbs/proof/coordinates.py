@@ -1,261 +1,215 @@
-"""The coordinates that move in the .mbs as in the URDF: joints by name, type, nature and symbols,
-joints that follow others, and cuts.
+"""Match the coordinates of a URDF with the joints of an .mbs that move in the same way.
 
-Robotran moves an ``independent`` joint by its equations, solves a ``dependent`` one from a
-constraint, and holds a ``driven`` one where it starts.  Its generated equations have zero for a
-q, qd or qdd that ``<symbols>`` leaves out.
+Compared are the types and natures of joints, their ``<symbols>``, and joints that follow others.
+Robotran integrates an ``independent`` joint, solves a ``dependent`` one from a constraint, and
+keeps a ``driven`` one at its start, unless user code moves it.  Its generated equations have zero
+for a q, qd or qdd that ``<symbols>`` leaves out.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection
 from typing import Any
 
 import msgspec
 
-from urdf2mbs.mbs.model import Body, Connection, Joint, Mbs
-from urdf2mbs.messages.diagnostics import some
-from urdf2mbs.proof.groups import Side
-from urdf2mbs.proof.mbs_side import mbs_side
+from urdf2mbs.mbs.model import Body, Joint, Mbs
+from urdf2mbs.proof.cuts import compare_cuts
+from urdf2mbs.proof.match import Match
 from urdf2mbs.proof.pair import TOLERANCE
-from urdf2mbs.proof.rigid import HERE, compose, moved, turned
-from urdf2mbs.proof.urdf_side import SIX, own_coordinates
+from urdf2mbs.proof.urdf_side import FLOATING_ORDER, Coordinate, list_coordinates
 from urdf2mbs.proof.verdict import Difference
 from urdf2mbs.urdf.model import Joint as UrdfJoint
 from urdf2mbs.urdf.model import Robot
 
-#: Elements of a Jacobian up to this (relative) are rounding.
-SINGULAR = 1e-7
+SYMBOLS = ("q", "qd", "qdd")
 
 
 class Coordinates(msgspec.Struct):
-    """The coordinates of both sides, and their differences."""
+    """The coordinates of a URDF in an .mbs, and their differences."""
 
     names: dict[str, str] = {}
-    """The URDF's coordinates that move in the .mbs too, and their names there."""
-    held: dict[str, float] = {}
-    """The URDF's coordinates that the .mbs holds, and where (rad, m)."""
+    """The URDF's coordinates that move in the .mbs, too, and their joints there."""
+    locked: dict[str, float] = {}
+    """The URDF's coordinates that are constant in the .mbs, and their positions (rad or m)."""
     differences: list[Difference] = []
     but_for: dict[str, str] = {}
+    """Known deviations that are not differences, each with the reason."""
     not_compared: dict[str, str] = {}
+    """What is not compared, each with the reason."""
 
-    def differ(self, kind: str, message: str, **more: Any) -> None:
-        self.differences.append(Difference(kind, message, **more))
+    def add_difference(self, kind: str, message: str, **fields: Any) -> None:
+        """Add a difference; the fields are those of ``Difference``."""
+        self.differences.append(Difference(kind, message, **fields))
 
 
-def coordinates(
-    robot: Robot, mbs: Mbs, joints: Mapping[str, Sequence[str]], frozen: Collection[str],
-    orders: Mapping[str, tuple[str, ...]], driven: Collection[str],
-) -> Coordinates:  # fmt: skip
-    """Match the coordinates of a URDF with those of an .mbs, and note the differences.
+def match_coordinates(robot: Robot, mbs: Mbs, match: Match, driven: Collection[str]) -> Coordinates:
+    """Match the coordinates of a URDF with the joints of an .mbs, and find their differences.
 
-    ``joints``, ``frozen`` and ``orders`` are as for ``compare``; ``driven`` are the .mbs joints
-    that are driven on purpose, though the URDF has them follow others.
+    Args:
+        robot: The robot of the URDF.
+        mbs: The model.
+        match: Which joints of the .mbs are those of the URDF.
+        driven: The joints of the .mbs that user code moves on purpose, though they follow others
+            in the URDF.
     """
-    known = mbs.joints()
-    out = Coordinates()
-    tied = _loops(robot, mbs, out)
-    taken: set[str] = set()
+    cuts = compare_cuts(robot, mbs)
+    matcher = _Matcher(
+        robot=robot,
+        mbs_joints=mbs.joints(),
+        match=match,
+        driven=driven,
+        constrained_joints=cuts.constrained_joints,
+        result=Coordinates(
+            differences=cuts.differences, but_for=cuts.but_for, not_compared=cuts.not_compared
+        ),
+    )
     for joint in robot.joints.values():
-        if not joint.moves or joint.name in frozen:
-            continue
-        where: dict[str, Any] = {"link": joint.child, "joint": joint.name}
-        ours = own_coordinates(joint, orders.get(joint.name, SIX))
-        theirs = joints.get(joint.name, ())
-        if len(theirs) != len(ours) or not known.keys() >= set(theirs):
-            said = f"joint '{joint.name}' ({joint.type}) is not in the .mbs"
-            out.differ("joint-missing", said, **where)
-            continue
-        for (own, kind, _), name in zip(ours, theirs, strict=True):
-            moves = _nature(robot, joint, known[name], tied, driven, out)
-            if name in taken:
-                said = f"joint '{name}' is given for '{joint.name}' and for another joint"
-                out.differ("joint-missing", said, **where)
-            elif not moves:
-                out.held[own] = known[name].q or 0.0
-            elif known[name].type[0] != kind[0]:
-                does = "shifts" if kind[0] == "R" else "turns"
-                said = f"joint '{name}' is a {known[name].type}: it {does}, and should not"
-                out.differ("type", said, urdf=joint.type, mbs=known[name].type, **where)
-            else:
-                out.names[own] = name
-            taken.add(name)
-    moving = set(out.names.values())
+        if joint.moves and joint.name not in match.locked:
+            matcher.match_joint(joint)
+    moving_joints = set(matcher.result.names.values())
     for body in mbs.bodies:
-        for extra in body.joints:
-            if extra.nature != "driven" and extra.name not in taken:
-                said = f"joint '{extra.name}' of body '{body.name}' moves in the .mbs only"
-                out.differ("joint-extra", said, link=body.name, joint=extra.name)
-            _symbols(body, extra, extra.nature != "driven" or extra.name in moving, out)
-    return out
+        for mbs_joint in body.joints:
+            matcher.check_mbs_joint(body, mbs_joint, is_matched=mbs_joint.name in moving_joints)
+    return matcher.result
 
 
-def _nature(
-    robot: Robot, joint: UrdfJoint, own: Joint,
-    tied: Collection[str], driven: Collection[str], out: Coordinates,
-) -> bool:  # fmt: skip
-    """True if a joint moves as its URDF joint does; notes a difference of its nature."""
-    where: dict[str, Any] = {"link": joint.child, "joint": joint.name}
-    if own.nature == "dependent" and own.name not in tied:
-        said = f"joint '{own.name}' is dependent, and no cut or user constraint moves it"
-        out.differ("nature", said, urdf="independent", mbs=own.nature, **where)
-    if joint.mimic is None:
-        if own.nature == "driven":
-            said = f"joint '{own.name}' is driven, and should be independent"
-            out.differ("nature", said, urdf="independent", mbs=own.nature, **where)
-        return own.nature != "driven"
-    leader, place = joint.mimic.joint, _place(robot, joint)
-    if own.nature == "driven" and place is not None:
-        held = own.q or 0.0
-        if not abs(held - place) <= TOLERANCE:
-            said = f"joint '{own.name}' is held at {held:.9g}, and should be at {place:.9g}"
-            out.differ("zero", said, urdf=place, mbs=held, **where)
-        return False
-    if own.nature == "independent":
-        out.but_for[f"joint '{joint.name}'"] = "free here, coupled by <mimic> in the URDF"
-    elif own.nature == "dependent":
-        out.not_compared[f"<mimic> of joint '{joint.name}'"] = (
-            "held by the user functions (user_cons_hJ)"
-        )
-    elif own.name in driven:
-        out.but_for[f"joint '{joint.name}'"] = f"driven, so that '{leader}' does not feel it"
-    else:
-        said = f"joint '{own.name}' is driven, and should follow '{leader}'"
-        said += ", which then feels its inertia"
-        out.differ("nature", said, urdf="dependent", mbs=own.nature, **where)
-    return True
+class _Matcher(msgspec.Struct):
+    """Matches one joint after the other; see ``match_coordinates``."""
+
+    robot: Robot
+    mbs_joints: dict[str, Joint]
+    match: Match
+    driven: Collection[str]
+    constrained_joints: Collection[str]
+    """The joints of the .mbs that cuts and user constraints tie to each other."""
+    result: Coordinates
+    used_joints: set[str] = set()
+    """The joints of the .mbs that are those of the URDF."""
+
+    def match_joint(self, joint: UrdfJoint) -> None:
+        """Match the coordinates of a URDF joint that moves with its joints in the .mbs."""
+        order = self.match.floating_orders.get(joint.name, FLOATING_ORDER)
+        coordinates = list_coordinates(joint, order)
+        names = self.match.joints.get(joint.name, ())
+        if len(names) != len(coordinates) or not self.mbs_joints.keys() >= set(names):
+            message = f"joint '{joint.name}' ({joint.type}) is not in the .mbs"
+            self._add_difference(joint, "joint-missing", message)
+            return
+        for coordinate, name in zip(coordinates, names, strict=True):
+            self._match_coordinate(joint, coordinate, self.mbs_joints[name])
+
+    def _match_coordinate(self, joint: UrdfJoint, coordinate: Coordinate, mbs_joint: Joint) -> None:
+        """Match a coordinate of a URDF joint with a joint of the .mbs."""
+        self._check_nature(joint, mbs_joint)
+        name = mbs_joint.name
+        if name in self.used_joints:
+            message = f"joint '{name}' is given for '{joint.name}' and for another joint"
+            self._add_difference(joint, "joint-missing", message)
+        elif not self._moves(joint, mbs_joint):
+            self.result.locked[coordinate.name] = mbs_joint.q or 0.0
+        elif mbs_joint.type[0] != coordinate.type[0]:
+            motion = "shifts" if coordinate.type[0] == "R" else "turns"
+            message = f"joint '{name}' is a {mbs_joint.type}: it {motion}, and should not"
+            self._add_difference(joint, "type", message, urdf=joint.type, mbs=mbs_joint.type)
+        else:
+            self.result.names[coordinate.name] = name
+        self.used_joints.add(name)
+
+    def _moves(self, joint: UrdfJoint, mbs_joint: Joint) -> bool:
+        """Return True if a joint of the .mbs moves as its URDF joint does."""
+        if mbs_joint.nature != "driven":
+            return True
+        return joint.mimic is not None and _find_constant_position(self.robot, joint) is None
+
+    def _check_nature(self, joint: UrdfJoint, mbs_joint: Joint) -> None:
+        """Compare the nature of a joint with that of its URDF joint."""
+        name, nature = mbs_joint.name, mbs_joint.nature
+        if nature == "dependent" and name not in self.constrained_joints:
+            message = f"joint '{name}' is dependent, and no cut or user constraint moves it"
+            self._add_difference(joint, "nature", message, urdf="independent", mbs=nature)
+        if joint.mimic is not None:
+            self._check_follower(joint, mbs_joint)
+        elif nature == "driven":
+            message = f"joint '{name}' is driven, and should be independent"
+            self._add_difference(joint, "nature", message, urdf="independent", mbs=nature)
+
+    def _check_follower(self, joint: UrdfJoint, mbs_joint: Joint) -> None:
+        """Compare the nature of a joint that follows another one in the URDF (``<mimic>``)."""
+        assert joint.mimic is not None
+        name, nature, leader = mbs_joint.name, mbs_joint.nature, joint.mimic.joint
+        position = _find_constant_position(self.robot, joint)
+        if nature == "driven" and position is not None:
+            mbs_position = mbs_joint.q or 0.0
+            if not abs(mbs_position - position) <= TOLERANCE:
+                message = f"joint '{name}' is held at {mbs_position:.9g}, "
+                message += f"and should be at {position:.9g}"
+                self._add_difference(joint, "zero", message, urdf=position, mbs=mbs_position)
+        elif nature == "independent":
+            reason = "free here, coupled by <mimic> in the URDF"
+            self.result.but_for[f"joint '{joint.name}'"] = reason
+        elif nature == "dependent":
+            reason = "held by the user functions (user_cons_hJ)"
+            self.result.not_compared[f"<mimic> of joint '{joint.name}'"] = reason
+        elif name in self.driven:
+            reason = f"driven, so that '{leader}' does not feel it"
+            self.result.but_for[f"joint '{joint.name}'"] = reason
+        else:
+            message = f"joint '{name}' is driven, and should follow '{leader}'"
+            message += ", which then feels its inertia"
+            self._add_difference(joint, "nature", message, urdf="dependent", mbs=nature)
+
+    def check_mbs_joint(self, body: Body, joint: Joint, *, is_matched: bool) -> None:
+        """Check that a joint of the .mbs has a counterpart, and symbols for its motion."""
+        is_driven = joint.nature == "driven"
+        if not is_driven and joint.name not in self.used_joints:
+            message = f"joint '{joint.name}' of body '{body.name}' moves in the .mbs only"
+            self.result.add_difference("joint-extra", message, link=body.name, joint=joint.name)
+        if is_driven and not is_matched:
+            messages = _check_symbols_of_constant(joint)
+        else:
+            messages = _check_symbols_of_moving(joint)
+        for message in messages:
+            self.result.add_difference("symbols", message, link=body.name, joint=joint.name)
+
+    def _add_difference(self, joint: UrdfJoint, kind: str, message: str, **fields: Any) -> None:
+        """Add a difference of a URDF joint."""
+        self.result.add_difference(kind, message, link=joint.child, joint=joint.name, **fields)
 
 
-def _place(robot: Robot, joint: UrdfJoint) -> float | None:
-    """Where a joint stands that follows with a multiplier of zero (rad, m); else None."""
-    multiplier, place = 1.0, 0.0
+def _find_constant_position(robot: Robot, joint: UrdfJoint) -> float | None:
+    """Find the position (rad or m) of a follower whose multiplier is zero; else None.
+
+    The rules of a chain of followers, ``q = m q_leader + c``, are composed.
+    """
+    multiplier, offset = 1.0, 0.0
     while joint.mimic is not None:
-        place += multiplier * joint.mimic.offset
+        offset += multiplier * joint.mimic.offset
         multiplier *= joint.mimic.multiplier
         joint = robot.joints[joint.mimic.joint]
-    return None if multiplier else place
+    return None if multiplier else offset
 
 
-def _symbols(body: Body, joint: Joint, moves: bool, out: Coordinates) -> None:
-    """Note where Robotran's equations and the file's numbers of a joint disagree."""
-    kept = ("q", "qd", "qdd") if joint.symbols is None else joint.symbols
-    where: dict[str, Any] = {"link": body.name, "joint": joint.name}
-    dropped = [symbol for symbol in ("q", "qd", "qdd") if symbol not in kept]
-    if moves:
-        if dropped:
-            said = f"joint '{joint.name}' moves, and its <symbols> leave out {', '.join(dropped)}"
-            out.differ("symbols", f"{said}: Robotran's equations have zero there", **where)
-        return
-    if joint.q and "q" in dropped:
-        said = f"joint '{joint.name}' is held at {joint.q:.9g}, and its <symbols> leave out q"
-        out.differ("symbols", f"{said}: Robotran's equations have zero there", **where)
+def _check_symbols_of_moving(joint: Joint) -> list[str]:
+    """Return what is wrong with the symbols of a joint that moves: all three are needed."""
+    if joint.symbols is None:
+        return []
+    dropped = [symbol for symbol in SYMBOLS if symbol not in joint.symbols]
+    if not dropped:
+        return []
+    message = f"joint '{joint.name}' moves, and its <symbols> leave out {', '.join(dropped)}"
+    return [f"{message}: Robotran's equations have zero there"]
+
+
+def _check_symbols_of_constant(joint: Joint) -> list[str]:
+    """Return what is wrong with a driven joint: where its numbers and the equations disagree."""
+    symbols = SYMBOLS if joint.symbols is None else joint.symbols
+    messages = []
+    if joint.q and "q" not in symbols:
+        message = f"joint '{joint.name}' is held at {joint.q:.9g}, and its <symbols> leave out q"
+        messages.append(f"{message}: Robotran's equations have zero there")
     for symbol, value in (("qd", joint.qd), ("qdd", joint.qdd)):
-        if value and symbol in kept:
-            said = f"joint '{joint.name}' is held, and its {symbol} is {value:.9g}"
-            out.differ("symbols", f"{said}: Robotran's equations have it move", **where)
-
-
-# --- loops ---
-
-
-def _loops(robot: Robot, mbs: Mbs, out: Coordinates) -> set[str]:
-    """The joints that cuts and user constraints tie to each other; says what of these differs."""
-    groups: list[tuple[list[Connection], list[dict[str, float]], set[str]]] = []
-    if not mbs.cuts and not mbs.user_constraints:
-        return set()
-    nature = {name: joint.nature for name, joint in mbs.joints().items()}
-    tied = [([cut], rows) for cut, rows in _rows(mbs)]
-    for constraint in mbs.user_constraints:
-        # the factors are in the user functions: some that no two rows share
-        row = {name: 1.0 + 0.37 * len(tied) + k for k, name in enumerate(constraint.joints)}
-        tied.append(([], [row]))
-    for cuts, rows in tied:
-        names = {name for row in rows for name in row if nature[name] != "driven"}
-        for group in [group for group in groups if not names.isdisjoint(group[2])]:
-            groups.remove(group)
-            cuts, rows, names = group[0] + cuts, group[1] + rows, group[2] | names
-        groups.append((cuts, rows, names))
-    stated = {cut.name for cut in mbs.cuts if _is_stated(cut, robot)}
-    for cuts, rows, names in groups:
-        if cuts:
-            own = all(cut.name in stated for cut in cuts)
-            _loop(cuts, rows, sorted(names), nature, out, own=own)
-    for cut in mbs.cuts:
-        what = f"cut '{cut.name}' ({cut.kind})"
-        if cut.name in stated:
-            out.not_compared[what] = "in <gazebo> of the URDF, whose ends are not read here"
-        else:
-            out.but_for[what] = "not in the URDF"
-    return {name for _, _, names in groups for name in names}
-
-
-def _loop(
-    cuts: list[Connection], rows: list[dict[str, float]], names: list[str],
-    nature: Mapping[str, str], out: Coordinates, *, own: bool,
-) -> None:  # fmt: skip
-    """Compare how many joints of a loop are dependent with how many its constraints want.
-
-    The URDF's ``own`` loop may leave nothing that moves.
-    """
-    import numpy as np
-
-    matrix = np.array([[row.get(name, 0.0) for name in names] for row in rows])
-    rank = int(np.linalg.matrix_rank(matrix, tol=SINGULAR * np.abs(matrix).max())) if names else 0
-    who = "cut " + some(f"'{cut.name}'" for cut in cuts)
-    dependent = sum(nature[name] == "dependent" for name in names)
-    if names and rank >= len(names):
-        if own:
-            return
-        said = f"{who}: nothing can move at {some(names)} any more"
-        out.differ("cut", said, joint=names[0])
-    elif dependent != rank:
-        said = f"{who}: {rank} of {some(names)} must be dependent, and {dependent} are"
-        out.differ("cut", said, joint=names[0] if names else None)
-
-
-def _rows(mbs: Mbs) -> Iterator[tuple[Connection, list[dict[str, float]]]]:
-    """The cuts, each with its constraints: their derivatives by the joints, at the start."""
-    import numpy as np
-
-    joints, points = mbs.joints(), mbs.points()
-    side = mbs_side(mbs, {name for name, joint in joints.items() if joint.nature != "driven"})
-    poses = [HERE]
-    for group in side.groups[1:]:
-        start = group.move(joints[group.coordinate].q or 0.0)
-        poses.append(compose(compose(poses[group.parent], group.before), start))
-    for cut in mbs.cuts:
-        places, ways = [], []
-        for body, point in (cut.endpoint1, cut.endpoint2):
-            number, own = side.frames[body or ""]
-            at = compose(poses[number], own)
-            places.append(np.array(moved(at, points[body, point].coordinates) if point else at[9:]))
-            ways.append(_way(side, number))
-        line = places[1] - places[0]
-        line /= np.linalg.norm(line) or 1.0
-        parts = {"ball": np.eye(3, 6), "rod": np.array([[*line, 0.0, 0.0, 0.0]])}
-        columns = {}
-        # a joint that moves both ends alike does not move the cut
-        for number in sorted(ways[0] ^ ways[1]):
-            group, pose = side.groups[number], poses[number]
-            end, sign = (1, 1.0) if number in ways[1] else (0, -1.0)
-            axis = np.array(turned(pose, group.axis))
-            shift = np.cross(axis, places[end] - pose[9:]) if group.turns else axis
-            speed = sign * np.concatenate([shift, axis * group.turns])
-            columns[group.coordinate] = parts.get(cut.kind, np.eye(6)) @ speed
-        names, table = columns.keys(), zip(*columns.values(), strict=True)
-        yield cut, [dict(zip(names, map(float, row), strict=True)) for row in table]
-
-
-def _way(side: Side, number: int) -> set[int]:
-    """The groups from one of them to the ground, without the ground."""
-    way = set()
-    while number:
-        way.add(number)
-        number = side.groups[number].parent
-    return way
-
-
-def _is_stated(cut: Connection, robot: Robot) -> bool:
-    """True if a joint in the URDF's ``<gazebo>`` has the name of a cut."""
-    names = {cut.name, cut.name.removesuffix("_1").removesuffix("_2")}
-    return any(joint.name in names for extension in robot.extensions for joint in extension.joints)
+        if value and symbol in symbols:
+            message = f"joint '{joint.name}' is held, and its {symbol} is {value:.9g}"
+            messages.append(f"{message}: Robotran's equations have it move")
+    return messages

@@ -1,4 +1,4 @@
-"""The .mbs joints and frames of a URDF's joints and links, by their names.
+"""Match the joints and links of a URDF with the joints and frames of an .mbs by their names.
 
 The .mbs may have been drawn or edited by hand.
 """
@@ -7,185 +7,285 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from typing import NamedTuple
 
 import msgspec
 
 from urdf2mbs.mbs.model import BASE, ORIGIN, Body, Joint, LinkFrame, Mbs
 from urdf2mbs.mbs.names import identifiers
-from urdf2mbs.proof.urdf_side import SIX, carriers
+from urdf2mbs.proof.urdf_side import FLOATING_ORDER, find_links_that_carry_mass
 from urdf2mbs.spatial import ZERO, Pose, axis_turns
 from urdf2mbs.urdf.model import Joint as UrdfJoint
 from urdf2mbs.urdf.model import Robot
 
+#: Joints that a conversion drives before a joint, to rotate its axis to a coordinate axis.
+_ROTATION_BEFORE_JOINT = re.compile(r"_(origin|axis)_R[123](_joint(_\d+)?)?$")
+
 
 class Match(msgspec.Struct):
-    """The .mbs joints and frames of a URDF's joints and links."""
+    """The joints and frames of an .mbs that are those of a URDF."""
 
     joints: dict[str, tuple[str, ...]] = {}
+    """The .mbs joints of each URDF joint that moves: one; three of a planar joint (two shifts and
+    the rotation); six of a floating one."""
     frames: dict[str, LinkFrame] = {}
-    frozen: dict[str, str] = {}
-    orders: dict[str, tuple[str, ...]] = {}
-    """In which order floating joints have their coordinates."""
+    """Where the frame of each link should be in the .mbs, as far as it is known."""
+    locked: dict[str, str] = {}
+    """The URDF joints that are constant at zero in the .mbs, each with the reason."""
+    floating_orders: dict[str, tuple[str, ...]] = {}
+    """Order of the coordinates of floating joints, if it is not ``FLOATING_ORDER``."""
 
 
-def match(robot: Robot, mbs: Mbs) -> Match:
-    """Match by name a URDF with an .mbs that may have been drawn or edited by hand.
+class OwnedJoint(NamedTuple):
+    """A joint of an .mbs, and the body that has it."""
 
-    A joint's name counts as it is, or as the identifier that a conversion makes of it.  The
-    floating base's six joints are known by their types.  A moving link's frame should be that
-    of the body that its joint leads to; a fixed link's that of the body of its name.
+    body: Body
+    joint: Joint
+
+
+def match_by_name(robot: Robot, mbs: Mbs) -> Match:
+    """Match a URDF by name with an .mbs that may have been drawn or edited by hand.
+
+    A joint has its name in the URDF, or the identifier that a conversion makes of it.  The six
+    joints of a floating base are found by their types.  The frame of a link that a moving joint
+    leads to should be that of the joint's body; the frame of any other link, that of the body of
+    its name.
     """
-    owners = {joint.name: (body, joint) for body in mbs.bodies for joint in body.joints}
-    useful = carriers(robot)
-    found = Match()
-    # names that are alike as identifiers go in the order of the file, unless that leaves one out
-    written = [joint for joint in _as_written(robot) if joint.moves]
-    for order in (written, sorted(written, key=lambda joint: joint.child not in useful)):
-        found.joints = _named_joints(order, owners, useful)
-        if all(j.name in found.joints for j in written if j.child in useful):
+    mbs_joints = {
+        joint.name: OwnedJoint(body, joint) for body in mbs.bodies for joint in body.joints
+    }
+    carriers = find_links_that_carry_mass(robot)
+    moving_joints = [joint for joint in _list_as_written(robot) if joint.moves]
+    match = Match()
+    # Names that become the same identifier are matched in the order of the file, unless a joint
+    # that is needed is then left over.
+    for order in (moving_joints, sorted(moving_joints, key=lambda j: j.child not in carriers)):
+        match.joints = _match_joints(order, mbs_joints, carriers)
+        if all(joint.name in match.joints for joint in moving_joints if joint.child in carriers):
             break
-    free = floating_joints(mbs)
-    owner = next((n for n, names in found.joints.items() if not set(free).isdisjoint(names)), None)
-    for joint in written:
-        if joint.type == "floating" and free and owner in (None, joint.name):
-            kinds = tuple(owners[name][1].type for name in free)
-            if set(kinds) == set(SIX):
-                found.orders[joint.name] = kinds
-            found.joints[joint.name] = free
-            free = ()
-        elif joint.name not in found.joints and joint.child not in useful:
-            found.frozen[joint.name] = "nothing that it moves has mass"
-    found.joints = {name: found.joints[name] for name in robot.joints if name in found.joints}
-    _match_frames(robot, mbs, owners, found)
-    return found
+    _match_floating_base(match, moving_joints, find_floating_joints(mbs), mbs_joints)
+    for joint in moving_joints:
+        if joint.name not in match.joints and joint.child not in carriers:
+            match.locked[joint.name] = "nothing that it moves has mass"
+    match.joints = {name: match.joints[name] for name in robot.joints if name in match.joints}
+    _match_moving_frames(match, robot, mbs_joints)
+    _match_fixed_frames(match, robot, mbs)
+    return match
 
 
-def _named_joints(
-    order: list[UrdfJoint], owners: Mapping[str, tuple[Body, Joint]], useful: set[str]
+# --- joints ---
+
+
+def _list_as_written(robot: Robot) -> list[UrdfJoint]:
+    """List the joints in the order in which a conversion writes and names them.
+
+    That is depth first, and branches at the origin of the root before the others.
+    """
+    joints = robot.depth_first()
+    first_of_branch: dict[str, UrdfJoint] = {}
+    for joint in joints:
+        first_of_branch[joint.child] = first_of_branch.get(joint.parent, joint)
+    return sorted(joints, key=lambda joint: first_of_branch[joint.child].origin.xyz != ZERO)
+
+
+def _match_joints(
+    order: list[UrdfJoint], mbs_joints: Mapping[str, OwnedJoint], carriers: set[str]
 ) -> dict[str, tuple[str, ...]]:
-    found: dict[str, tuple[str, ...]] = {}
-    taken: set[str] = set()
-    for exact in (True, False):  # a name that is right as it is goes first
-        for joint in order:
-            if joint.name in found:
-                continue
-            names = _named(joint, owners, taken, exact)
-            driven = any(owners[name][1].nature == "driven" for name in names)
-            if names and (joint.child in useful or not driven):
-                found[joint.name] = names
-                taken.update(names)
-    return found
+    """Find the .mbs joints of URDF joints; exact names first, then those of a conversion.
 
-
-def _as_written(robot: Robot) -> list[UrdfJoint]:
-    """The joints in the order in which a conversion writes and names them: depth first, what
-    stands at the base's own origin before the rest."""
-    order = robot.depth_first()
-    branch: dict[str, UrdfJoint] = {}
-    for joint in order:
-        branch[joint.child] = branch.get(joint.parent, joint)
-    return sorted(order, key=lambda joint: branch[joint.child].origin.xyz != ZERO)
-
-
-def floating_joints(mbs: Mbs) -> tuple[str, ...]:
-    """The six joints of a floating base, in the order of the file; none if it is fixed."""
-    for body in mbs.bodies:
-        first = [joint for joint in body.joints if joint.nature != "driven"][:6]
-        if body.parent is None and sorted(j.type[0] for j in first) == list("RRRTTT"):
-            return tuple(joint.name for joint in first)
-    return ()
-
-
-def fixed_to_world(robot: Robot, inserted: str) -> bool:
-    """True if a link called ``world`` is rigid with the root, but for the inserted base."""
-    rigid = {robot.root()}
-    for joint in robot.depth_first():
-        if joint.parent in rigid and (not joint.moves or joint.name == inserted):
-            rigid.add(joint.child)
-    return "world" in rigid
-
-
-def _named(
-    joint: UrdfJoint, owners: Mapping[str, tuple[Body, Joint]], taken: set[str], exact: bool
-) -> tuple[str, ...]:
-    """The .mbs joints of a URDF joint's name that have its coordinates, all in one body; none if
-    one lacks."""
-    for kinds in _kinds(joint):
-        known: dict[str, list[list[str]]] = {}
-        for index, (suffix, kind) in enumerate(kinds):
-            name = joint.name + suffix
-            spelt = [name] if exact else spellings(name, "joint")
-            there = [n for n in spelt if n in owners and n not in taken]
-            # those that move in the right way, else those of the name
-            good = [n for n in there if owners[n][1].nature != "driven"]
-            good = [n for n in good if owners[n][1].type[0] == kind] or ([] if exact else there)
-            for n in good:
-                known.setdefault(owners[n][0].name, [[] for _ in kinds])[index].append(n)
-        for of_body in known.values():
-            if all(of_body):
-                return tuple(names[0] for names in of_body)
-    return ()
-
-
-def _kinds(joint: UrdfJoint) -> list[list[tuple[str, str]]]:
-    """A URDF joint's coordinates in an .mbs: what follows its name, and T or R; all the ways."""
-    if joint.type == "floating":
-        return [[(f"_{kind}", kind[0]) for kind in SIX]]
-    if joint.type == "planar":
-        _, first = axis_turns(joint.axis)
-        return [
-            [(f"_T{k % 3 + 1}", "T"), (f"_T{(k + 1) % 3 + 1}", "T"), (f"_R{k}", "R")]
-            for k in sorted((1, 2, 3), key=lambda k: k != first)
-        ]
-    kind = "T" if joint.type == "prismatic" else "R"
-    return [[("", kind)]]
-
-
-def spellings(name: str, kind: str) -> list[str]:
-    """The names that a conversion may have made of a name."""
-    plain = identifiers([name], (BASE, ORIGIN), f"_{kind}")[0]
-    more = plain if plain.endswith(f"_{kind}") else f"{plain}_{kind}"
-    return [name, plain, more, *(f"{more}_{number}" for number in range(2, 6))]
-
-
-def _match_frames(
-    robot: Robot, mbs: Mbs, owners: Mapping[str, tuple[Body, Joint]], found: Match
-) -> None:
-    bodies = {body.name: body for body in mbs.bodies}
-    welds = [joint.name for joint in robot.joints.values() if not joint.moves]
-    fixed = {name for weld in welds for name in spellings(weld, "joint")}
-    taken: set[str] = set()
-    for joint in robot.joints.values():
-        names = found.joints.get(joint.name)
-        if names is not None:
-            body, _ = owners[names[-1]]
-            after = _last_of(body, names[-1], fixed)
-            found.frames[joint.child] = LinkFrame(body.name, after, Pose())
-            if after is None:
-                taken.add(body.name)
-    still = [j.child for j in _as_written(robot) if not j.moves]
+    Args:
+        order: The URDF joints; if two have the same name in the .mbs, the first one gets it.
+        mbs_joints: The joints of the .mbs, by name.
+        carriers: The links that have or carry mass.  Other joints may be driven in the .mbs; then
+            they have no counterpart.
+    """
+    joints: dict[str, tuple[str, ...]] = {}
+    free_joints = dict(mbs_joints)
     for exact in (True, False):
-        for link in still:
-            if link in found.frames:
+        for joint in order:
+            if joint.name in joints:
                 continue
-            for name in [link] if exact else spellings(link, "body"):
-                if name in bodies and name not in taken:
-                    found.frames[link] = LinkFrame(name, None, Pose())
-                    taken.add(name)
-                    break
+            names = _find_joint(joint, free_joints, exact=exact)
+            is_driven = any(free_joints[name].joint.nature == "driven" for name in names)
+            if names and (joint.child in carriers or not is_driven):
+                joints[joint.name] = names
+                for name in names:
+                    del free_joints[name]
+    return joints
 
 
-#: What a conversion drives before a joint.
-_BEFORE = re.compile(r"_(origin|axis)_R[123](_joint(_\d+)?)?$").search
+class _NamedCoordinate(NamedTuple):
+    """A coordinate of a URDF joint as a conversion names it."""
+
+    suffix: str
+    """What comes after the name of the URDF joint."""
+    letter: str
+    """T for a shift, R for a rotation."""
 
 
-def _last_of(body: Body, name: str, fixed: set[str]) -> str | None:
-    """The last joint of a body that comes with a moving one: what is driven after it, up to the
-    next URDF joint's; None if that is the body's last."""
-    own = [joint.name for joint in body.joints]
-    end = own.index(name)
+def _find_joint(
+    joint: UrdfJoint, free_joints: Mapping[str, OwnedJoint], *, exact: bool
+) -> tuple[str, ...]:
+    """Find the .mbs joints that have the name and the coordinates of a URDF joint.
+
+    Args:
+        joint: The URDF joint.
+        free_joints: The .mbs joints that are not those of another URDF joint, by name.
+        exact: Whether a joint must have the very name, and move in the right way.
+
+    Returns:
+        Names of joints of one body; empty if a coordinate has none.
+    """
+    for coordinates in _list_named_coordinates(joint):
+        by_body: dict[str, list[list[str]]] = {}
+        for index, coordinate in enumerate(coordinates):
+            name = joint.name + coordinate.suffix
+            spellings = [name] if exact else list_spellings(name, "joint")
+            named = [spelling for spelling in spellings if spelling in free_joints]
+            # Those that move in the right way; if there are none, those of the name.
+            candidates = [
+                spelling
+                for spelling in named
+                if free_joints[spelling].joint.nature != "driven"
+                and free_joints[spelling].joint.type[0] == coordinate.letter
+            ]
+            for candidate in candidates or ([] if exact else named):
+                body = free_joints[candidate].body.name
+                names_of_body = by_body.setdefault(body, [[] for _ in coordinates])
+                names_of_body[index].append(candidate)
+        for names_of_body in by_body.values():
+            if all(names_of_body):
+                return tuple(names[0] for names in names_of_body)
+    return ()
+
+
+def _list_named_coordinates(joint: UrdfJoint) -> list[list[_NamedCoordinate]]:
+    """List how the coordinates of a joint may be named in an .mbs, the likeliest first."""
+    if joint.type == "floating":
+        return [[_NamedCoordinate(f"_{kind}", kind[0]) for kind in FLOATING_ORDER]]
+    if joint.type == "planar":
+        # The conversion rotates one of the coordinate axes to the normal of the plane.
+        _, normal = axis_turns(joint.axis)
+        return [
+            [
+                _NamedCoordinate(f"_T{axis % 3 + 1}", "T"),
+                _NamedCoordinate(f"_T{(axis + 1) % 3 + 1}", "T"),
+                _NamedCoordinate(f"_R{axis}", "R"),
+            ]
+            for axis in sorted((1, 2, 3), key=lambda axis: axis != normal)
+        ]
+    return [[_NamedCoordinate("", "T" if joint.type == "prismatic" else "R")]]
+
+
+def list_spellings(name: str, kind: str) -> list[str]:
+    """List the names that a conversion may have made of a name.
+
+    Args:
+        name: The name in the URDF.
+        kind: ``joint``, ``body`` or ``point``: the suffix of a name that is taken.
+    """
+    identifier = identifiers([name], (BASE, ORIGIN), f"_{kind}")[0]
+    suffixed = identifier if identifier.endswith(f"_{kind}") else f"{identifier}_{kind}"
+    return [name, identifier, suffixed, *(f"{suffixed}_{number}" for number in range(2, 6))]
+
+
+# --- the base ---
+
+
+def find_floating_joints(mbs: Mbs) -> tuple[str, ...]:
+    """Find the six joints of a floating base, in the order of the file; empty if it is fixed."""
+    for body in mbs.bodies:
+        first_six = [joint for joint in body.joints if joint.nature != "driven"][:6]
+        if body.parent is None and sorted(j.type[0] for j in first_six) == list("RRRTTT"):
+            return tuple(joint.name for joint in first_six)
+    return ()
+
+
+def is_fixed_to_world(robot: Robot, inserted_joint: str) -> bool:
+    """Return True if a link called ``world`` is fixed to the root, but for the inserted base."""
+    rigid_links = {robot.root()}
+    for joint in robot.depth_first():
+        is_rigid = not joint.moves or joint.name == inserted_joint
+        if joint.parent in rigid_links and is_rigid:
+            rigid_links.add(joint.child)
+    return "world" in rigid_links
+
+
+def _match_floating_base(
+    match: Match,
+    moving_joints: list[UrdfJoint],
+    floating_joints: tuple[str, ...],
+    mbs_joints: Mapping[str, OwnedJoint],
+) -> None:
+    """Match the first floating joint of a URDF with the six joints of a floating base.
+
+    If one of the six has the name of another URDF joint, they are that joint's.
+    """
+    owner = next(
+        (
+            name
+            for name, names in match.joints.items()
+            if not set(floating_joints).isdisjoint(names)
+        ),
+        None,
+    )
+    for joint in moving_joints:
+        if joint.type == "floating" and floating_joints and owner in (None, joint.name):
+            types = tuple(mbs_joints[name].joint.type for name in floating_joints)
+            if set(types) == set(FLOATING_ORDER):
+                match.floating_orders[joint.name] = types
+            match.joints[joint.name] = floating_joints
+            return
+
+
+# --- frames ---
+
+
+def _match_moving_frames(match: Match, robot: Robot, mbs_joints: Mapping[str, OwnedJoint]) -> None:
+    """Match the frames of the links that moving joints lead to."""
+    fixed_joints = [joint.name for joint in robot.joints.values() if not joint.moves]
+    fixed_names = {name for joint in fixed_joints for name in list_spellings(joint, "joint")}
+    for joint in robot.joints.values():
+        names = match.joints.get(joint.name)
+        if names is not None:
+            body = mbs_joints[names[-1]].body
+            last_joint = _find_last_joint(body, names[-1], fixed_names)
+            match.frames[joint.child] = LinkFrame(body.name, last_joint, Pose())
+
+
+def _match_fixed_frames(match: Match, robot: Robot, mbs: Mbs) -> None:
+    """Match the frames of the links that fixed joints lead to with bodies of their names."""
+    bodies = {body.name for body in mbs.bodies}
+    bodies -= {frame.body for frame in match.frames.values() if frame.joint is None}
+    links = [joint.child for joint in _list_as_written(robot) if not joint.moves]
+    for exact in (True, False):
+        for link in links:
+            if link in match.frames:
+                continue
+            spellings = [link] if exact else list_spellings(link, "body")
+            body = next((spelling for spelling in spellings if spelling in bodies), None)
+            if body is not None:
+                match.frames[link] = LinkFrame(body, None, Pose())
+                bodies.remove(body)
+
+
+def _find_last_joint(body: Body, name: str, fixed_names: set[str]) -> str | None:
+    """Find the joint of a body after which the frame of a link is.
+
+    Args:
+        body: The body.
+        name: The joint of the body that moves the link.
+        fixed_names: Names of the URDF's fixed joints.
+
+    Returns:
+        The last driven joint after it that belongs to it, or the joint itself; None if that is the
+        last joint of the body.
+    """
+    names = [joint.name for joint in body.joints]
+    end = names.index(name)
     for joint in body.joints[end + 1 :]:
-        if joint.nature != "driven" or joint.name in fixed or _BEFORE(joint.name):
-            return own[end]
+        is_next = joint.name in fixed_names or _ROTATION_BEFORE_JOINT.search(joint.name)
+        if joint.nature != "driven" or is_next:
+            return names[end]
         end += 1
     return None

@@ -7,67 +7,116 @@ from functools import partial
 from math import cos, sin
 from typing import cast
 
-from urdf2mbs.mbs.model import Mbs
-from urdf2mbs.proof.groups import Group, Side, only_ground
-from urdf2mbs.proof.rigid import AXES, HERE, ORIGIN, Frame, moved, seen
+from urdf2mbs.mbs.model import Body, Joint, Mbs
+from urdf2mbs.proof.groups import Group, PlacedFrame, Side, create_side
+from urdf2mbs.proof.rigid import (
+    AXES,
+    IDENTITY,
+    ORIGIN,
+    Frame,
+    Inertia,
+    transform_inertia,
+    transform_point,
+)
+from urdf2mbs.spatial import NO_INERTIA
 
 
-def mbs_side(mbs: Mbs, moving: Collection[str], framed: Container[str | None] = ()) -> Side:
-    """The rigid groups of an .mbs; ``moving`` are the names of its joints that are compared.
+def build_mbs_side(
+    mbs: Mbs, moving: Collection[str], framed_joints: Container[str | None] = ()
+) -> Side:
+    """Build the rigid groups of an .mbs.
 
-    It has the frames of all bodies, and those after the joints ``framed``.  Driven joints stand
-    where they are held, all others at zero.
+    Driven joints are at their positions at the start, all others at zero.
+
+    Args:
+        mbs: The model.
+        moving: Names of the joints that are compared; each moves a group.
+        framed_joints: Names of the joints after which a frame is needed, too.
+
+    Returns:
+        The groups, with the frames of all bodies.
     """
-    side = only_ground("")
+    side = create_side("")
     side.gravity = mbs.base.gravity
-    frames = side.frames
-    free: set[str | None] = set()
     points = mbs.points()
+    free_bodies: set[str | None] = set()
     for body in mbs.bodies:
-        group, at = frames[body.parent or ""]
+        frame = side.frames[body.parent or ""]
         if body.point is not None:
-            at = (*at[:9], *moved(at, points[body.parent, body.point].coordinates))
-        held: list[str] = []
-        for joint in body.joints:
-            if joint.name in moving:
-                # its position at start is where it starts from, not where it is held
-                kind = joint.type
-                one = Group(
-                    group, at, kind[0] == "R", AXES[int(kind[1]) - 1],
-                    _MOVES[kind], joint.name, joint.name, body.name, held=held,
-                )  # fmt: skip
-                group, at = side.add(one), HERE
-            elif joint.q and joint.nature == "driven":
-                at = _stepped(at, joint.type, joint.q)
-            if joint.nature != "driven":
-                held = []
-            elif joint.q:
-                held = [*held, f"{joint.type} {joint.q:.6g}"]
-            if joint.name in framed:
-                side.after[joint.name] = (group, at)
-        frames[body.name] = (group, at)
-        if body.parent in free or any(joint.nature != "driven" for joint in body.joints):
-            free.add(body.name)
-            side.mass += body.mass or 0.0
+            origin = transform_point(frame.pose, points[body.parent, body.point].coordinates)
+            frame = PlacedFrame(frame.group, (*frame.pose[:9], *origin))
+        side.frames[body.name] = frame = _add_joints(side, body, frame, moving, framed_joints)
+        if body.parent in free_bodies or any(j.nature != "driven" for j in body.joints):
+            free_bodies.add(body.name)
+            side.moving_mass += body.mass or 0.0
         if body.mass or body.inertia:
-            tensor = body.inertia or (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-            side.put(body.name, group, seen((body.mass or 0.0, body.com or ORIGIN, tensor), at))
+            inertia = Inertia(body.mass or 0.0, body.com or ORIGIN, body.inertia or NO_INERTIA)
+            side.add_inertia(body.name, frame.group, transform_inertia(inertia, frame.pose))
     return side
 
 
-def _stepped(at: Frame, kind: str, q: float) -> Frame:
-    """A frame after one joint: T1 T2 T3 shift along, R1 R2 R3 turn about its current axes."""
-    k, out = int(kind[1]) - 1, list(at)
-    if kind[0] == "T":
+def _add_joints(
+    side: Side,
+    body: Body,
+    frame: PlacedFrame,
+    moving: Collection[str],
+    framed_joints: Container[str | None],
+) -> PlacedFrame:
+    """Add a group for each joint of a body that moves, and return the frame of the body."""
+    driven_before: list[str] = []
+    for joint in body.joints:
+        if joint.name in moving:
+            # The position of a moving joint is only its start: its zero is what is compared.
+            group = _create_group(joint, body, frame, driven_before)
+            frame = PlacedFrame(side.add_group(group), IDENTITY)
+        elif joint.q and joint.nature == "driven":
+            frame = PlacedFrame(frame.group, _move_joint(frame.pose, joint.type, joint.q))
+        if joint.nature != "driven":
+            driven_before = []
+        elif joint.q:
+            driven_before = [*driven_before, f"{joint.type} {joint.q:.6g}"]
+        if joint.name in framed_joints:
+            side.frames_after_joints[joint.name] = frame
+    return frame
+
+
+def _create_group(joint: Joint, body: Body, frame: PlacedFrame, driven_before: list[str]) -> Group:
+    """Create the group that a joint moves."""
+    return Group(
+        parent=frame.group,
+        joint_frame=frame.pose,
+        revolute=joint.type[0] == "R",
+        axis=AXES[int(joint.type[1]) - 1],
+        motion=_MOTIONS[joint.type],
+        coordinate=joint.name,
+        joint=joint.name,
+        child=body.name,
+        driven_before=driven_before,
+    )
+
+
+def _move_joint(frame: Frame, joint_type: str, q: float) -> Frame:
+    """Return the frame after an elementary joint.
+
+    Args:
+        frame: The frame before the joint.
+        joint_type: T1 T2 T3 shift along, and R1 R2 R3 rotate about, an axis of that frame.
+        q: Position of the joint (rad or m).
+    """
+    axis, moved = int(joint_type[1]) - 1, list(frame)
+    if joint_type[0] == "T":
         for row in range(3):
-            out[9 + row] += q * at[3 * row + k]
+            moved[9 + row] += q * frame[3 * row + axis]
     else:
         c, s = cos(q), sin(q)
-        one, two = (k + 1) % 3, (k + 2) % 3  # the axes that turn
+        first, second = (axis + 1) % 3, (axis + 2) % 3  # the axes that rotate
         for row in (0, 3, 6):
-            u, v = at[row + one], at[row + two]
-            out[row + one], out[row + two] = c * u + s * v, c * v - s * u
-    return cast("Frame", tuple(out))
+            u, v = frame[row + first], frame[row + second]
+            moved[row + first], moved[row + second] = c * u + s * v, c * v - s * u
+    return cast("Frame", tuple(moved))
 
 
-_MOVES = {kind: partial(_stepped, HERE, kind) for kind in ("T1", "T2", "T3", "R1", "R2", "R3")}
+_MOTIONS = {
+    joint_type: partial(_move_joint, IDENTITY, joint_type)
+    for joint_type in ("T1", "T2", "T3", "R1", "R2", "R3")
+}

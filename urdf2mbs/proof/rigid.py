@@ -1,104 +1,125 @@
-"""Vectors, frames and inertias, for the proof alone: it shares no line with ``spatial``."""
+"""Vectors, frames and inertias of the proof.  It shares no line with ``spatial``.
+
+A *frame* A_B is the pose of a frame B in a frame A: a rotation matrix R and an origin p.  It
+transforms coordinates of B into those of A, ``v_A = R v_B + p``, and frames are composed like
+homogeneous matrices, ``A_C = A_B B_C``.
+
+A *deviation* is a difference relative to a scale.  It is never negative, and never NaN: whatever is
+not a finite number deviates by the largest float.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from math import asin, atan2, cos, hypot, isfinite, sin
 from sys import float_info
+from typing import NamedTuple
 
 from urdf2mbs.spatial import Sym, Vec
 
-#: A frame: a rotation matrix row by row, then the origin (m).
+#: A rotation matrix row by row, then the origin (m).
 Frame = tuple[
     float, float, float, float, float, float, float, float, float, float, float, float
 ]  # fmt: skip
-#: Mass (kg), centre (m), and inertia about it (kg m^2), in some frame.
-Inertia = tuple[float, Vec, Sym]
 
-HERE: Frame = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
+IDENTITY: Frame = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
+IDENTITY_ROTATION = IDENTITY[:9]
 ORIGIN: Vec = (0.0, 0.0, 0.0)
-#: The rotation of a frame that is not turned.
-UNTURNED = HERE[:9]
-NOTHING: Inertia = (0.0, ORIGIN, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
 X, Y, Z = AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
-def shift(u: Vec, q: float) -> Frame:
-    """A shift by ``q`` (m) along a unit vector."""
-    return (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, q * u[0], q * u[1], q * u[2])
+class Inertia(NamedTuple):
+    """The inertia of one or several rigid bodies, in some frame."""
+
+    mass: float
+    """kg."""
+    centre: Vec
+    """The centre of mass (m)."""
+    tensor: Sym
+    """``xx, xy, xz, yy, yz, zz`` about the centre of mass (kg m^2)."""
 
 
-def spin(u: Vec, q: float) -> Frame:
-    """Rodrigues: R = 1 + sin(q) K + (1 - cos(q)) K^2, K the cross product with the unit axis."""
-    x, y, z = u
-    s, c = sin(q), 1.0 - cos(q)
-    return (
-        1.0 - c * (y * y + z * z), c * x * y - s * z, c * x * z + s * y,
-        c * x * y + s * z, 1.0 - c * (x * x + z * z), c * y * z - s * x,
-        c * x * z - s * y, c * y * z + s * x, 1.0 - c * (x * x + y * y),
-        0.0, 0.0, 0.0,
-    )  # fmt: skip
+class Line(NamedTuple):
+    """The axis of a joint, as a line in space."""
+
+    point: Vec
+    """Any point of it (m)."""
+    direction: Vec
+    """Of length 1."""
+
+
+NO_INERTIA = Inertia(0.0, ORIGIN, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+
+
+# --- vectors ---
 
 
 def dot(a: Vec, b: Vec) -> float:
-    """The scalar product."""
+    """Return the scalar product."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 def cross(a: Vec, b: Vec) -> Vec:
-    """The vector product."""
+    """Return the vector product a x b."""
     return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 
 
-def across(v: Vec, e: Vec) -> Vec:
-    """The part of a vector that is normal to a unit axis."""
-    along = dot(v, e)
-    return (v[0] - along * e[0], v[1] - along * e[1], v[2] - along * e[2])
+def reject_from_axis(vector: Vec, axis: Vec) -> Vec:
+    """Return the component of a vector that is normal to a unit axis."""
+    length = dot(vector, axis)
+    return (
+        vector[0] - length * axis[0],
+        vector[1] - length * axis[1],
+        vector[2] - length * axis[2],
+    )
 
 
-def angle(a: Vec, b: Vec) -> float:
-    """Between two unit vectors (rad)."""
+def compute_angle(a: Vec, b: Vec) -> float:
+    """Compute the angle (rad) between two unit vectors, ``2 asin(|a - b| / 2)``.
+
+    Unlike ``acos(a . b)`` it keeps all digits of a small angle.
+    """
     return 2.0 * asin(min(1.0, hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]) / 2.0))
 
 
-def about(frame: Frame, axis: Vec) -> float:
-    """The turn (rad) of a frame about an axis."""
+# --- frames ---
+
+
+def compute_translation(axis: Vec, length: float) -> Frame:
+    """Compute the frame of a shift by a length (m) along a unit axis."""
+    return (*IDENTITY_ROTATION, length * axis[0], length * axis[1], length * axis[2])
+
+
+def compute_rotation(axis: Vec, angle: float) -> Frame:
+    """Compute the frame of a rotation by an angle (rad) about a unit axis.
+
+    Rodrigues' formula: ``R = 1 + sin(angle) K + (1 - cos(angle)) K^2``, with K the matrix of the
+    cross product, ``K v = axis x v``.
+    """
+    x, y, z = axis
+    s, c = sin(angle), 1.0 - cos(angle)
+    row_x = (1.0 - c * (y * y + z * z), c * x * y - s * z, c * x * z + s * y)
+    row_y = (c * x * y + s * z, 1.0 - c * (x * x + z * z), c * y * z - s * x)
+    row_z = (c * x * z - s * y, c * y * z + s * x, 1.0 - c * (x * x + y * y))
+    return (*row_x, *row_y, *row_z, 0.0, 0.0, 0.0)
+
+
+def compute_angle_about(frame: Frame, axis: Vec) -> float:
+    """Compute the angle (rad) by which a frame is rotated about a unit axis.
+
+    With R the rotation matrix, ``2 sin(angle) axis`` is the vector of ``R - R^T``, and
+    ``1 + 2 cos(angle)`` is the trace of R.
+    """
     a11, a12, a13, a21, a22, a23, a31, a32, a33 = frame[:9]
     sine = dot((a32 - a23, a13 - a31, a21 - a12), axis) / 2.0
     return atan2(sine, (a11 + a22 + a33 - 1.0) / 2.0)
 
 
-def between_axes(at: Frame, u: Vec, other: Frame, v: Vec, turns: bool, scale: float) -> float:
-    """The deviation of two joint axes: of their directions, and of the places of turning axes."""
-    a, b = turned(at, u), turned(other, v)
-    off = most(a, b)
-    if turns:
-        d = (at[9] - other[9], at[10] - other[10], at[11] - other[11])
-        off = worst((off, hypot(*cross(d, b)) / scale))
-    return off
-
-
-def most(a: Sequence[float], b: Sequence[float], scale: float = 1.0) -> float:
-    """The largest difference between two lists of numbers, relative to ``scale``."""
-    if a == b and isfinite(sum(a)):
-        return 0.0
-    return worst([abs(p - q) / scale for p, q in zip(a, b, strict=True)])
-
-
-def worst(offs: Sequence[float]) -> float:
-    """The largest of some deviations; the largest double if one is infinite or not a number.
-
-    ``max`` alone passes over what is not a number, or not, by where it stands.
-    """
-    # no deviation is negative, so the sum is finite only if each of them is
-    return max(offs) if isfinite(sum(offs)) else float_info.max
-
-
 def compose(a: Frame, b: Frame) -> Frame:
-    """The frame ``b``, which is seen from ``a``, as seen from where ``a`` is."""
-    if a is HERE:
+    """Return the product ``a b``: ``b`` is given in ``a``, and the result where ``a`` is given."""
+    if a is IDENTITY:
         return b
-    if b is HERE:
+    if b is IDENTITY:
         return a
     a11, a12, a13, a21, a22, a23, a31, a32, a33, ax, ay, az = a
     b11, b12, b13, b21, b22, b23, b31, b32, b33, bx, by, bz = b
@@ -118,30 +139,30 @@ def compose(a: Frame, b: Frame) -> Frame:
     )
 
 
-def inverse(a: Frame) -> Frame:
-    """The frame from which ``a`` is seen, as seen from ``a``."""
-    a11, a12, a13, a21, a22, a23, a31, a32, a33, x, y, z = a
-    return (
-        a11, a21, a31, a12, a22, a32, a13, a23, a33,
+def inverse(frame: Frame) -> Frame:
+    """Return the inverse: the rotation ``R^T``, and the origin ``-R^T p``."""
+    a11, a12, a13, a21, a22, a23, a31, a32, a33, x, y, z = frame
+    origin = (
         -(a11 * x + a21 * y + a31 * z),
         -(a12 * x + a22 * y + a32 * z),
         -(a13 * x + a23 * y + a33 * z),
-    )  # fmt: skip
+    )
+    return (a11, a21, a31, a12, a22, a32, a13, a23, a33, *origin)
 
 
-def turned(frame: Frame, v: Vec) -> Vec:
-    """A direction given in a frame, from where the frame is given."""
+def rotate(frame: Frame, direction: Vec) -> Vec:
+    """Return ``R v``: a direction given in a frame, in the axes where the frame is given."""
     a11, a12, a13, a21, a22, a23, a31, a32, a33, _, _, _ = frame
-    x, y, z = v
+    x, y, z = direction
     return (a11 * x + a12 * y + a13 * z, a21 * x + a22 * y + a23 * z, a31 * x + a32 * y + a33 * z)
 
 
-def moved(frame: Frame, v: Vec) -> Vec:
-    """A point given in a frame, from where the frame is given."""
-    if frame is HERE:
-        return v
+def transform_point(frame: Frame, point: Vec) -> Vec:
+    """Return ``R v + p``: a point given in a frame, where the frame is given (m)."""
+    if frame is IDENTITY:
+        return point
     a11, a12, a13, a21, a22, a23, a31, a32, a33, ax, ay, az = frame
-    x, y, z = v
+    x, y, z = point
     return (
         ax + a11 * x + a12 * y + a13 * z,
         ay + a21 * x + a22 * y + a23 * z,
@@ -149,45 +170,42 @@ def moved(frame: Frame, v: Vec) -> Vec:
     )
 
 
-def distance(a: Frame, b: Frame, scale: float) -> float:
-    """The deviation of two frames: the larger of the turn (rad) and the shift over ``scale``."""
-    if a == b and isfinite(sum(a)):
-        return 0.0  # as most of one robot are, bit by bit
-    a11, a12, a13, a21, a22, a23, a31, a32, a33, ax, ay, az = a
-    b11, b12, b13, b21, b22, b23, b31, b32, b33, bx, by, bz = b
-    return worst((
-        abs(a11 - b11), abs(a12 - b12), abs(a13 - b13),
-        abs(a21 - b21), abs(a22 - b22), abs(a23 - b23),
-        abs(a31 - b31), abs(a32 - b32), abs(a33 - b33),
-        abs(ax - bx) / scale, abs(ay - by) / scale, abs(az - bz) / scale,
-    ))  # fmt: skip
+# --- inertias ---
 
 
-def seen(inertia: Inertia, frame: Frame) -> Inertia:
-    """An inertia given in a frame, from where the frame is given: R I R^T."""
-    if frame is HERE:
+def transform_inertia(inertia: Inertia, frame: Frame) -> Inertia:
+    """Return an inertia given in a frame, where the frame is given: the tensor is ``R I R^T``."""
+    if frame is IDENTITY:
         return inertia
     mass, centre, (xx, xy, xz, yy, yz, zz) = inertia
-    if frame[:9] == UNTURNED:
-        return mass, moved(frame, centre), inertia[2]
-    rows = frame[:3], frame[3:6], frame[6:9]
-    one, two, three = (
-        (dot(row, (xx, xy, xz)), dot(row, (xy, yy, yz)), dot(row, (xz, yz, zz))) for row in rows
+    if frame[:9] == IDENTITY_ROTATION:
+        return Inertia(mass, transform_point(frame, centre), inertia.tensor)
+    x, y, z = frame[:3], frame[3:6], frame[6:9]  # the rows of R
+    product_x, product_y, product_z = (  # the rows of R I
+        (dot(row, (xx, xy, xz)), dot(row, (xy, yy, yz)), dot(row, (xz, yz, zz)))
+        for row in (x, y, z)
     )
-    x, y, z = rows
-    turned_tensor = (
-        dot(one, x), dot(one, y), dot(one, z), dot(two, y), dot(two, z), dot(three, z)
-    )  # fmt: skip
-    return mass, moved(frame, centre), turned_tensor
+    tensor = (
+        dot(product_x, x),
+        dot(product_x, y),
+        dot(product_x, z),
+        dot(product_y, y),
+        dot(product_y, z),
+        dot(product_z, z),
+    )
+    return Inertia(mass, transform_point(frame, centre), tensor)
 
 
-def merge(parts: list[tuple[str, Inertia]]) -> Inertia:
-    """Several inertias in one frame as one, by the parallel-axis theorem."""
-    if not parts:
-        return NOTHING
-    if len(parts) == 1:
-        return parts[0][1]
-    inertias = [inertia for _, inertia in parts]
+def sum_inertias(inertias: Sequence[Inertia]) -> Inertia:
+    """Return the sum of inertias that are given in one frame.
+
+    With d the vector from the common centre of mass to that of a body, the parallel-axis theorem
+    adds ``m (d . d 1 - d d^T)`` to the tensor of the body.
+    """
+    if not inertias:
+        return NO_INERTIA
+    if len(inertias) == 1:
+        return inertias[0]
     mass = sum(m for m, _, _ in inertias)
     x, y, z = (sum(m * c[k] for m, c, _ in inertias) / (mass or 1.0) for k in range(3))
     xx = xy = xz = yy = yz = zz = 0.0
@@ -199,21 +217,101 @@ def merge(parts: list[tuple[str, Inertia]]) -> Inertia:
         yy += tensor[3] + m * (dx * dx + dz * dz)
         yz += tensor[4] - m * dy * dz
         zz += tensor[5] + m * (dx * dx + dy * dy)
-    return mass, (x, y, z), (xx, xy, xz, yy, yz, zz)
+    return Inertia(mass, (x, y, z), (xx, xy, xz, yy, yz, zz))
 
 
-def inertias_apart(ours: Inertia, theirs: Inertia, scale: float) -> dict[str, float]:
-    """The deviation of two inertias, each part relative to its own scale.
+# --- deviations ---
 
-    An inertia is not asked to be finer than 1e-15 of what its mass has at ``scale``: lumping
-    point masses leaves that much dust.
+
+def find_largest(deviations: Sequence[float]) -> float:
+    """Return the largest deviation; the largest float if one of them is not a finite number.
+
+    ``max`` alone ignores a NaN, or not, depending on its position.
     """
-    if ours == theirs and isfinite(ours[0] + sum(ours[1]) + sum(ours[2])):
+    # No deviation is negative, so the sum is finite only if each of them is.
+    return max(deviations) if isfinite(sum(deviations)) else float_info.max
+
+
+def compute_deviation(a: Sequence[float], b: Sequence[float], scale: float = 1.0) -> float:
+    """Compute the largest difference between the elements of two vectors, relative to a scale."""
+    if a == b and isfinite(sum(a)):
+        return 0.0
+    return find_largest([abs(p - q) / scale for p, q in zip(a, b, strict=True)])
+
+
+def compute_frame_deviation(a: Frame, b: Frame, scale: float) -> float:
+    """Compute the deviation of two frames: of their rotations (rad), or of their origins.
+
+    Args:
+        a: A frame.
+        b: Another one, given in the same frame.
+        scale: Length (m) to which the distance of the origins is relative.
+    """
+    if a == b and isfinite(sum(a)):
+        return 0.0  # as of most frames of a robot that was converted
+    a11, a12, a13, a21, a22, a23, a31, a32, a33, ax, ay, az = a
+    b11, b12, b13, b21, b22, b23, b31, b32, b33, bx, by, bz = b
+    deviations = (
+        abs(a11 - b11),
+        abs(a12 - b12),
+        abs(a13 - b13),
+        abs(a21 - b21),
+        abs(a22 - b22),
+        abs(a23 - b23),
+        abs(a31 - b31),
+        abs(a32 - b32),
+        abs(a33 - b33),
+        abs(ax - bx) / scale,
+        abs(ay - by) / scale,
+        abs(az - bz) / scale,
+    )
+    return find_largest(deviations)
+
+
+def place_axis(frame: Frame, axis: Vec) -> Line:
+    """Return the line of an axis that passes through the origin of a frame."""
+    return Line(frame[9:], rotate(frame, axis))
+
+
+def compute_axis_deviation(a: Line, b: Line, scale: float, *, revolute: bool) -> float:
+    """Compute the deviation of two joint axes: of their directions, and of where they are.
+
+    Args:
+        a: An axis.
+        b: Another one, in the same frame.
+        scale: Length (m) to which the distance of the lines is relative.
+        revolute: True for axes of rotation.  Those of a shift have no place.
+    """
+    deviation = compute_deviation(a.direction, b.direction)
+    if not revolute:
+        return deviation
+    offset = (a.point[0] - b.point[0], a.point[1] - b.point[1], a.point[2] - b.point[2])
+    return find_largest((deviation, hypot(*cross(offset, b.direction)) / scale))
+
+
+def compare_inertias(a: Inertia, b: Inertia, scale: float) -> dict[str, float]:
+    """Compute the deviations of ``mass``, ``centre`` and ``inertia``, each on its own scale.
+
+    Masses are compared relative to the larger mass, centres relative to ``scale``, and tensors
+    relative to their largest element.  To this 1e-6 of the tensor of a point mass at ``scale`` is
+    added, since the sum of point masses has rounding errors of that origin.
+
+    Args:
+        a: An inertia.
+        b: Another one, in the same frame.
+        scale: Size of the bodies (m).
+    """
+    if a == b and isfinite(a.mass + sum(a.centre) + sum(a.tensor)):
         return {"mass": 0.0, "centre": 0.0, "inertia": 0.0}
-    heaviest = max(abs(ours[0]), abs(theirs[0]))
-    tensor = max(map(abs, (*ours[2], *theirs[2]))) + 1e-6 * heaviest * scale * scale
+    mass = max(abs(a.mass), abs(b.mass))
+    moment = _find_largest_element((*a.tensor, *b.tensor)) + 1e-6 * mass * scale * scale
     return {
-        "mass": most(ours[:1], theirs[:1], heaviest or 1.0),
-        "centre": most(ours[1], theirs[1], scale) if heaviest else 0.0,  # else it has none
-        "inertia": most(ours[2], theirs[2], tensor or 1.0),
+        "mass": compute_deviation((a.mass,), (b.mass,), mass or 1.0),
+        "centre": compute_deviation(a.centre, b.centre, scale) if mass else 0.0,
+        "inertia": compute_deviation(a.tensor, b.tensor, moment or 1.0),
     }
+
+
+def _find_largest_element(numbers: Iterable[float]) -> float:
+    """Return the largest absolute value."""
+    return max(map(abs, numbers))

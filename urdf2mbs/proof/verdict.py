@@ -1,5 +1,7 @@
-"""The result of a comparison of two robots, and the verdict in words: the same on the terminal, on
-the page, in JSON and in the file."""
+"""The result of a comparison of two robots, and the verdict in words.
+
+The words are the same on the terminal, on the page, in JSON and in the file.
+"""
 
 from __future__ import annotations
 
@@ -16,16 +18,18 @@ THE_SAME = "the same robot"
 
 
 class Difference(msgspec.Struct, omit_defaults=True):
-    """One thing that is not the same."""
+    """A difference between the URDF and the .mbs."""
 
     kind: str
     message: str
     size: float = 1.0
-    """Relative, at most 1, and 1 where there is no measure."""
+    """The relative deviation; at most 1, and 1 if there is no measure."""
     link: str | None = None
     joint: str | None = None
     urdf: Any = None
+    """The value that the URDF has."""
     mbs: Any = None
+    """The value that the .mbs has."""
 
     def __post_init__(self) -> None:
         self.size = min(self.size, 1.0)
@@ -40,68 +44,77 @@ class Proof(msgspec.Struct, kw_only=True):
     groups: int
     """The number of rigid groups, the ground among them."""
     largest: dict[str, float]
-    """The largest relative deviation of each kind, differences or not."""
+    """The largest relative deviation of each kind, whether it is a difference or not."""
     differences: list[Difference]
-    """Why it is not the same, the largest first."""
+    """Why it is not the same robot, the largest first."""
     frames: list[Difference] = []
-    """Link frames that are elsewhere in the .mbs: by itself a matter of convention."""
+    """Link frames that are displaced in the .mbs; by default a matter of convention."""
     urdf_mass: float
-    """kg, of all that can move."""
+    """kg, of all bodies that can move."""
     mbs_mass: float
-    """kg, of all that can move."""
+    """kg, of all bodies that can move."""
     but_for: dict[str, str]
-    """Known deviations from the URDF that are no difference by themselves: each thing, and why."""
+    """Known deviations from the URDF that are not differences, each with the reason."""
     not_compared: dict[str, str]
-    """The things that Robotran reads and nothing here compares, each with the reason."""
+    """What Robotran reads and nothing here compares, each with the reason."""
 
     @property
     def compared(self) -> str:
-        """What was looked at, and the largest relative deviation of each kind, or how many
-        differences there are: what differs need not be a number."""
+        """How much was compared, and the largest deviations, or the number of differences."""
         compared = f"{counted(self.groups, 'rigid group')} at {self.positions} positions"
         if self.differences:
             return f"{compared}: {counted(len(self.differences), 'difference')}"
-        found = ", ".join(f"{kind} {off:.1e}" for kind, off in self.largest.items())
-        return f"{compared}; largest deviations: {found}"
+        largest = ", ".join(f"{kind} {deviation:.1e}" for kind, deviation in self.largest.items())
+        return f"{compared}; largest deviations: {largest}"
 
-    def differ(self, differences: Iterable[Difference]) -> None:
-        """Add differences; of one size, before those that are there."""
-        self.differences = sorted([*differences, *self.differences], key=lambda found: -found.size)
+    def add_differences(self, differences: Iterable[Difference]) -> None:
+        """Add differences; of those of the same size, the new ones come first."""
+        merged = [*differences, *self.differences]
+        self.differences = sorted(merged, key=lambda difference: -difference.size)
         self.same = not self.differences
 
-    def count_frames(self) -> None:
-        """Make each frame that is elsewhere a difference."""
-        found, self.differences = self.differences, self.frames
+    def add_frames(self) -> None:
+        """Add the link frames that are displaced to the differences."""
+        differences, self.differences = self.differences, self.frames
         self.frames = []
-        self.differ(found)
+        self.add_differences(differences)
 
-    def forgive(self, why: str) -> None:
-        """Make differences known deviations, but for what a pass changed and did not say."""
-        kept = [found for found in self.differences if found.kind == "changed"]
-        self.but_for |= {d.message: why for d in self.differences if d not in kept}
-        self.differences, self.same = kept, not kept
+    def accept_differences(self, reason: str) -> None:
+        """Make the differences known deviations, but not changes that no pass declared."""
+        undeclared = [each for each in self.differences if each.kind == "changed"]
+        accepted = [each for each in self.differences if each.kind != "changed"]
+        self.but_for |= {difference.message: reason for difference in accepted}
+        self.differences, self.same = undeclared, not undeclared
 
-    def in_words(self, changes: Sequence[str] = ()) -> str:
-        """``NOT the same robot``, or ``the same robot, but for ...; not compared: ...``.
+    def describe(self, changes: Sequence[str] = ()) -> str:
+        """Return the verdict in words.
 
-        ``changes`` are sentences of what passes changed on purpose.
+        Args:
+            changes: Sentences about what passes changed on purpose.
+
+        Returns:
+            ``NOT the same robot``, or ``the same robot, but for ...; not compared: ...``.
         """
         if not self.same:
             return NOT_THE_SAME
-        known = [*changes, *_grouped(self.but_for)]
-        words = THE_SAME + (f", but for {'; '.join(known)}" if known else "")
-        left = "; ".join(_grouped(self.not_compared))
-        return words + (f"; not compared: {left}" if left else "")
+        deviations = [*changes, *_group_by_reason(self.but_for)]
+        words = THE_SAME + (f", but for {'; '.join(deviations)}" if deviations else "")
+        not_compared = "; ".join(_group_by_reason(self.not_compared))
+        return words + (f"; not compared: {not_compared}" if not_compared else "")
 
 
-def _grouped(things: Mapping[str, str]) -> list[str]:
-    """Things of one reason together: ``a, b (why)``; of many joints, or links, the number."""
-    by_reason: dict[str, list[str]] = {}
-    for thing, why in things.items():
-        by_reason.setdefault(why, []).append(thing)
-    grouped = []
-    for why, names in by_reason.items():
-        kinds = {name.partition(" '")[0] for name in names}
-        many = len(names) > 3 and kinds in ({"joint"}, {"link"})
-        grouped.append(f"{counted(len(names), *kinds) if many else some(names, 3)} ({why})")
-    return grouped
+def _group_by_reason(reasons: Mapping[str, str]) -> list[str]:
+    """Return the items of each reason together: ``a, b (reason)``.
+
+    Of more than three joints, or links, only the number is named.
+    """
+    items_of_reason: dict[str, list[str]] = {}
+    for item, reason in reasons.items():
+        items_of_reason.setdefault(reason, []).append(item)
+    phrases = []
+    for reason, items in items_of_reason.items():
+        kinds = {item.partition(" '")[0] for item in items}
+        is_long = len(items) > 3 and kinds in ({"joint"}, {"link"})
+        names = counted(len(items), *kinds) if is_long else some(items, 3)
+        phrases.append(f"{names} ({reason})")
+    return phrases
