@@ -20,7 +20,7 @@ import trimesh
 
 from urdf2mbs import convert
 from urdf2mbs_meshes.reader import read_mesh
-from urdf2mbs_meshes.vrml import write
+from urdf2mbs_meshes.vrml import write_vrml
 
 FORMATS = {"STL, binary": "stl", "STL, ASCII": "stl_ascii", "COLLADA": "dae", "OBJ": "obj"}
 
@@ -43,7 +43,7 @@ def least(works: list[Callable[[], object]], repetitions: int) -> list[float]:
 
 
 def convert_mesh(path: Path) -> bytes:
-    return b"".join(write(read_mesh(path, up_axis=False).parts, (0.5, 0.5, 0.5), 0.0))
+    return b"".join(write_vrml(read_mesh(path, up_axis=False).parts, (0.5, 0.5, 0.5), 0.0))
 
 
 def rates(subdivisions: int, repetitions: int) -> None:

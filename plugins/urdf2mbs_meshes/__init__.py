@@ -10,9 +10,9 @@ if TYPE_CHECKING:
     from urdf2mbs.plugin import Conversion
 
 
-def _are_there(conversion: Conversion, given: bool) -> bool:
-    """Return True if the robot has meshes."""
-    if given or conversion.meshes:
+def _has_meshes(conversion: Conversion, has_options: bool) -> bool:
+    """Return True if the robot has meshes, or the config has options for them."""
+    if has_options or conversion.meshes:
         return True
     from urdf2mbs.plugin import Mesh
 
@@ -22,16 +22,19 @@ def _are_there(conversion: Conversion, given: bool) -> bool:
 
 @hookimpl
 def urdf2mbs_passes() -> list[PassEntry]:
-    return [PassEntry("convert-meshes", "urdf2mbs_meshes", ("convert-visuals",), _are_there)]
+    """Return the pass of this plugin, which comes after ``convert-visuals``."""
+    return [PassEntry("convert-meshes", "urdf2mbs_meshes", ("convert-visuals",), _has_meshes)]
 
 
 @hookimpl
 def urdf2mbs_api() -> dict[str, str]:
-    return {"warn_of_missing_meshes": "urdf2mbs_meshes.missing:warn_of_missing"}
+    """Return the function that other plugins may call."""
+    return {"warn_of_missing_meshes": "urdf2mbs_meshes.missing:warn_of_missing_meshes"}
 
 
 @hookimpl
 def urdf2mbs_codes() -> dict[str, str]:
+    """Return the codes of messages with their meanings."""
     from urdf2mbs_meshes.codes import CODES
 
     return CODES

@@ -20,7 +20,7 @@ from urdf2mbs.plugin import compute_placement as place
 from urdf2mbs.plugin import read_bytes as read
 from urdf2mbs_meshes import reader as meshes
 from urdf2mbs_meshes import vrml_reader
-from urdf2mbs_meshes.model import Mesh, MeshError, MeshLimit, Part, distinct
+from urdf2mbs_meshes.model import Mesh, MeshError, MeshLimit, Part, find_distinct_rows
 
 if TYPE_CHECKING:
     import numpy as np
@@ -88,7 +88,7 @@ class Store:
         if data is None:
             raise MeshError("the .wrl is not there ('output: {project: DIR}' makes it)")
         folder = PurePosixPath(url.replace("\\", "/")).parent
-        return vrml_reader.read(data), lambda name: fetch(str(folder / name))
+        return vrml_reader.read_vrml(data), lambda name: fetch(str(folder / name))
 
     def _read_source(self, path: Path | None) -> tuple[Mesh, Fetch]:
         if path is None:
@@ -109,7 +109,7 @@ class Store:
         import numpy as np
 
         corners = part.points.astype(np.float32)[part.triangles].reshape(-1, 3) + np.float32(0.0)
-        points, triangles = distinct(corners)
+        points, triangles = find_distinct_rows(corners)
         low, step, places = _in_steps(points)
         look = part.material
         out: dict[str, Any] = {

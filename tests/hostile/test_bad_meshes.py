@@ -101,20 +101,20 @@ LOST = {
     "solid_and_binary.stl": (b"solid" + stl(2, TRIANGLE)[5:], "says 2 triangles, and it has 1"),
     "text_cut_off.stl": (b"solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0", ""),
     "text_only.stl": (b"solid\n" + b"x" * 10_000, ""),
-    "nan.stl": (stl(1, (NAN, *TRIANGLE[1:])), "no finite"),
-    "inf.stl": (stl(1, (*TRIANGLE[:8], -INF)), "no finite"),
+    "nan.stl": (stl(1, (NAN, *TRIANGLE[1:])), "not a finite"),
+    "inf.stl": (stl(1, (*TRIANGLE[:8], -INF)), "not a finite"),
     "too_many_points.ply": (ply(10**12, 1, "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"), ""),
     "too_many_in_binary.ply": (ply(10**9, 10**9, "\0" * 50, "binary_little_endian"), ""),
     "fewer_than_none.ply": (ply(-3, 1, "0 0 0\n"), ""),
     "a_face_beyond.ply": (ply(3, 1, "0 0 0\n1 0 0\n0 1 0\n3 0 1 9\n"), "not there"),
-    "nan.ply": (ply(3, 1, "nan 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"), "no finite"),
-    "inf.ply": (ply(3, 1, "0 0 0\n1 0 inf\n0 1 0\n3 0 1 2\n"), "no finite"),
+    "nan.ply": (ply(3, 1, "nan 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"), "not a finite"),
+    "inf.ply": (ply(3, 1, "0 0 0\n1 0 inf\n0 1 0\n3 0 1 2\n"), "not a finite"),
     "a_face_beyond.obj": (obj("f 1 2 999999999"), ""),
     "a_face_before.obj": (obj("f 1 2 -9"), ""),
     "a_huge_index.obj": (obj("f 99999999999999999999 1 2"), ""),
-    "nan.obj": (b"v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3", "no finite"),
-    "inf.obj": (b"v 0 0 0\nv 1 0 -inf\nv 0 1 0\nf 1 2 3", "no finite"),
-    "beyond_single.obj": (b"v 1e39 0 0\nv -1e308 0 0\nv 0 1 0\nf 1 2 3", "no finite"),
+    "nan.obj": (b"v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3", "not a finite"),
+    "inf.obj": (b"v 0 0 0\nv 1 0 -inf\nv 0 1 0\nf 1 2 3", "not a finite"),
+    "beyond_single.obj": (b"v 1e39 0 0\nv -1e308 0 0\nv 0 1 0\nf 1 2 3", "not a finite"),
     "too_many.gltf": (accessor(count=10**9), "far more points"),
     "zeros.gltf": (accessor(count=10**9, bufferView=None), ""),
     "fewer_than_none.gltf": (accessor(count=-3), ""),
@@ -179,7 +179,7 @@ def test_what_can_be_drawn(name: str, tmp_path: Path, recwarn: Any) -> None:
     (tmp_path / name).write_bytes(KEPT[name])
     mesh = read_mesh(tmp_path / name)
     assert sum(len(part.triangles) for part in mesh.parts) >= 1
-    assert vrml.write(mesh.parts, (0.5, 0.5, 0.5), 0.0)
+    assert vrml.write_vrml(mesh.parts, (0.5, 0.5, 0.5), 0.0)
     assert not recwarn.list
 
 
@@ -315,7 +315,7 @@ def test_all_meshes_together_have_a_bound(tmp_path: Path) -> None:
 def test_a_mesh_has_so_many_triangles(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "a.dae").write_bytes(copies(6))
     read_mesh(tmp_path / "a.dae")
-    for name, most in (("MOST_TRIANGLES", 100), ("MOST_PARTS", 20)):
+    for name, most in (("MAX_TRIANGLES", 100), ("MAX_PARTS", 20)):
         with monkeypatch.context() as patch:
             patch.setattr(model, name, most)
             with pytest.raises(MeshError, match=f"more than {most} (triangles|parts)"):
@@ -326,9 +326,9 @@ def test_a_texture_of_too_many_pixels(tmp_path: Path, monkeypatch: pytest.Monkey
     from plugins.meshes.samples import image
 
     mesh = model.Mesh(tmp_path / "a.obj")
-    assert mesh.texture(image("PNG"), "a.png")
-    monkeypatch.setattr(model, "MOST_PIXELS", 2)
-    assert mesh.texture(image("PNG"), "b.png") is None
+    assert mesh.add_texture(image("PNG"), "a.png")
+    monkeypatch.setattr(model, "MAX_PIXELS", 2)
+    assert mesh.add_texture(image("PNG"), "b.png") is None
     assert "more than 2 pixels" in mesh.problems[0]
 
 

@@ -27,7 +27,7 @@ from plugins.meshes.samples import (
 from plugins.meshes.samples import write as write_sample
 from urdf2mbs_meshes.model import NO_PILLOW, Mesh, MeshError
 from urdf2mbs_meshes.reader import read_mesh
-from urdf2mbs_meshes.vrml import write
+from urdf2mbs_meshes.vrml import write_vrml
 
 #: What the URDF says, for parts without a colour of their own: 0.8, 0.4, 0.2.
 URDF_COLOR = (0.8, 0.4, 0.2)
@@ -35,7 +35,7 @@ URDF_COLOR = (0.8, 0.4, 0.2)
 
 def converted(path: Path) -> tuple[Mesh, list[wrl.Shape]]:
     mesh = read_mesh(path)
-    return mesh, wrl.read(b"".join(write(mesh.parts, URDF_COLOR, 0.25)))
+    return mesh, wrl.read(b"".join(write_vrml(mesh.parts, URDF_COLOR, 0.25)))
 
 
 @pytest.mark.parametrize("sample", SAMPLES, ids=lambda sample: sample.name)
@@ -286,7 +286,7 @@ def test_a_transparency_that_is_no_number(tmp_path: Path) -> None:
     mesh = mesh_of(tmp_path, "a.obj", obj_lines(["usemtl red", *OBJ_FACES], "mtllib a.mtl\n"))
     assert count(mesh) == len(TRIANGLES)
     assert mesh.parts[0].material.transparency is None
-    assert mesh.problems == ["the transparency of a material is no number"]
+    assert mesh.problems == ["the transparency of a material is not a number"]
 
 
 def test_one_triangle_that_cannot_be_drawn(tmp_path: Path) -> None:
@@ -295,4 +295,4 @@ def test_one_triangle_that_cannot_be_drawn(tmp_path: Path) -> None:
     broken = f"{text[:first]}vertex nan 0 0{text[text.index(chr(10), first) :]}"
     mesh = mesh_of(tmp_path, "a.stl", broken)
     assert count(mesh) == len(TRIANGLES) - 1
-    assert mesh.problems == ["a coordinate of 1 triangle is no finite single-precision number"]
+    assert mesh.problems == ["a coordinate of 1 triangle is not a finite single-precision number"]

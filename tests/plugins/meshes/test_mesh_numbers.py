@@ -5,7 +5,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from urdf2mbs_meshes.model import Part
-from urdf2mbs_meshes.vrml import write
+from urdf2mbs_meshes.vrml import write_vrml
 
 FLOATS = st.floats(width=32, allow_nan=False, allow_infinity=False)
 
@@ -13,7 +13,7 @@ FLOATS = st.floats(width=32, allow_nan=False, allow_infinity=False)
 def written(points: np.ndarray) -> list[list[str]]:
     """The points of a .wrl as text: of one triangle for each point, at the point."""
     index = np.repeat(np.arange(len(points)), 3).reshape(-1, 3)
-    text = b"".join(write([Part(points, index)], (0, 0, 0), 0.0)).decode()
+    text = b"".join(write_vrml([Part(points, index)], (0, 0, 0), 0.0)).decode()
     lines = text.partition("point [\n")[2].partition("\n]")[0]
     return [line.split(" ") for line in lines.split("\n")]
 

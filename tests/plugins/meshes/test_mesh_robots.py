@@ -10,7 +10,7 @@ import pytest
 
 from plugins.meshes import wrl
 from urdf2mbs_meshes.reader import FORMATS, read_mesh
-from urdf2mbs_meshes.vrml import write
+from urdf2mbs_meshes.vrml import write_vrml
 
 
 def test_every_mesh_of_every_robot(shared: Path) -> None:
@@ -20,7 +20,7 @@ def test_every_mesh_of_every_robot(shared: Path) -> None:
     assert len(meshes) == 142
     wrong, small, large = [], 0, 0
     for path in meshes:
-        data = b"".join(write(read_mesh(path, up_axis=False).parts, (0.5, 0.5, 0.5), 0.0))
+        data = b"".join(write_vrml(read_mesh(path, up_axis=False).parts, (0.5, 0.5, 0.5), 0.0))
         small, large = small + len(data), large + path.stat().st_size
         if "tmp" in path.parts:  # Coal leaves out the centimetres of their exporter
             continue

@@ -5,11 +5,11 @@ import pytest
 
 from plugins.meshes.wrl import HEAD, SQUARE, of
 from urdf2mbs_meshes.model import MeshError, Part
-from urdf2mbs_meshes.vrml_reader import read as read_mesh
+from urdf2mbs_meshes.vrml_reader import read_vrml
 
 
 def read(text: bytes) -> list[Part]:
-    return read_mesh(text).parts
+    return read_vrml(text).parts
 
 
 def test_polygons_become_fans() -> None:
@@ -106,7 +106,7 @@ def test_what_draws_nothing_is_passed_and_what_is_left_out_is_named() -> None:
       Inline { url "more.wrl" } Group { children Shape { geometry Box { size 1 2 3 } } }
       LOD { level [ %s ] }
     """ % (shape, shape)  # fmt: skip
-    mesh = read_mesh(text)
+    mesh = read_vrml(text)
     assert len(mesh.parts) == 1
     assert mesh.problems == [f"its {kind} is not drawn" for kind in ("Inline", "Box", "LOD")]
 

@@ -48,7 +48,7 @@ def test_arrays_come_back_and_are_stored_once() -> None:
     assert store.meshes[0] == store.meshes[1]
     (part,) = store.meshes[0]
     colors = unpack(store, part["colors"])
-    (read_back,) = vrml_reader.read(text).parts
+    (read_back,) = vrml_reader.read_vrml(text).parts
     wanted = read_back.points[read_back.triangles].reshape(-1, 3)
     np.testing.assert_allclose(corners(store, part), wanted, rtol=0, atol=0.51 * part["step"])
     assert part["step"] == pytest.approx(np.ptp(wanted, axis=0).max() / 65535)
