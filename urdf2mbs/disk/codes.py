@@ -1,4 +1,4 @@
-"""Codes of errors about files, paths and XML."""
+"""Files, paths and XML."""
 
 CODES = {
     "file-unreadable": "error: a file cannot be read, or is too large. Check its rights and size.",

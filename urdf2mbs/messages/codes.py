@@ -1,4 +1,4 @@
-"""Codes of errors that any part of the program may raise."""
+"""Anywhere."""
 
 CODES = {
     "memory-full": "error: there is not enough memory. Give more, or simplify the robot.",

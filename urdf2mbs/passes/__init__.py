@@ -6,15 +6,15 @@ from typing import Any
 
 from urdf2mbs.hookspecs import PassEntry, always, hookimpl
 
-#: Passes of plugins say themselves where among these they stand.
-_NAMES = (
+#: In the order in which they run.  Passes of plugins say between which of these they run.
+_PASS_NAMES = (
     "expand",
     "insert-base",
     "prune-massless",
     "reframe-inertia",
     "decompose-joints",
     "collect-anchors",
-    "joint-parameters",  # limits, damping, friction, as user models
+    "joint-parameters",
     "convert-visuals",
     "assign-names",
     "layout",
@@ -27,10 +27,14 @@ _NAMES = (
 
 @hookimpl
 def urdf2mbs_passes() -> list[PassEntry]:
-    return [PassEntry(name, "urdf2mbs", (), always) for name in _NAMES]
+    """Return the passes of the method."""
+    return [PassEntry(name, "urdf2mbs", (), always) for name in _PASS_NAMES]
 
 
 @hookimpl
 def urdf2mbs_presets() -> dict[str, dict[str, Any]]:
-    # The method's conversion, frame for frame: every URDF link frame is a body frame or a point.
-    return {"faithful": {"pipeline": list(_NAMES)}}
+    """Return the preset ``faithful``, the method's conversion frame for frame.
+
+    The frame of every URDF link is that of a body, or an anchor point.
+    """
+    return {"faithful": {"pipeline": list(_PASS_NAMES)}}

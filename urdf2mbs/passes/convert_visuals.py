@@ -1,10 +1,16 @@
-"""Convert visuals: the method's step 4, "Retrieve the visual properties of the URDF link and
-adapt them to the MBS body conventions".
+"""Convert visuals: the method's step 4, about the shapes of links.
 
-Position and scale are the same in both; the orientation is "three fixed frame rotations" in
-URDF and three current-frame ones, Rx Ry Rz, in .mbs; a cylinder's axis is z in URDF and y in
-.mbs; a capsule is a cylinder and two spheres.  A mesh is shown from the VRML file that it is
-converted to.
+"Retrieve the visual properties of the URDF link and adapt them to the MBS body conventions":
+
+=============  ======================================  =======================================
+               URDF                                    .mbs
+=============  ======================================  =======================================
+position       (m)                                     the same
+orientation    roll, pitch, yaw about fixed axes       Rx Ry Rz about current axes
+cylinder       along z                                 along y
+capsule        one shape                               a cylinder and two spheres
+mesh           a file of any format                    the VRML file that it is converted to
+=============  ======================================  =======================================
 """
 
 from __future__ import annotations
@@ -13,7 +19,7 @@ import re
 from math import pi
 from pathlib import PurePosixPath
 
-from urdf2mbs.conversion import Conversion
+from urdf2mbs.conversion import Conversion, Segment
 from urdf2mbs.disk.files import is_portable
 from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.model import GREY, Shape
@@ -29,54 +35,69 @@ from urdf2mbs.spatial import (
     multiply,
     to_xyz_angles,
 )
-from urdf2mbs.urdf.model import Box, Capsule, Cylinder, Geometry, Material, Mesh, Sphere
+from urdf2mbs.urdf.model import Box, Capsule, Cylinder, Geometry, Material, Mesh, Sphere, Visual
 
 #: Turns .mbs's y axis onto URDF's z axis.
 Y_ONTO_Z = from_turn((1, pi / 2))
-#: Where the project keeps its meshes.
-VRML = "PRJPATH/animationR/vrml"
-#: A .wrl keeps so many letters of its mesh file's name: most file systems allow 255.
-_LONGEST = 150
+#: Where the project has its meshes.
+VRML_FOLDER = "PRJPATH/animationR/vrml"
+#: A .wrl keeps this many letters of its mesh file's name: most file systems allow 255.
+MAX_STEM_LENGTH = 150
 
 
 class ConvertVisuals(Pass):
+    """Convert the shapes of links to shapes of bodies."""
+
     reads = ("robot", "bodies")
     writes = ("shapes",)
 
     def run(self, conversion: Conversion) -> None:
-        stems: set[str] = set()
+        """Add the shapes of each link to the body that the link is a part of."""
         for segment in conversion.segments.values():
             for link, pose in segment.parts.items():
-                visuals = conversion.robot.links[link].visuals
-                for number, visual in enumerate(visuals, start=1):
-                    name = visual.name or (link if len(visuals) == 1 else f"{link}_{number}")
-                    for geometry, offset in split_capsule(visual.geometry):
-                        at = compose(pose, visual.origin.pose)
-                        if offset != ZERO:
-                            at = compose(at, Pose(offset))
-                        shape = _shape(geometry, name, conversion, stems)
-                        rot = multiply(at.rot, Y_ONTO_Z) if shape.kind == "cylinder" else at.rot
-                        shape.position = at.xyz
-                        shape.rotation = ZERO if rot == IDENTITY else to_xyz_angles(rot)
-                        _colour(shape, visual.material, conversion.robot.materials)
-                        segment.holder.shapes.append(shape)
-        _warn_of_left_out(conversion)
+                _add_shapes(conversion, segment, link, pose)
+        _report_left_out(conversion)
+
+
+def _add_shapes(conversion: Conversion, segment: Segment, link: str, link_pose: Pose) -> None:
+    """Add the shapes of a link to the body of its segment.
+
+    Args:
+        conversion: The robot as a URDF and as an .mbs.
+        segment: The links that move as one body.
+        link: The name of the link.
+        link_pose: Pose of the link in the body.
+    """
+    visuals = conversion.robot.links[link].visuals
+    for number, visual in enumerate(visuals, start=1):
+        name = visual.name or (link if len(visuals) == 1 else f"{link}_{number}")
+        for geometry, offset in split_capsule(visual.geometry):
+            pose = compose(link_pose, visual.origin.pose)
+            if offset != ZERO:
+                pose = compose(pose, Pose(offset))
+            shape = _make_shape(conversion, geometry, name)
+            rotation = multiply(pose.rot, Y_ONTO_Z) if shape.kind == "cylinder" else pose.rot
+            shape.position = pose.xyz
+            shape.rotation = ZERO if rotation == IDENTITY else to_xyz_angles(rotation)
+            _colour(shape, visual, conversion.robot.materials)
+            segment.holder.shapes.append(shape)
 
 
 def split_capsule(geometry: Geometry) -> list[tuple[Geometry, Vec]]:
     """Return a capsule as a cylinder and two spheres, as an .mbs has no capsules.
 
     Returns:
-        Each shape, and its place (m) in the frame of the geometry; another geometry as it is.
+        Each shape, and its position (m) in the frame of the geometry; another geometry as it is.
     """
     if not isinstance(geometry, Capsule):
         return [(geometry, ZERO)]
-    end, ball = geometry.length / 2, Sphere(geometry.radius)
+    half, sphere = geometry.length / 2, Sphere(geometry.radius)
     cylinder = Cylinder(geometry.radius, geometry.length)
-    return [(cylinder, ZERO), (ball, (0.0, 0.0, end)), (ball, (0.0, 0.0, -end))]
+    return [(cylinder, ZERO), (sphere, (0.0, 0.0, half)), (sphere, (0.0, 0.0, -half))]
 
 
-def _shape(geometry: Geometry, name: str, conversion: Conversion, stems: set[str]) -> Shape:
+def _make_shape(conversion: Conversion, geometry: Geometry, name: str) -> Shape:
+    """Return the .mbs shape of a geometry, other than a capsule, without pose and colour."""
     if isinstance(geometry, Box):
         return Shape("box", name, size=geometry.size)
     if isinstance(geometry, Cylinder):
@@ -84,46 +105,50 @@ def _shape(geometry: Geometry, name: str, conversion: Conversion, stems: set[str
     if isinstance(geometry, Sphere):
         return Shape("sphere", name, radius=geometry.radius)
     assert isinstance(geometry, Mesh)
-    stem = conversion.meshes.get(geometry.filename)
-    if stem is None:
-        stem = conversion.meshes[geometry.filename] = _stem(geometry.filename, stems)
-    return Shape("inline", name, scale=geometry.scale, url=f"{VRML}/{stem}.wrl")
+    stems = conversion.meshes
+    if geometry.filename not in stems:
+        stems[geometry.filename] = _choose_stem(geometry.filename, set(stems.values()))
+    url = f"{VRML_FOLDER}/{stems[geometry.filename]}.wrl"
+    return Shape("inline", name, scale=geometry.scale, url=url)
 
 
-def _stem(filename: str, taken: set[str]) -> str:
-    """The mesh file's own name, made safe, and unique where letter case does not count."""
-    plain = (
-        re.sub(r"[^A-Za-z0-9_-]", "_", PurePosixPath(filename.replace("\\", "/")).stem) or "mesh"
-    )[:_LONGEST]
-    if not is_portable(plain):
-        plain = f"{plain}_mesh"
-    stem = free_name(plain, taken, str.lower)
-    taken.add(stem.lower())
-    return stem
+def _choose_stem(filename: str, stems: set[str]) -> str:
+    """Choose the name of the .wrl of a mesh file, without the suffix.
+
+    It is the mesh file's own name, made safe for every file system, and other than those of
+    ``stems`` even if letter case is ignored.
+    """
+    stem = PurePosixPath(filename.replace("\\", "/")).stem
+    stem = (re.sub(r"[^A-Za-z0-9_-]", "_", stem) or "mesh")[:MAX_STEM_LENGTH]
+    if not is_portable(stem):
+        stem = f"{stem}_mesh"
+    return free_name(stem, {other.lower() for other in stems}, str.lower)
 
 
-def _colour(shape: Shape, material: Material | None, known: dict[str, Material]) -> None:
-    """The visual's own colour, else that of the material of its name, else grey."""
+def _colour(shape: Shape, visual: Visual, materials: dict[str, Material]) -> None:
+    """Give a shape the visual's own colour, else that of the material of its name, else grey."""
+    material = visual.material
     if material is not None and material.color is None:
-        material = known.get(material.name)
+        material = materials.get(material.name)
     if material is None or material.color is None:
         shape.color = GREY
         return
-    r, g, b, a = (min(max(c, 0.0), 1.0) for c in material.color)
-    shape.color = (round(255 * r), round(255 * g), round(255 * b))
-    shape.transparency = 1.0 - a
+    red, green, blue, alpha = (min(max(part, 0.0), 1.0) for part in material.color)
+    shape.color = (round(255 * red), round(255 * green), round(255 * blue))
+    shape.transparency = 1.0 - alpha
 
 
-def _warn_of_left_out(conversion: Conversion) -> None:
-    links, known = conversion.robot.links.values(), conversion.robot.materials
+def _report_left_out(conversion: Conversion) -> None:
+    """Name the links whose textures or collision shapes are left out."""
+    links, materials = conversion.robot.links.values(), conversion.robot.materials
     textured = []
     for link in links:
         used = [visual.material for visual in link.visuals if visual.material]
-        if any(known.get(material.name, material).texture for material in used):
+        if any(materials.get(material.name, material).texture for material in used):
             textured.append(link.name)
     if textured:
-        what = f"textures are left out, as an .mbs shape has a colour only: {some(textured)}"
-        conversion.warn("texture", what, link=textured[0])
+        message = f"textures are left out, as an .mbs shape has a colour only: {some(textured)}"
+        conversion.warn("texture", message, link=textured[0])
     collisions = [link.name for link in links if link.collisions]
     if collisions:
         conversion.note("collision", f"collision shapes are left out: {some(collisions)}")

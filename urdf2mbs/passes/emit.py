@@ -9,19 +9,29 @@ from urdf2mbs.messages.diagnostics import ConversionError
 
 
 class Emit(Pass):
+    """Write the model as the bytes of an .mbs file."""
+
     reads = (
-        "base", "bodies", "inertias", "joints", "posture", "anchors", "forces", "shapes", "names",
-        "layout", "view",
-    )  # fmt: skip
+        "base",
+        "bodies",
+        "inertias",
+        "joints",
+        "posture",
+        "anchors",
+        "forces",
+        "shapes",
+        "names",
+        "layout",
+        "view",
+    )
     writes = ("mbs-file",)
 
     def run(self, conversion: Conversion) -> None:
+        """Add the file to the files of the conversion."""
         try:
-            output = conversion.settings.output
-            conversion.files[output] = write(conversion.mbs)
+            conversion.files[conversion.settings.output] = write(conversion.mbs)
         except ValueError as error:
-            raise ConversionError(
-                "mbs-unwritable", f"robot '{conversion.robot.name}': {error}",
-                file=conversion.robot.file,
-                hint="look for huge numbers in the URDF, and in the passes of plugins",
-            ) from None  # fmt: skip
+            message = f"robot '{conversion.robot.name}': {error}"
+            hint = "look for huge numbers in the URDF, and in the passes of plugins"
+            file = conversion.robot.file
+            raise ConversionError("mbs-unwritable", message, file=file, hint=hint) from None

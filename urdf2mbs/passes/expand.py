@@ -1,4 +1,4 @@
-"""Expand: from the source file to the robot that the method starts from.
+"""Expand: read the robot from its source file.
 
 The method reads "the URDF description of a robot"; in practice that is often xacro, which is
 expanded here without any ROS installed: ``$(find)``, ``$(arg)``, includes, ``load_yaml``.
@@ -13,22 +13,37 @@ from urdf2mbs.urdf.reader import read_robot_file, read_text
 
 
 class Expand(Pass):
+    """Read the robot, which xacro expands if it has to."""
+
     writes = ("robot",)
 
     def run(self, conversion: Conversion) -> None:
-        settings, given = conversion.settings, conversion.input
-        args = settings.config.xacro_args
-        if not given.data:
-            trust = settings.config.trust_xacro
-            given.data = read_robot_file(settings.source)
-            given.expansion = conversion.hook.urdf2mbs_read(
-                source=settings.source, data=given.data, packages=conversion.packages,
-                args=args, trust=trust,
-            )  # fmt: skip
-            if b"<xacro:" in given.data and not conversion.hook.urdf2mbs_read.get_hookimpls():
-                what = f"'{settings.source}' is xacro, for which the plugin 'xacro' is missing"
-                raise ConfigError("plugin-missing", what, hint="install urdf2mbs whole")
+        """Read the source, unless the caller has given its data, and parse it."""
+        settings = conversion.settings
+        if not conversion.input.data:
+            _read_source(conversion)
         conversion.robot, diagnostics = read_text(
-            settings.source, given.data, given.expansion, args, conversion.hook.urdf2mbs_extension,
-        )  # fmt: skip
+            settings.source,
+            conversion.input.data,
+            conversion.input.expansion,
+            settings.config.xacro_args,
+            conversion.hook.urdf2mbs_extension,
+        )
         conversion.diagnostics += diagnostics
+
+
+def _read_source(conversion: Conversion) -> None:
+    """Read the source file, and let a plugin expand it."""
+    settings = conversion.settings
+    conversion.input.data = read_robot_file(settings.source)
+    conversion.input.expansion = conversion.hook.urdf2mbs_read(
+        source=settings.source,
+        data=conversion.input.data,
+        packages=conversion.packages,
+        args=settings.config.xacro_args,
+        trust=settings.config.trust_xacro,
+    )
+    is_xacro = b"<xacro:" in conversion.input.data
+    if is_xacro and not conversion.hook.urdf2mbs_read.get_hookimpls():
+        message = f"'{settings.source}' is xacro, for which the plugin 'xacro' is missing"
+        raise ConfigError("plugin-missing", message, hint="install urdf2mbs whole")

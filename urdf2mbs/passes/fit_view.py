@@ -9,56 +9,83 @@ from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.model import Light, View, Viewpoint
 from urdf2mbs.ranges import rounded
 from urdf2mbs.spatial import add, rotate
-from urdf2mbs.urdf.model import Box, Capsule, Cylinder, Mesh
+from urdf2mbs.urdf.model import Box, Capsule, Cylinder, Geometry, Mesh, Robot
 
-#: The scale factors are those of robots as tall as a human (m).
-HUMAN = 1.8
+#: Size (m) of the robots for which MBSysPad's default symbols are made: as tall as a human.
+HUMAN_SIZE = 1.8
+#: The view is at least as large as this (m).
+MIN_SIZE = 0.1
+#: Where the camera is, from the middle of the robot, relative to the robot's size.
+CAMERA_OFFSET = (1.3, 0.6, 0.5)
+#: Distances at which the view begins and ends, relative to the robot's size.
+FRONT_CLIP, BACK_CLIP = 0.005, 30
 
 
 class FitView(Pass):
+    """Make the 3D viewer open on the whole robot."""
+
     reads = ("robot",)
     writes = ("view",)
 
     def run(self, conversion: Conversion) -> None:
-        low, high = _extent(conversion)
-        x, y, z = (rounded((a + b) / 2, 3) for a, b in zip(low, high, strict=True))
-        size = max(hypot(high[0] - low[0], high[1] - low[1], high[2] - low[2]), 0.1)
-        away = (rounded(x + 1.3 * size, 3), rounded(y + 0.6 * size, 3), rounded(z + 0.5 * size, 3))
+        """Set the camera, the lights and the size of the symbols."""
+        lower, upper = _compute_bounds(conversion.robot)
+        x, y, z = (_round((a + b) / 2) for a, b in zip(lower, upper, strict=True))
+        size = max(hypot(upper[0] - lower[0], upper[1] - lower[1], upper[2] - lower[2]), MIN_SIZE)
+        dx, dy, dz = (offset * size for offset in CAMERA_OFFSET)
         camera = Viewpoint(
-            "Whole_robot", position=away, target=(x, y, z),
-            front_clip=rounded(0.005 * size, 3), back_clip=rounded(30 * size, 3),
-        )  # fmt: skip
-        unit = size / HUMAN
+            "Whole_robot",
+            position=(_round(x + dx), _round(y + dy), _round(z + dz)),
+            target=(x, y, z),
+            front_clip=_round(FRONT_CLIP * size),
+            back_clip=_round(BACK_CLIP * size),
+        )
+        scale = size / HUMAN_SIZE
         conversion.mbs.view = View(
-            frame=rounded(0.1 * unit, 3), joint=rounded(0.2 * unit, 3), com=rounded(0.2 * unit, 3),
-            point=rounded(0.3 * unit, 3), viewpoints=[camera],
+            frame=_round(0.1 * scale),
+            joint=_round(0.2 * scale),
+            com=_round(0.2 * scale),
+            point=_round(0.3 * scale),
+            viewpoints=[camera],
             lights=[Light("Light_1", (2.0, 1.0, 1.0)), Light("Light_2", (-1.0, -2.0, -1.0))],
-        )  # fmt: skip
+        )
 
 
-def _extent(conversion: Conversion) -> tuple[list[float], list[float]]:
-    """The box (m) round all link frames, centres of mass and primitive shapes, at zero."""
-    robot = conversion.robot
+def _round(length: float) -> float:
+    """Round a length (m) to three digits."""
+    return rounded(length, 3)
+
+
+def _compute_bounds(robot: Robot) -> tuple[list[float], list[float]]:
+    """Compute the box around all link frames, centres of mass and primitive shapes.
+
+    Returns:
+        Its lowest and its highest corner (m), in the frame of the root, all joints at zero.
+    """
     poses = robot.poses()
-    points = [xyz for xyz, _ in poses.values()]
+    points = [pose.xyz for pose in poses.values()]
     for name, link in robot.links.items():
-        xyz, rot = poses[name]
+        position, rotation = poses[name]
         if link.inertial is not None:
-            points.append(add(xyz, rotate(rot, link.inertial.origin.xyz)))
+            points.append(add(position, rotate(rotation, link.inertial.origin.xyz)))
         for visual in link.visuals:
-            shape = visual.geometry
-            if isinstance(shape, Mesh):
-                continue
-            if isinstance(shape, Box):
-                radius = hypot(*shape.size) / 2
-            elif isinstance(shape, Cylinder):
-                radius = hypot(shape.radius, shape.length / 2)
-            elif isinstance(shape, Capsule):
-                radius = shape.radius + shape.length / 2
-            else:
-                radius = shape.radius
-            x, y, z = add(xyz, rotate(rot, visual.origin.xyz))
-            points.append((x - radius, y - radius, z - radius))
-            points.append((x + radius, y + radius, z + radius))
-    columns = list(zip(*points, strict=True))
-    return [min(column) for column in columns], [max(column) for column in columns]
+            radius = _compute_radius(visual.geometry)
+            if radius is not None:
+                x, y, z = add(position, rotate(rotation, visual.origin.xyz))
+                points.append((x - radius, y - radius, z - radius))
+                points.append((x + radius, y + radius, z + radius))
+    coordinates = list(zip(*points, strict=True))
+    return [min(values) for values in coordinates], [max(values) for values in coordinates]
+
+
+def _compute_radius(geometry: Geometry) -> float | None:
+    """Compute the radius (m) of a sphere around a shape; None for a mesh, which is not read."""
+    if isinstance(geometry, Mesh):
+        return None
+    if isinstance(geometry, Box):
+        return hypot(*geometry.size) / 2
+    if isinstance(geometry, Cylinder):
+        return hypot(geometry.radius, geometry.length / 2)
+    if isinstance(geometry, Capsule):
+        return geometry.radius + geometry.length / 2
+    return geometry.radius

@@ -2,13 +2,14 @@
 
 Beyond the method: an .mbs has no such properties of joints, but it has user models, which can be
 edited in MBSysPad and read by user functions.  Each kind of property is one user model; its
-parameters are scalars, called as the joints are.
+parameters are scalars with the names of the joints.
 
 A project applies them: the pass ``joint-laws`` adds what its code needs.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from math import isfinite
 from typing import Annotated, Literal
 
@@ -16,108 +17,152 @@ import msgspec
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.hookspecs import Pass
-from urdf2mbs.mbs import model as mbs
 from urdf2mbs.mbs.model import UserModel
 from urdf2mbs.messages.diagnostics import counted
 from urdf2mbs.states import JointModels, Placed
-from urdf2mbs.urdf.model import RATES, Joint
+from urdf2mbs.urdf.model import RATES, Dynamics, Joint, Limit, SafetyController
 
+#: The user models, in the order in which they are written.
+KINDS = (
+    "q_min",
+    "q_max",
+    "effort",
+    *RATES,
+    "damping",
+    "friction",
+    "spring_stiffness",
+    "spring_reference",
+    "soft_q_min",
+    "soft_q_max",
+    "k_position",
+    "k_velocity",
+    "calibration_rising",
+    "calibration_falling",
+)
 #: The kinds that only a project applies.
 DYNAMICS = ("damping", "friction", "spring_stiffness")
 
+#: The value of each kind of property that a joint has; None if an attribute is missing.
+Properties = Iterator[tuple[str, float | None]]
+
 
 class JointParameters(Pass):
+    """Write limits, damping, friction and other properties of joints as user models."""
+
     reads = ("robot", "bodies", "joints")
     writes = ("forces",)
 
     stops: bool = True
     """Give joints soft stops at their limits, in a project."""
     stop_frequency: Annotated[float, msgspec.Meta(gt=0.0, le=1e3)] = 20.0
-    """Stiffness of the stops, as a frequency (Hz): the moved inertia would swing on the stop so
-    fast."""
+    """Stiffness of the stops, as the frequency (Hz) at which the moved inertia would oscillate on
+    the stop."""
     zero_limits: Literal["free", "locked"] = "free"
     """What limits mean of which lower and upper are equal, as 0 and 0, or both missing: ``free``, a
     joint without limits, as many files mean it; ``locked``, a joint that stays there, as URDF
     defines it."""
 
     def run(self, conversion: Conversion) -> None:
-        held = [(step.joint, joint) for step, joint in conversion.single_coordinates()]
-        kinds = _kinds(conversion, held, locked=self.zero_limits == "locked")
-        models = {kind: values for kind, values in kinds.items() if values}
-        written = conversion.state(JointModels)
-        written.values = models
-        written.stop_frequency = self.stop_frequency if self.stops else None
+        """Write a user model for each kind of property that a joint has."""
+        models = _collect_values(conversion, is_zero_locked=self.zero_limits == "locked")
+        joint_models = conversion.state(JointModels)
+        joint_models.values = models
+        joint_models.stop_frequency = self.stop_frequency if self.stops else None
         conversion.mbs.user_models += [UserModel.of(*model) for model in models.items()]
         if models:
             conversion.report["joint-parameters"] = models
-        names = {name for kind in DYNAMICS for name in models.get(kind, ())}
-        sprung = {joint.name for joint, _ in held}
-        conversion.state(Placed).elements += [
-            extension
-            for extension in conversion.robot.extensions
-            if "springStiffness" in extension.numbers and extension.reference in sprung
-        ]
-        if names and conversion.settings.project is None:
-            springs = "spring_stiffness" in models
-            conversion.note(
-                "joint-dynamics",
-                f"{'damping, friction and springs' if springs else 'damping and friction'} of "
-                f"{counted(len(names), 'joint')} are in user models, but "
-                "nothing applies them; a project does: 'output: {project: DIR}'",
-            )
+        _mark_as_placed(conversion)
+        if conversion.settings.project is None:
+            _note_unapplied_dynamics(conversion, models)
 
 
-def _kinds(
-    conversion: Conversion, joints: list[tuple[Joint, mbs.Joint]], *, locked: bool
-) -> dict[str, dict[str, float]]:
-    """Return the values of each kind of property, by .mbs joint.
-
-    The pass ``left-out`` does not name these properties.
+def _collect_values(conversion: Conversion, *, is_zero_locked: bool) -> dict[str, dict[str, float]]:
+    """Collect the finite values of each kind of property, by .mbs joint.
 
     Args:
         conversion: The robot as a URDF and as an .mbs.
-        joints: The joints of the URDF with one coordinate, and those of the .mbs.
-        locked: True if limits from 0 to 0 are limits.
+        is_zero_locked: True if equal limits lock a joint.
     """
-    kinds: dict[str, dict[str, float]] = {
-        kind: {}
-        for kind in (
-            "q_min", "q_max", "effort", *RATES, "damping", "friction", "spring_stiffness",
-            "spring_reference", "soft_q_min", "soft_q_max", "k_position", "k_velocity",
-            "calibration_rising", "calibration_falling",
-        )
-    }  # fmt: skip
-    placed = conversion.state(Placed).joints
-    for joint, own in joints:
-        limit, dynamics, calibration = joint.limit, joint.dynamics, joint.calibration
-        safety = joint.safety_controller
-        for code, part in (
-            ("limit", limit), ("joint-dynamics", dynamics), ("safety-controller", safety),
-            ("calibration", calibration),
-        ):  # fmt: skip
-            if part is not None:
-                placed.setdefault(code, set()).add(joint.name)
-        values: dict[str, float | None] = {}
-        if limit is not None:
-            low, high = limit.lower, limit.upper
-            has_room = low is None or high is None or low < high or (locked and limit.is_single)
-            if joint.type != "continuous" and has_room:
-                values |= {"q_min": low, "q_max": high}
-            values |= {kind: getattr(limit, kind) for kind in ("effort", *RATES)}
-        if dynamics is not None:
-            values |= {"damping": dynamics.damping or None, "friction": dynamics.friction or None}
-            if stiffness := dynamics.spring_stiffness:
-                values |= {"spring_stiffness": stiffness}
-                values |= {"spring_reference": dynamics.spring_reference}
-        if safety is not None:
-            low, high = safety.soft_lower_limit, safety.soft_upper_limit
-            if low < high:
-                values |= {"soft_q_min": low, "soft_q_max": high}
-            values |= {"k_position": safety.k_position, "k_velocity": safety.k_velocity}
-        if calibration is not None:
-            values["calibration_rising"] = calibration.rising
-            values["calibration_falling"] = calibration.falling
-        for kind, value in values.items():
+    values: dict[str, dict[str, float]] = {kind: {} for kind in KINDS}
+    for step, mbs_joint in conversion.single_coordinates():
+        for kind, value in _list_properties(step.joint, is_zero_locked=is_zero_locked):
             if value is not None and isfinite(value):
-                kinds[kind][own.name] = float(value)
-    return kinds
+                values[kind][mbs_joint.name] = float(value)
+    return {kind: by_joint for kind, by_joint in values.items() if by_joint}
+
+
+def _list_properties(joint: Joint, *, is_zero_locked: bool) -> Properties:
+    """List the properties of a URDF joint, by kind."""
+    if joint.limit is not None:
+        if joint.type != "continuous":
+            yield from _list_limits(joint.limit, is_zero_locked=is_zero_locked)
+        for kind in ("effort", *RATES):
+            yield kind, getattr(joint.limit, kind)
+    if joint.dynamics is not None:
+        yield from _list_dynamics(joint.dynamics)
+    if joint.safety_controller is not None:
+        yield from _list_safety(joint.safety_controller)
+    if joint.calibration is not None:
+        yield "calibration_rising", joint.calibration.rising
+        yield "calibration_falling", joint.calibration.falling
+
+
+def _list_limits(limit: Limit, *, is_zero_locked: bool) -> Properties:
+    """List lower and upper limit, unless they leave no room and that means no limits."""
+    lower, upper = limit.lower, limit.upper
+    has_room = lower is None or upper is None or lower < upper
+    if has_room or (is_zero_locked and limit.is_single):
+        yield "q_min", lower
+        yield "q_max", upper
+
+
+def _list_dynamics(dynamics: Dynamics) -> Properties:
+    """List damping, friction and spring, without those that are zero."""
+    yield "damping", dynamics.damping or None
+    yield "friction", dynamics.friction or None
+    if dynamics.spring_stiffness:
+        yield "spring_stiffness", dynamics.spring_stiffness
+        yield "spring_reference", dynamics.spring_reference
+
+
+def _list_safety(safety: SafetyController) -> Properties:
+    """List the soft limits, unless they leave no room, and the gains."""
+    if safety.soft_lower_limit < safety.soft_upper_limit:
+        yield "soft_q_min", safety.soft_lower_limit
+        yield "soft_q_max", safety.soft_upper_limit
+    yield "k_position", safety.k_position
+    yield "k_velocity", safety.k_velocity
+
+
+def _mark_as_placed(conversion: Conversion) -> None:
+    """Record the properties that user models hold, so that ``left-out`` does not name them."""
+    placed = conversion.state(Placed)
+    joints = [step.joint for step, _ in conversion.single_coordinates()]
+    for joint in joints:
+        for code, element in (
+            ("limit", joint.limit),
+            ("joint-dynamics", joint.dynamics),
+            ("safety-controller", joint.safety_controller),
+            ("calibration", joint.calibration),
+        ):
+            if element is not None:
+                placed.joints.setdefault(code, set()).add(joint.name)
+    names = {joint.name for joint in joints}
+    placed.elements += [
+        extension
+        for extension in conversion.robot.extensions
+        if "springStiffness" in extension.numbers and extension.reference in names
+    ]
+
+
+def _note_unapplied_dynamics(conversion: Conversion, models: dict[str, dict[str, float]]) -> None:
+    """Note damping, friction and springs that only a project would apply."""
+    names = {name for kind in DYNAMICS for name in models.get(kind, ())}
+    if names:
+        has_springs = "spring_stiffness" in models
+        kinds = "damping, friction and springs" if has_springs else "damping and friction"
+        conversion.note(
+            "joint-dynamics",
+            f"{kinds} of {counted(len(names), 'joint')} are in user models, but nothing applies "
+            "them; a project does: 'output: {project: DIR}'",
+        )

@@ -1,7 +1,6 @@
 """Layout: the method's step 5, "Give 2D graphical properties to each MBS element".
 
-The diagram shows the robot as it stands before you (``style: robot``), else a tidy tree
-(``tree``).
+The diagram shows the robot as it stands before you (``style: robot``), else a tidy tree (``tree``).
 """
 
 from __future__ import annotations
@@ -14,6 +13,8 @@ from urdf2mbs.hookspecs import Pass
 
 
 class Layout(Pass):
+    """Place bodies, joints and points in the 2D diagram."""
+
     reads = ("bodies", "joints", "anchors", "posture", "names")
     writes = ("layout",)
 
@@ -21,4 +22,5 @@ class Layout(Pass):
     """``robot`` draws a ``tree`` where the robot has no shape worth following."""
 
     def run(self, conversion: Conversion) -> None:
+        """Arrange the diagram, and report the style that was drawn."""
         conversion.report["layout"] = {"style": arrange(conversion.mbs, self.style)}

@@ -1,11 +1,26 @@
 """Prune massless: the method's "Creation of the bodytree".
 
-"For each URDF link found (except the null mass links which are neglected), a MBS body is
-added in the bodytree".  Neglected are the links, never their frames nor their children;
+"For each URDF link found (except the null mass links which are neglected), a MBS body is added in
+the bodytree".  Neglected are the links, never their frames nor their children;
 ``docs/passes/prune-massless.md`` lists what becomes of them.
+
+Often a joint of several axes is a chain of joints with massless links between them, as a hip with
+three axes through one point.  Its joints all go to the body at the end of the chain::
+
+    URDF   pelvis ---yaw---> (hip_1) ---roll---> (hip_2) ---pitch---> thigh
+                             massless            massless
+
+    .mbs   pelvis ---yaw, roll, pitch---> thigh
+
+A massless link is *chained* in this way if one joint alone leads from it to bodies, and the origin
+of this joint is that of the link.  If this joint moves, the link's frame is between two joints of
+the .mbs, where no shape and no anchor point can be, so the link must carry nothing else.  If the
+joint is fixed, the link is rigid with the body.
 """
 
 from __future__ import annotations
+
+import msgspec
 
 from urdf2mbs.conversion import Conversion, Segment, Step, fits
 from urdf2mbs.hookspecs import Pass
@@ -18,6 +33,8 @@ from urdf2mbs.urdf.model import JOINT_TYPES, Joint
 
 
 class PruneMassless(Pass):
+    """Decide which links become bodies, and which joints lead to them."""
+
     reads = ("robot",)
     writes = ("bodies",)
 
@@ -25,42 +42,56 @@ class PruneMassless(Pass):
     """Patterns (``*`` for all) of massless links that stay, as bodies without mass."""
 
     def run(self, conversion: Conversion) -> None:
-        robot = conversion.robot
-        root = robot.root()
-        order = robot.depth_first()
-        children = robot.children()
-
-        bodied = {
-            link.name
-            for link in robot.links.values()
-            if not link.massless or fits(link.name, self.keep)
-        }
-        needed = _with_way(bodied | {root}, order)
-        if conversion.settings.project is not None:
-            # only a project's code couples joints
-            bodied |= _leaders(conversion, needed)
-            needed = _with_way(needed | bodied, order)
-        if not any(joint.child in needed for joint in order):
-            bodied = needed = set(robot.links)
-        if all(link.massless for link in robot.links.values()):
+        """Group the links into segments, one for each body."""
+        tree = _select_bodies(conversion, self.keep)
+        if all(link.massless for link in conversion.robot.links.values()):
             _warn_of_no_mass(conversion)
+        chained = _find_chained_links(conversion, tree)
+        _make_segments(conversion, tree, chained)
+        _attach_frames(conversion, tree)
 
-        chained = _chain(conversion, order, children, bodied, needed)
-        _make_segments(conversion, root, order, needed, chained)
-        _attach_frames(conversion, order, needed)
+
+class Tree(msgspec.Struct):
+    """The tree of the URDF, and the links in it that become bodies."""
+
+    joints: list[Joint]
+    """All joints, parents first."""
+    children: dict[str, list[Joint]]
+    """The joints that lead from each link."""
+    bodies: set[str]
+    """Links that become bodies."""
+    needed: set[str]
+    """The bodies, the root, and all links between them."""
 
 
-def _with_way(links: set[str], order: list[Joint]) -> set[str]:
-    """These links and all links on the way to them."""
+def _select_bodies(conversion: Conversion, keep: list[str]) -> Tree:
+    """Select the links that become bodies: those with mass, and those that the user keeps."""
+    robot = conversion.robot
+    joints = robot.depth_first()
+    bodies = {
+        link.name for link in robot.links.values() if not link.massless or fits(link.name, keep)
+    }
+    needed = _add_ancestors(bodies | {robot.root()}, joints)
+    if conversion.settings.project is not None:
+        # Only the code of a project couples joints.
+        bodies |= _find_massless_leaders(conversion, needed)
+        needed = _add_ancestors(needed | bodies, joints)
+    if not any(joint.child in needed for joint in joints):
+        bodies = needed = set(robot.links)
+    return Tree(joints, robot.children(), bodies, needed)
+
+
+def _add_ancestors(links: set[str], joints: list[Joint]) -> set[str]:
+    """Return some links and all their ancestors; ``joints`` are all joints, parents first."""
     links = set(links)
-    for joint in reversed(order):
+    for joint in reversed(joints):
         if joint.child in links:
             links.add(joint.parent)
     return links
 
 
-def _leaders(conversion: Conversion, needed: set[str]) -> set[str]:
-    """The massless links whose joint feels the inertia of joints that follow it."""
+def _find_massless_leaders(conversion: Conversion, needed: set[str]) -> set[str]:
+    """Find the massless links whose joint feels the inertia of joints that follow it."""
     joints = conversion.robot.joints
     leaders: dict[str, str] = {}
     for joint in joints.values():
@@ -70,109 +101,115 @@ def _leaders(conversion: Conversion, needed: set[str]) -> set[str]:
         leader = joints[name]
         if multiplier and leader.child not in needed and JOINT_TYPES[leader.type] == 1:
             leaders[leader.name] = leader.child
-    for name in leaders:
+    for name, link in leaders.items():
         conversion.note(
             "mimic-massless",
             f"joint '{name}' moves nothing that has mass, and feels the inertia of the joints "
-            f"that follow it: its link '{leaders[name]}' is a body without mass",
+            f"that follow it: its link '{link}' is a body without mass",
             joint=name,
         )
     return set(leaders.values())
 
 
 def _warn_of_no_mass(conversion: Conversion) -> None:
-    links = conversion.robot.links.values()
-    shown = any(link.visuals or link.collisions for link in links)
+    """Warn that the model has no dynamics, as no link has mass."""
+    has_shapes = any(link.visuals or link.collisions for link in conversion.robot.links.values())
+    if has_shapes and conversion.state(Estimates).links is None:
+        hint = "estimate-inertia: {total_mass: KG} estimates them from the geometry"
+    else:
+        hint = "give each link an <inertial>, or each body its mass in the .mbs"
     conversion.warn(
         "no-mass",
         "NO DYNAMICS: no link has a mass or an inertia; links become bodies without mass, and no "
         "force can move them",
-        hint="estimate-inertia: {total_mass: KG} estimates them from the geometry"
-        if shown and conversion.state(Estimates).links is None
-        else "give each link an <inertial>, or each body its mass in the .mbs",
+        hint=hint,
     )
 
 
-def _chain(
-    conversion: Conversion, order: list[Joint], children: dict[str, list[Joint]], bodied: set[str],
-    needed: set[str],
-) -> dict[str, Pose | None]:  # fmt: skip
-    """The massless links whose joints go to the body behind them.
+def _find_chained_links(conversion: Conversion, tree: Tree) -> dict[str, Pose | None]:
+    """Find the massless links whose joints go to the body at the end of their chain.
 
-    The value is the link's constant pose in this body, or None if a moving joint lies between the
-    two.  Then the link must carry nothing: no body could carry it.
+    Returns:
+        For each chained link its constant pose in this body; None if a moving joint is between
+        the two.
     """
     chained: dict[str, Pose | None] = {}
-    for joint in reversed(order):
+    for joint in reversed(tree.joints):
         link = joint.child
-        if link in bodied or link not in needed:
+        if link in tree.bodies or link not in tree.needed:
             continue
-        onward = [j for j in children[link] if j.child in needed]
-        if len(onward) != 1 or onward[0].origin.xyz != ZERO:
+        next_joints = [child for child in tree.children[link] if child.child in tree.needed]
+        if len(next_joints) != 1 or next_joints[0].origin.xyz != ZERO:
             continue
-        ahead = chained.get(onward[0].child, HERE)
-        if not onward[0].moves and ahead is not None:
-            chained[link] = compose(ahead, inverse(onward[0].origin.pose))
-        elif len(children[link]) == 1 and not conversion.robot.links[link].visuals:
+        (next_joint,) = next_joints
+        next_pose = chained.get(next_joint.child, HERE)
+        if not next_joint.moves and next_pose is not None:
+            chained[link] = compose(next_pose, inverse(next_joint.origin.pose))
+        elif len(tree.children[link]) == 1 and not conversion.robot.links[link].visuals:
             chained[link] = None
     return chained
 
 
-def _make_segments(
-    conversion: Conversion, root: str, order: list[Joint], needed: set[str],
-    chained: dict[str, Pose | None],
-) -> None:  # fmt: skip
+def _make_segments(conversion: Conversion, tree: Tree, chained: dict[str, Pose | None]) -> None:
+    """Make a segment of each needed link that is not chained, with the joints that lead to it."""
+    root = conversion.robot.root()
     segments = {root: Segment(root, None, [], {root: HERE}, conversion.mbs.base)}
-    pending: dict[str, tuple[str, list[Step]]] = {}
-    rigid: list[str] = []
-    for joint in order:
+    # Of each chained link: the segment that its chain begins at, and the steps up to the link.
+    chains: dict[str, tuple[str, list[Step]]] = {}
+    rigid_links: list[str] = []
+    for joint in tree.joints:
         link = joint.child
-        if link not in needed:
+        if link not in tree.needed:
             continue
-        parent, steps = pending.pop(joint.parent, (joint.parent, []))
+        parent, steps = chains.pop(joint.parent, (joint.parent, []))
         steps.append(Step.of(joint))
         if link in chained:
-            pending[link] = (parent, steps)
+            chains[link] = (parent, steps)
             if chained[link] is None:
                 steps[-1].frames = {link: HERE}
             else:
-                rigid.append(link)
+                rigid_links.append(link)
             continue
         segment = Segment(link, parent, steps, {link: HERE}, Body(link))
-        for massless in rigid:
-            segment.parts[massless] = chained[massless] or HERE
-        rigid.clear()
+        for rigid_link in rigid_links:
+            segment.parts[rigid_link] = chained[rigid_link] or HERE
+        rigid_links.clear()
         segments[link] = segment
     conversion.regroup(segments)
 
 
-def _attach_frames(conversion: Conversion, order: list[Joint], needed: set[str]) -> None:
-    """Make the links that no body needs parts of the segments they hang on."""
+def _attach_frames(conversion: Conversion, tree: Tree) -> None:
+    """Make the links that no body needs parts of the segments that they are attached to."""
     parts = conversion.parts()
-    held: list[Joint] = []
-    for joint in order:
-        if joint.child in needed:
+    locked_joints: list[Joint] = []
+    for joint in tree.joints:
+        if joint.child in tree.needed:
             continue
-        segment, pose = parts[joint.parent]
-        at = segment.parts[joint.child] = compose(pose, joint.origin.pose)
-        parts[joint.child] = (segment, at)
+        segment, parent_pose = parts[joint.parent]
+        pose = compose(parent_pose, joint.origin.pose)
+        segment.parts[joint.child] = pose
+        parts[joint.child] = (segment, pose)
         if joint.moves:
             conversion.frozen[joint.name] = "nothing that it moves has mass"
             conversion.state(OnPurpose).massless.add(joint.name)
-            held.append(joint)
-    if held:
-        _warn_of_held_joints(conversion, held)
+            locked_joints.append(joint)
+    if locked_joints:
+        _warn_of_locked_joints(conversion, locked_joints)
 
 
-def _warn_of_held_joints(conversion: Conversion, held: list[Joint]) -> None:
-    first, moves = held[0], "move"
-    does = f"{counted(len(held), 'joint')} are left out, and their links stay"
-    if len(held) == 1:
-        moves = "moves"
-        does = f"its degree of freedom is left out, and link '{first.child}' stays"
-    listed = some(f"joint '{joint.name}' ({joint.type})" for joint in held)
+def _warn_of_locked_joints(conversion: Conversion, joints: list[Joint]) -> None:
+    """Warn of the joints that are left out because they move no mass."""
+    first = joints[0]
+    listed = some(f"joint '{joint.name}' ({joint.type})" for joint in joints)
+    if len(joints) == 1:
+        verb = "moves"
+        effect = f"its degree of freedom is left out, and link '{first.child}' stays"
+    else:
+        verb = "move"
+        effect = f"{counted(len(joints), 'joint')} are left out, and their links stay"
     conversion.warn(
         "massless-leaf",
-        f"{listed} {moves} nothing that has mass: {does} where the joint is at zero",
-        joint=first.name, link=first.child,
-    )  # fmt: skip
+        f"{listed} {verb} nothing that has mass: {effect} where the joint is at zero",
+        joint=first.name,
+        link=first.child,
+    )

@@ -64,7 +64,7 @@ def test_explain_runs_nothing(here: Path, capsys: Capture) -> None:
     assert main(["explain", "tiny.yaml", "-v"]) == 0
     out = capsys.readouterr().out
     assert f"source  {here}/tiny.urdf" in out
-    assert "prune-massless: the method's" in out
+    assert "prune-massless: Decide which links become bodies" in out
     assert "    reads    robot\n    writes   bodies\n    options  keep: []" in out
     assert main(["explain", "--json", "tiny.yaml"]) == 0
     told = json.loads(capsys.readouterr().out)
