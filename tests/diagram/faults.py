@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from urdf2mbs.diagram.boxes import written
+from urdf2mbs.diagram.sizes import measure_name
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -128,8 +128,9 @@ def names(mbs: Mbs) -> list[Rectangle]:
     of the box."""
     out = []
     for body, here in zip(mbs.bodies, boxes(mbs)[1:], strict=True):
-        x, y, half = (here.left + here.right) / 2, (here.top + here.bottom) / 2, written(body.name)
-        out.append(Rectangle(body.name, x - half / 2, y - 16, x + half / 2, y - 3))
+        x, y = (here.left + here.right) / 2, (here.top + here.bottom) / 2
+        half_width = measure_name(body.name) / 2
+        out.append(Rectangle(body.name, x - half_width, y - 16, x + half_width, y - 3))
     return out
 
 

@@ -1,366 +1,381 @@
-"""The robot as it stands before one: spine upright, limbs out to both sides and down.
+"""Draw a robot as if it faced the reader: spine upright, limbs to the sides and down.
 
-From the body that the base carries, the spine goes up through the bodies of the middle.  What
-leaves it sideways runs out until it is clear of all below, then turns down.  So higher limbs
-stand farther out, as arms do beside legs.
+From the body that the base carries, the spine goes up through the bodies of the middle.  A limb at
+its side first runs horizontally, in a *lane*, until it is clear of everything below; then it turns
+down, in a *column*.  So higher limbs are farther out, as arms are beside legs::
+
+      +------+      +-----------+      +------+
+      | hand |--arm-|   chest   |-arm--| hand |       lanes
+      +------+      +-----o-----+      +------+
+         |                | spine          |
+       finger             |              finger       columns
+            +-----+ +-----o-----+ +-----+
+            | leg |-|  pelvis   |-| leg |
+            +-----+ +-----o-----+ +-----+
+               |          |          |
+              foot    +---o--+      foot
+                      | Base |
+                      +------+
+
+The spine is one layout that grows up (see ``box_layout``): its chains of joints are one line, which
+passes all names at the same distance, the *offset*.
 """
 
 from __future__ import annotations
 
 from math import ceil
+from typing import NamedTuple
 
 import msgspec
 
-from urdf2mbs.diagram.boxes import BACK, EDGE, FORK, GAP, NAME, Lead, Node, Plan, half_name, room
-from urdf2mbs.diagram.plan import Wish, plan, put
-from urdf2mbs.diagram.shape import Shape
-from urdf2mbs.diagram.tree import plan_tree, ways_of
+from urdf2mbs.diagram.box_layout import (
+    Direction,
+    Layout,
+    LayoutRequest,
+    PlacedChild,
+    PlacedPoint,
+    PortSides,
+    Rectangle,
+    lay_out_box,
+)
+from urdf2mbs.diagram.box_size import compute_min_box
+from urdf2mbs.diagram.nodes import Node
+from urdf2mbs.diagram.sheet import GROWS_UP, place_on_sheet
+from urdf2mbs.diagram.sizes import CORNER_DISTANCE, FORK_LENGTH, LIMB_GAP, NAME_HEIGHT
+from urdf2mbs.diagram.spine import SHORT_DEPTH, Limb, Vertebra
+from urdf2mbs.diagram.tree import find_orientations, lay_out_tree
 from urdf2mbs.mbs.model import Mbs
 
-MIDDLE = 0.04
-"""What is nearer to the plane of symmetry is in the middle (share of the robot's size)."""
-LIMBS = 24
-"""With more limbs than this at its spine, nobody would recognise a robot."""
-MOST = 40.0
-"""Most by which a wire is stretched (px) where one more body of the limb can run out instead."""
-SHORT = 2
-"""A limb of so few bodies one after the other does not turn down."""
-
-Box = tuple[float, float, float, float]
-"""Inner, outer, bottom, top (px): x counted outwards from the spine, both sides as one, so that
-what is alike at both sides is drawn alike; y up from the base."""
-Run = tuple[int, float, float, list[Box]]
-"""How many bodies of a limb run out before it turns down, by how much more their wires are spread
-than they need, how far out the middle of the last body is (px), and what the bodies take."""
+MAX_EXTRA_WIRE = 40.0
+"""Most by which wires are stretched (px), if one more body of the limb can run out instead."""
 
 
-class Limb(msgspec.Struct):
-    """What leaves the spine."""
+class Region(NamedTuple):
+    """A part of the sheet that is occupied (px).
 
-    lead: Lead
-    side: int
-    """1: the right of the picture, -1: the left."""
-    height: float
-    """Where it leaves the spine (share of the robot's size)."""
-    depth: int
-    """Bodies one after the other, at the most."""
-    row: list[Node]
-    """The bodies that can run out one after the other; a limb turns down at the latest where
-    it branches."""
-    low: float = 0.0
-    high: float = 0.0
-    """How far the lane in which they do reaches below and above their joints (px), once it is
-    known how large they are."""
+    Both sides are one, so that limbs that are alike at both sides are drawn alike.
+    """
 
-    @classmethod
-    def of(cls, lead: Lead, side: int, height: float, depth: int) -> Limb:
-        row = [lead.nodes[0]]
-        while len(children := row[-1].children) == 1:
-            row += children
-        return cls(lead, side, height, depth, row)
+    inner: float
+    """From the spine outwards."""
+    outer: float
+    bottom: float
+    """From the base up."""
+    top: float
+
+
+class PlacedVertebra(msgspec.Struct):
+    """A vertebra with its layout."""
+
+    vertebra: Vertebra
+    layout: Layout
+    bottom: float
+    """Where its layout begins (px), from the base up."""
 
     @property
-    def node(self) -> Node:
-        return self.row[0]
+    def half_width(self) -> float:
+        """Half of the width (px) of its box."""
+        return (self.layout.box.across_max - self.layout.box.across_min) / 2
 
 
-class Vertebra(msgspec.Struct):
-    """A body of the spine and what leaves it."""
+class LimbRun(NamedTuple):
+    """How a limb runs out to a side before it turns down."""
 
-    node: Node
-    ahead: list[Lead] = []
-    """What stands on it, from left to right; the next body of the spine, if there is one."""
-    rows: list[list[Limb]] = []
-    """What leaves sideways, lowest first; in a row, one limb or one at each side."""
-    lanes: list[float] = []
-    """How high each row leaves (px), once it is known how large all is."""
-    legs: list[Limb] = []
-    """Limbs that hang straight down from the lower edge of the box, from the middle outwards."""
+    length: int
+    """Number of bodies in the lane."""
+    extra_wire: float
+    """How much longer each of their wires is than it needs to be (px)."""
+    turn: float
+    """From the spine to the middle of the last body in the lane (px)."""
+    regions: list[Region]
+    """The occupied regions: the lane, then the column, if there is one."""
 
 
-def spine(order: list[Node], shape: Shape) -> list[Vertebra] | None:
-    """The spine, lowest body first; None where there is no shape worth following.
+def arrange_robot(mbs: Mbs, nodes: list[Node], spine: list[Vertebra]) -> None:
+    """Place a robot in the diagram as if it faced the reader.
 
-    There is one if at least one limb of two bodies or more has its mirror image, and all that
-    the base carries is one robot, each limb at a point of its own.
+    Args:
+        mbs: The model.
+        nodes: The base, then the bodies depth first.
+        spine: The spine, lowest body first.
     """
-    base = order[0]
-    if len(base.children) != 1 or not shape.pairs:
-        return None
-    leads = [lead for node in order[1:] for lead in node.leads]
-    if any(lead.point is None or len(lead.nodes) > 1 for lead in leads):
-        return None
-    bones: list[Vertebra] = []
-    node: Node | None = base.children[0]
-    while node is not None:
-        if len(node.leads) > LIMBS:
-            return None
-        bone, node = _vertebra(node, shape, lowest=not bones)
-        bones.append(bone)
-    limbs = [limb for bone in bones for row in (*bone.rows, bone.legs) for limb in row]
-    if len(limbs) > LIMBS:
-        return None
-    if not any(limb.side > 0 and limb.depth > 1 for limb in limbs) and len(bones[-1].ahead) < 2:
-        return None  # the partners are further out, as the fingers of an arm are
-    for limb in limbs:
-        outwards(limb.node, shape, limb.side)
-    for child in (child for bone in bones for child in bone.node.children):
-        partner = shape.limbs[child.name].partner
-        if partner is not None and child.alike is not partner:
-            _draw_alike(child, partner)
-    for limb in limbs:
-        rooms = [room(node, vertical=False) for node in limb.row]
-        limb.low = max(low for _, low, _ in rooms)
-        limb.high = max(low + 2 * aside for _, low, aside in rooms)
-    return bones
+    base = nodes[0]
+    # The horizontal bodies of limbs are laid out later, when it is known which these are.
+    orientations = find_orientations(nodes, 2, {vertebra.node.name for vertebra in spine})
+    for node in reversed(nodes):
+        if node.name in orientations:
+            lay_out_tree(node, orientations[node.name], narrow=True)
+    offset = max(
+        compute_min_box(node, None, vertical=True).offset
+        for node in (base, *(vertebra.node for vertebra in spine))
+    )
+    request = LayoutRequest(min_offset=offset)
+    base_box = lay_out_box(base, PortSides(), request, vertical=True).box
+    base_half_width = (base_box.across_max - base_box.across_min + LIMB_GAP) / 2
+    for vertebra in reversed(spine):
+        vertebra.node.layouts[True] = _lay_out_vertebra(vertebra, base_half_width, offset)
+    occupied = [Region(0.0, base_half_width, -base_box.along_max, 0.0)]
+    placed_spine = _stack(spine)
+    for placed in placed_spine:
+        occupied += _list_regions(placed, offset)
+    for placed in placed_spine:
+        _place_side_limbs(placed, occupied)
+    layout = lay_out_box(base, PortSides(ahead=base.ports), request, vertical=True)
+    place_on_sheet(mbs, base, layout, GROWS_UP)
 
 
-def outwards(top: Node, shape: Shape, side: int) -> None:
-    """Sort the children of a limb's bodies: from the middle of the robot outwards."""
-    todo = [top]
-    while todo:
-        node = todo.pop()
-        node.sort(lambda child: side * shape.aside(child))
-        todo.extend(node.children)
+# --- the spine ---
 
 
-def _draw_alike(one: Node, other: Node) -> None:
-    todo = [(one, other)]
-    while todo:
-        one, other = todo.pop()
-        if one.body is None or other.body is None or len(one.children) != len(other.children):
-            continue
-        one.alike, other.alike = other, one
-        todo.extend(zip(one.children, other.children, strict=True))
+def _lay_out_vertebra(vertebra: Vertebra, base_half_width: float, offset: float) -> Layout:
+    """Lay out a body of the spine, with its legs, and long enough for the limbs at its sides.
 
-
-def _vertebra(node: Node, shape: Shape, *, lowest: bool) -> tuple[Vertebra, Node | None]:
-    """A body of the spine, and the next one above it."""
-    bone = Vertebra(node)
-    sideways, middle = [], []
-    for lead in node.leads:
-        limb = shape.limbs[lead.nodes[0].name]
-        aside = limb.middle[0] / shape.size
-        own = max(abs(limb.start[0]), abs(limb.at[0])) / shape.size
-        if limb.partner is None and own <= MIDDLE and abs(aside) <= 4 * MIDDLE:
-            middle.append((lead, limb))
-        else:
-            side = 1 if aside > 0 else -1
-            sideways.append(Limb.of(lead, side, limb.start[2] / shape.size, limb.depth))
-    height = shape.limbs[node.name].at[2] - MIDDLE * shape.size
-    up = [pair for pair in middle if max(pair[1].at[2], pair[1].middle[2]) >= height]
-    following: Node | None = None
-    legs = _legs(sideways, shape) if lowest else []
-    if up:
-        taken = max(up, key=lambda pair: pair[1].bodies)
-        middle.remove(taken)
-        bone.ahead, following = [taken[0]], taken[0].nodes[0]
-    elif not legs:
-        rising = [limb for limb in sideways if _slope(limb, shape) > 0.7]
-        bone.ahead = sorted(
-            (limb.lead for limb in rising), key=lambda lead: shape.aside(lead.nodes[0])
+    Args:
+        vertebra: The vertebra; its ``lane_heights`` are set.
+        base_half_width: What the base needs at each side of the middle (px); legs are beside it.
+        offset: From the chain of the spine to the middle of the boxes (px).
+    """
+    lanes, rows_height = _stack_lanes(vertebra)
+    # Of an arrow to the side with the name: the share of its height at which the name ends.
+    half_name = vertebra.node.half_name_width
+    name_share = (offset + half_name) / (2 * offset + CORNER_DISTANCE)
+    arrows_from_above = len(vertebra.ahead) > 1  # then the last joint is above the name
+    min_length = 0.0
+    if vertebra.rows:
+        min_length = (
+            2 * (rows_height + NAME_HEIGHT)
+            if arrows_from_above
+            else max(rows_height, 2 * ceil(lanes[-1] * name_share))
         )
-        sideways = [limb for limb in sideways if limb not in rising]
-    if len(legs) != 2 or any(leg.depth <= SHORT for leg in legs):
-        bone.legs = sorted(legs, key=lambda leg: abs(shape.aside(leg.node)))
-        sideways = [limb for limb in sideways if limb not in legs]
-        legs = []
-    # what is in the middle, but has no place on the spine, goes where there are fewer
-    for lead, limb in middle:
-        side = 1 if sum(other.side for other in sideways) < 0 else -1
-        sideways.append(Limb.of(lead, side, limb.start[2] / shape.size, limb.depth))
-    sideways.sort(key=lambda limb: (limb not in legs, round(limb.height, 2)))
-    bone.rows = _rows(sideways, shape)
-    return bone, following
-
-
-def _rows(limbs: list[Limb], shape: Shape) -> list[list[Limb]]:
-    """Partners in one row; of the others, two that follow each other at different sides."""
-    rows: list[list[Limb]] = []
-    of = {limb.node.name: limb for limb in limbs}
-    while of:
-        limb = of.pop(next(iter(of)))
-        partner = shape.limbs[limb.node.name].partner
-        other = of.pop(partner.name, None) if partner is not None else None
-        last = rows[-1] if rows else []
-        if other is not None:
-            other.side = -limb.side  # also if both are a little to one side
-            rows.append([limb, other])
-        elif len(last) == 1 and last[0].side != limb.side:
-            last.append(limb)
-        else:
-            rows.append([limb])
-    return rows
-
-
-def _slope(limb: Limb, shape: Shape) -> float:
-    """How steeply a limb rises, seen from the front."""
-    seen = shape.limbs[limb.node.name]
-    aside, rise = abs(seen.middle[0] - seen.start[0]), seen.middle[2] - seen.start[2]
-    return rise / max(aside, 1e-9 * shape.size)
-
-
-def _legs(limbs: list[Limb], shape: Shape) -> list[Limb]:
-    """The limbs that lead down; where arms leave the same body as legs, the lower ones."""
-    down = [limb for limb in limbs if _slope(limb, shape) < -0.5]
-    heights = [limb.height for limb in down]
-    if down and max(heights) - min(heights) > 0.15:
-        down = [limb for limb in down if limb.height < (min(heights) + max(heights)) / 2]
-    return down
-
-
-def arrange(mbs: Mbs, order: list[Node], bones: list[Vertebra]) -> None:
-    """Give everything its place; ``order`` is the base, then the bodies depth first."""
-    base = order[0]
-    # what runs out sideways is planned when it does
-    ways = ways_of(order, 2, {bone.node.name for bone in bones})
-    for node in reversed(order):
-        if node.name in ways:
-            plan_tree(node, ways[node.name], narrow=True)
-    # the chain of the spine passes all names at one distance, and its boxes stand at the middle
-    aside = max(room(node, vertical=True)[2] for node in (base, *(bone.node for bone in bones)))
-    base.plan[True] = plan(base, True, [], wish=Wish(aside=aside))
-    _, height, low, high = base.plan[True].box
-    half = (high - low + GAP) / 2
-    taken: list[Box] = [(0.0, half, -height, 0.0)]
-    for bone in reversed(bones):
-        bone.node.plan[True] = _grown(bone, half, aside)
-    bottom = 0.0
-    drawn = []
-    for bone in bones:
-        one = bone.node.plan[True]
-        drawn.append((bone, one, bottom))
-        bottom += one.box[1]
-    for _, one, at in drawn:
-        a0, a1, _, b1 = one.box
-        taken.append((0.0, b1 - aside, at + a0, at + a1))
-        for _, below, a, b, turn, _ in one.limbs:
-            if turn == BACK:
-                _, e1, f0, f1 = below.extent
-                start = abs(b - aside)
-                taken.append((start + f0, start + f1, at + a - e1, at + a))
-    for bone, one, at in drawn:
-        _sideways(bone, one, at, taken)
-    whole = plan(base, True, base.leads, wish=Wish(aside=aside))
-    put(mbs, base, (0.0, 0.0, 0.0, -1.0, 1.0, 0.0), whole)
-
-
-def _grown(bone: Vertebra, half: float, aside: float) -> Plan:
-    """A body of the spine with its legs, long enough for the lanes of what leaves sideways.
-
-    ``half`` is the room that the base wants at each side of the middle, which is ``aside`` from
-    the chain that carries the spine.
-    """
-    lanes, cursor = [], FORK - EDGE  # how high up the sides each row leaves
-    for row in bone.rows:
-        lanes.append(cursor + max(limb.low for limb in row))
-        cursor = lanes[-1] + max(limb.high for limb in row) + GAP
-    total = cursor - GAP + EDGE
-    # of arrows to the side where the name is: how far up they are where the name ends
-    share = (aside + half_name(bone.node)) / (2 * aside + EDGE)
-    above = len(bone.ahead) > 1  # arrows come from above the name, else from below
-    long = max(total, 2 * ceil(lanes[-1] * share)) if bone.rows else 0.0
-    if above and bone.rows:
-        long = 2 * (total + NAME)
-    inside = EDGE if bone.legs else 0.0
-    one = plan(bone.node, True, bone.ahead, wish=Wish(long=long, inside=inside, aside=aside))
-    a0, a1, b0, b1 = one.box
-    long = a1 - a0
-    if bone.rows:
+    request = LayoutRequest(
+        min_length=min_length,
+        inset=CORNER_DISTANCE if vertebra.legs else 0.0,
+        min_offset=offset,
+    )
+    layout = lay_out_box(vertebra.node, PortSides(ahead=vertebra.ahead), request, vertical=True)
+    along_min, along_max, across_min, across_max = layout.box
+    length = along_max - along_min
+    if vertebra.rows:
         start = (
-            long / 2 + NAME if above else min((long - total) // 2, long / 2 // share - lanes[-1])
+            length / 2 + NAME_HEIGHT
+            if arrows_from_above
+            else min((length - rows_height) // 2, length / 2 // name_share - lanes[-1])
         )
-        bone.lanes = [a0 + start + lane for lane in lanes]
-    wide = max(b1 - aside, aside - b0, aside + FORK if bone.rows and above else 0.0)
+        vertebra.lane_heights = [along_min + start + lane for lane in lanes]
+    half_width = max(across_max - offset, offset - across_min)
+    if vertebra.rows and arrows_from_above:
+        half_width = max(half_width, offset + FORK_LENGTH)
     for side in (-1, 1):
-        cursor = half + GAP / 2
-        for limb in bone.legs:
-            if limb.side != side or limb.lead.point is None:
-                continue
-            below = limb.node.plan[True]
-            lane = cursor - below.extent[2]
-            cursor = lane + below.extent[3] + GAP
-            one.points.append((limb.lead.point, a0, aside + side * lane))
-            one.limbs.append((limb.node, below, a0, aside + side * lane, BACK, side))
-            wide = max(wide, lane + EDGE)
-    one.box = (a0, a1, aside - wide, aside + wide)
-    return one
+        legs = [leg for leg in vertebra.legs if leg.side == side]
+        half_width = max(half_width, _place_legs(layout, legs, base_half_width, offset))
+    layout.box = Rectangle(along_min, along_max, offset - half_width, offset + half_width)
+    return layout
 
 
-def _sideways(bone: Vertebra, one: Plan, at: float, taken: list[Box]) -> None:
-    """Place what leaves a body of the spine sideways, the lowest first.
+def _stack_lanes(vertebra: Vertebra) -> tuple[list[float], float]:
+    """Stack the lanes of the limbs at the sides of a vertebra.
 
-    ``at`` is how high the body's own frame begins; what is placed is added to ``taken``.
+    Returns:
+        The height of each lane, counted from the lowest possible one, and that of all together.
     """
-    _, _, b0, b1 = one.box
-    edge = (b1 - b0) / 2
-    for row, lane in zip(bone.rows, bone.lanes, strict=True):
-        tries = [_run_out(limb, edge, at + lane, taken) for limb in row]
-        partners = len(row) == 2 and row[0].node.alike is row[1].node
-        for limb, (length, spread, out, boxes) in zip(row, tries, strict=True):
-            if partners and tries[0][0] == tries[1][0]:
-                # partners turn down at the same distance
-                short = max(middle for _, _, middle, _ in tries) - out
-                if short:
-                    spread += short / _wires(limb, length)
-                    boxes = _run(limb, length, edge, at + lane, spread)
-            assert limb.lead.point is not None
-            start = (b0 + b1) / 2 + limb.side * edge
-            one.points.append((limb.lead.point, lane, start))
-            below = limb.node.plan[False]
-            one.limbs.append((limb.node, below, lane, start, limb.side, 1))
-            taken += boxes
+    lanes: list[float] = []
+    top = FORK_LENGTH - CORNER_DISTANCE
+    for row in vertebra.rows:
+        lanes.append(top + max(limb.lane_below for limb in row))
+        top = lanes[-1] + max(limb.lane_above for limb in row) + LIMB_GAP
+    return lanes, top - LIMB_GAP + CORNER_DISTANCE
 
 
-def _run_out(limb: Limb, edge: float, lane: float, taken: list[Box]) -> Run:
-    """Let a limb run out until the column below its last body is clear of all that is taken.
+def _place_legs(layout: Layout, legs: list[Limb], base_half_width: float, offset: float) -> float:
+    """Place the legs at one side of the lowest vertebra, from the middle outwards.
 
-    As few bodies run out as will do.
+    Args:
+        layout: The layout of the vertebra.
+        legs: The legs at this side.
+        base_half_width: What the base needs at each side of the middle (px).
+        offset: From the chain of the spine to the middle of the boxes (px).
+
+    Returns:
+        The half width of the box (px) that they need.
     """
-    row = limb.row
-    lengths = range(1, len(row) + 1) if limb.depth > SHORT else [len(row)]
-    for length in lengths:
-        spread = 0.0
-        boxes = _run(limb, length, edge, lane)
-        if len(boxes) > 1:
-            inner, _, low, high = boxes[1]
-            low, high = low - GAP, high + GAP
-            beside = [outer for _, outer, bottom, top in taken if bottom < high and low < top]
-            short = max(0.0, max(beside) + GAP - inner) if beside else 0.0
-            spread = float(ceil(short / _wires(limb, length)))
-            if spread > MOST and length < len(row):
+    half_width, edge = 0.0, base_half_width + LIMB_GAP / 2
+    along = layout.box.along_min
+    for leg in legs:
+        if leg.port.point is None:
+            continue
+        leg_layout = leg.node.layouts[True]
+        lane = edge - leg_layout.extent.across_min
+        edge = lane + leg_layout.extent.across_max + LIMB_GAP
+        across = offset + leg.side * lane
+        layout.points.append(PlacedPoint(leg.port.point, along, across))
+        layout.children.append(
+            PlacedChild(leg.node, leg_layout, along, across, Direction.BACK, mirror=leg.side)
+        )
+        half_width = max(half_width, lane + CORNER_DISTANCE)
+    return half_width
+
+
+def _stack(spine: list[Vertebra]) -> list[PlacedVertebra]:
+    """Place the bodies of the spine one on the other."""
+    placed_spine = []
+    bottom = 0.0
+    for vertebra in spine:
+        layout = vertebra.node.layouts[True]
+        placed_spine.append(PlacedVertebra(vertebra, layout, bottom))
+        bottom += layout.box.along_max
+    return placed_spine
+
+
+def _list_regions(placed: PlacedVertebra, offset: float) -> list[Region]:
+    """List the regions that a vertebra and its legs occupy.
+
+    Args:
+        placed: The vertebra.
+        offset: From the chain of the spine to the middle of the boxes (px).
+    """
+    box, bottom = placed.layout.box, placed.bottom
+    regions = [Region(0.0, box.across_max - offset, bottom + box.along_min, bottom + box.along_max)]
+    for child in placed.layout.children:
+        if child.direction == Direction.BACK:
+            extent = child.layout.extent
+            lane = abs(child.across - offset)
+            top = bottom + child.along
+            regions.append(
+                Region(
+                    lane + extent.across_min, lane + extent.across_max, top - extent.along_max, top
+                )
+            )
+    return regions
+
+
+# --- the limbs at the sides ---
+
+
+def _place_side_limbs(placed: PlacedVertebra, occupied: list[Region]) -> None:
+    """Place the limbs at the sides of a vertebra, the lowest first.
+
+    Args:
+        placed: The vertebra.
+        occupied: The occupied regions; those of the limbs are added.
+    """
+    layout, half_width = placed.layout, placed.half_width
+    middle = (layout.box.across_min + layout.box.across_max) / 2
+    for row, lane_height in zip(placed.vertebra.rows, placed.vertebra.lane_heights, strict=True):
+        height = placed.bottom + lane_height
+        runs = [_find_run(limb, half_width, height, occupied) for limb in row]
+        for limb, run in zip(row, _align_turns(row, runs, half_width, height), strict=True):
+            assert limb.port.point is not None
+            across = middle + limb.side * half_width
+            layout.points.append(PlacedPoint(limb.port.point, lane_height, across))
+            direction = Direction.PLUS if limb.side > 0 else Direction.MINUS
+            limb_layout = limb.node.layouts[False]
+            layout.children.append(
+                PlacedChild(limb.node, limb_layout, lane_height, across, direction)
+            )
+            occupied += run.regions
+
+
+def _align_turns(row: list[Limb], runs: list[LimbRun], edge: float, height: float) -> list[LimbRun]:
+    """Make partners turn down at the same distance from the spine.
+
+    Args:
+        row: The limbs of a row.
+        runs: How each runs out.
+        edge: Where the box of the vertebra ends (px), from the spine.
+        height: Of the lane (px), from the base.
+    """
+    are_partners = len(row) == 2 and row[0].node.twin is row[1].node
+    if not are_partners or runs[0].length != runs[1].length:
+        return runs
+    farthest_turn = max(run.turn for run in runs)
+    aligned = []
+    for limb, run in zip(row, runs, strict=True):
+        missing = farthest_turn - run.turn
+        if missing:
+            extra_wire = run.extra_wire + missing / _count_wires(limb, run.length)
+            regions = _lay_out_run(limb, run.length, edge, height, extra_wire)
+            run = run._replace(extra_wire=extra_wire, regions=regions)
+        aligned.append(run)
+    return aligned
+
+
+def _find_run(limb: Limb, edge: float, height: float, occupied: list[Region]) -> LimbRun:
+    """Let a limb run out until the column below its last body is clear of all occupied regions.
+
+    As few bodies as possible run out.
+
+    Args:
+        limb: The limb.
+        edge: Where the box of the vertebra ends (px), from the spine.
+        height: Of the lane (px), from the base.
+        occupied: The occupied regions.
+    """
+    min_length = 1 if limb.depth > SHORT_DEPTH else len(limb.chain)
+    for length in range(min_length, len(limb.chain) + 1):
+        extra_wire = 0.0
+        regions = _lay_out_run(limb, length, edge, height)
+        if len(regions) > 1:
+            missing = _compute_missing_distance(regions[1], occupied)
+            extra_wire = float(ceil(missing / _count_wires(limb, length)))
+            if extra_wire > MAX_EXTRA_WIRE and length < len(limb.chain):
                 continue
-            if spread:
-                boxes = _run(limb, length, edge, lane, spread)
-        a0, a1, _, _ = row[length - 1].plan[False].box
-        return length, spread, boxes[0][1] - (a1 - a0) / 2, boxes
+            if extra_wire:
+                regions = _lay_out_run(limb, length, edge, height, extra_wire)
+        last_box = limb.chain[length - 1].layouts[False].box
+        turn = regions[0].outer - (last_box.along_max - last_box.along_min) / 2
+        return LimbRun(length, extra_wire, turn, regions)
     raise AssertionError("a limb has at least one body")
 
 
-def _wires(limb: Limb, length: int) -> int:
-    """How many wires the bodies that run out have."""
-    return sum(len(node.joints) for node in limb.row[:length])
+def _compute_missing_distance(column: Region, occupied: list[Region]) -> float:
+    """Compute how much farther out (px) a column must be to be clear of occupied regions."""
+    bottom, top = column.bottom - LIMB_GAP, column.top + LIMB_GAP
+    beside = [region.outer for region in occupied if region.bottom < top and bottom < region.top]
+    return max(0.0, max(beside) + LIMB_GAP - column.inner) if beside else 0.0
 
 
-def _run(limb: Limb, length: int, edge: float, lane: float, spread: float = 0.0) -> list[Box]:
-    """Plan the bodies of a limb that run out, each wire longer by ``spread`` than it needs.
+def _count_wires(limb: Limb, length: int) -> int:
+    """Count the wires of the first bodies of a limb."""
+    return sum(len(node.joints) for node in limb.chain[:length])
 
-    Returns the lane that the limb takes, and the column below its last body that runs out.
+
+def _lay_out_run(
+    limb: Limb, length: int, edge: float, height: float, extra_wire: float = 0.0
+) -> list[Region]:
+    """Lay out the bodies of a limb that run out.
+
+    Args:
+        limb: The limb.
+        length: Number of bodies in the lane.
+        edge: Where the box of the vertebra ends (px), from the spine.
+        height: Of the lane (px), from the base.
+        extra_wire: How much longer each wire is than it needs to be (px).
+
+    Returns:
+        The lane, then the column of the limbs below its last body, if there are any.
     """
-    row = limb.row[:length]
-    turning = Wish(spread=spread, corner=True)
-    last = plan(row[-1], False, [], row[-1].leads, wish=turning)
-    row[-1].plan[False] = last
+    *inner_bodies, last_body = limb.chain[:length]
+    request = LayoutRequest(extra_wire=extra_wire, centre_lone_child=True)
+    last = lay_out_box(last_body, PortSides(minus=last_body.ports), request, vertical=False)
+    last_body.layouts[False] = last
     start = edge
-    for node in reversed(row[:-1]):
-        node.plan[False] = plan(node, False, node.leads, wish=Wish(spread=spread))
-        start += node.plan[False].box[1]
-    top = lane + limb.high
-    boxes = [(edge, start + last.box[1], lane - limb.low, top)]
-    for _, below, a, b, _, _ in last.limbs:
-        _, e1, f0, f1 = below.extent
-        boxes.append((start + a + f0, start + a + f1, lane + b - e1, top))
-    if len(boxes) > 2:
-        inner, outer, low, high = zip(*boxes[1:], strict=True)
-        boxes[1:] = [(min(inner), max(outer), min(low), max(high))]
-    return boxes
+    for node in reversed(inner_bodies):
+        request = LayoutRequest(extra_wire=extra_wire)
+        layout = lay_out_box(node, PortSides(ahead=node.ports), request, vertical=False)
+        node.layouts[False] = layout
+        start += layout.box.along_max
+    top = height + limb.lane_above
+    lane = Region(edge, start + last.box.along_max, height - limb.lane_below, top)
+    columns = [
+        Region(
+            start + child.along + child.layout.extent.across_min,
+            start + child.along + child.layout.extent.across_max,
+            height + child.across - child.layout.extent.along_max,
+            top,
+        )
+        for child in last.children
+    ]
+    if not columns:
+        return [lane]
+    inner, outer, bottom, top_edges = zip(*columns, strict=True)
+    return [lane, Region(min(inner), max(outer), min(bottom), max(top_edges))]

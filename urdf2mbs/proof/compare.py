@@ -4,7 +4,7 @@ The .mbs is evaluated joint by joint, each an elementary shift or rotation along
 URDF by Rodrigues' formula, with quaternions for its roll, pitch and yaw.  Neither shares a line
 with the passes, nor with ``spatial``.
 
-What is compared are the *rigid groups*: all that no moving joint separates.
+The *rigid groups* are compared: the bodies that no moving joint separates.
 
 * Motion: at several random positions, zero included, each group must have the pose of its
   counterpart in the parent group, up to one constant pose between a group and its counterpart.
@@ -45,7 +45,7 @@ from urdf2mbs.urdf.model import Robot
 
 
 class Expectation(msgspec.Struct, kw_only=True):
-    """What is expected of an .mbs that its URDF does not state."""
+    """Expectations of an .mbs that its URDF does not state."""
 
     gravity: Vec = (0.0, 0.0, -9.81)
     """m/s^2."""
@@ -73,7 +73,7 @@ def compare(
         mbs: The model.
         match: Which joints and frames of the .mbs are those of the URDF.  Without frames, only the
             physics is compared.
-        expectation: What is expected of the .mbs beyond the URDF.
+        expectation: Expectations of the .mbs that the URDF does not state.
         tolerance: The largest deviation that is not a difference.
     """
     expectation = expectation or Expectation()

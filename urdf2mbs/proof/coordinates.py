@@ -36,7 +36,7 @@ class Coordinates(msgspec.Struct):
     but_for: dict[str, str] = {}
     """Known deviations that are not differences, each with the reason."""
     not_compared: dict[str, str] = {}
-    """What is not compared, each with the reason."""
+    """Elements that are not compared, each with the reason."""
 
     def add_difference(self, kind: str, message: str, **fields: Any) -> None:
         """Add a difference; the fields are those of ``Difference``."""
@@ -191,7 +191,7 @@ def _find_constant_position(robot: Robot, joint: UrdfJoint) -> float | None:
 
 
 def _check_symbols_of_moving(joint: Joint) -> list[str]:
-    """Return what is wrong with the symbols of a joint that moves: all three are needed."""
+    """Check the symbols of a joint that moves, which needs all three; return messages."""
     if joint.symbols is None:
         return []
     dropped = [symbol for symbol in SYMBOLS if symbol not in joint.symbols]
@@ -202,7 +202,7 @@ def _check_symbols_of_moving(joint: Joint) -> list[str]:
 
 
 def _check_symbols_of_constant(joint: Joint) -> list[str]:
-    """Return what is wrong with a driven joint: where its numbers and the equations disagree."""
+    """Check that the numbers of a driven joint agree with its symbols; return messages."""
     symbols = SYMBOLS if joint.symbols is None else joint.symbols
     messages = []
     if joint.q and "q" not in symbols:
