@@ -7,20 +7,19 @@ NEEDS = ("meshes",)
 
 @hookimpl
 def urdf2mbs_commands() -> list[Command]:
+    """Return the commands of this plugin."""
     package = "urdf2mbs_report.commands"
+    page_help = "convert, and write one HTML page to look at instead"
+    diagram_help = "draw the 2D diagram of an .mbs file as an SVG picture"
     return [
-        Command(
-            "report", "convert, and write one HTML page to look at instead", f"{package}.report"
-        ),
-        Command(
-            "diagram", "draw the 2D diagram of an .mbs file as an SVG picture",
-            f"{package}.diagram",
-        ),
-    ]  # fmt: skip
+        Command("report", page_help, f"{package}.report"),
+        Command("diagram", diagram_help, f"{package}.diagram"),
+    ]
 
 
 @hookimpl
 def urdf2mbs_codes() -> dict[str, str]:
+    """Return the codes of messages with their meanings."""
     from urdf2mbs_report.codes import CODES
 
     return CODES

@@ -1,10 +1,10 @@
-"""Report and diagram."""
+"""The codes of the messages of report and diagram, with their levels, meanings and remedies."""
 
 CODES = {
     "no-mbs": "error: the pipeline makes no `.mbs` for the report. Add the pass `emit`.",
-    "viewer-missing": "error: the installed three.js is another one. "
+    "viewer-missing": "error: the installed three.js is of another version. "
     "Install the package that is named.",
     "motion-unreadable": "warning: the results of a simulation cannot be played. Simulate again.",
-    "limit-unreadable": "warning: a limit of a joint is no number. Correct it in the `.mbs`.",
+    "limit-unreadable": "warning: a limit of a joint is not a number. Correct it in the `.mbs`.",
     "no-drawing": "error: the file has no 2D diagram. Convert the robot with `layout`.",
 }

@@ -1,32 +1,55 @@
 """The 2D diagram of an .mbs file as an SVG picture, drawn as MBSysPad draws it.
 
-Boxes, dots, arrows, wires and labels stand where the file puts them (pixels, y down).  What
-MBSysPad leaves to a click is in the tooltips: joint and point names, nature, coordinates.
+Boxes, dots, arrows, wires and labels are where the file puts them (pixels, y down).  What
+MBSysPad shows at a click is in the tooltips: names of joints and points, natures, coordinates::
+
+    +----------+
+    |   base   |               a box is a body, with its name
+    |    o------>o  point      an arrow leads from the origin of its body to a point
+    +------------ .
+                    . R2       a wire is a joint, with its type and number
+                      . q1
+                        o      a dot is a joint; that of the last joint is the body's origin
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from html import escape as _t
+from html import escape
 from math import hypot
+from typing import NamedTuple
 
-from urdf2mbs.plugin import CUTS, ORIGIN, XY, Body, Connection, ConversionError, Drawing, Mbs, Point
-from urdf2mbs.plugin import MbsJoint as Joint
+from urdf2mbs.plugin import (
+    CUTS,
+    ORIGIN,
+    XY,
+    Body,
+    Connection,
+    ConversionError,
+    Drawing,
+    Mbs,
+    MbsJoint,
+    Point,
+)
 
-#: Left, top, right, bottom (px).
-Box = tuple[float, float, float, float]
-
-#: Round everything that is drawn (px).
+#: Space around all that is drawn (px).
 MARGIN = 20.0
-#: A wire is an S: the control points of a cubic lie at one and two thirds of the line between
-#: its ends, aside by this share of its length, but at most by so much (px).
-ASIDE, MOST_ASIDE = 0.2, 40.0
+#: Radius of the space that a dot takes (px).
+DOT_SPACE = 8.0
+#: A shorter arrow is not drawn, as the dots at its ends touch (px).
+MIN_ARROW_LENGTH = 12.0
 
-#: Where on its line the label of a cut or link may stand, the best place first.
-SHARES = (0.5, 0.4, 0.6, 0.3, 0.7, 0.2, 0.8)
+#: A wire is a cubic Bezier curve in the form of an S.  Its control points are at a third and two
+#: thirds of the line between its ends, beside it by this share of its length ...
+BEND_SHARE = 0.2
+#: ... but by no more than this (px).
+MAX_BEND = 40.0
+
+#: Where on its line the label of a cut or link may be, the best place first.
+LABEL_SHARES = (0.5, 0.4, 0.6, 0.3, 0.7, 0.2, 0.8)
 
 #: The base where the file does not say how it is drawn, as in a new model of MBSysPad.
-BASE = Drawing(position=(-60.0, -28.0), size=(120.0, 56.0))
+BASE_DRAWING = Drawing(position=(-60.0, -28.0), size=(120.0, 56.0))
 
 STYLE = """
 .mbs text { font: 12px "DejaVu Sans", Verdana, Arial, sans-serif; fill: #333; text-anchor: middle }
@@ -47,179 +70,64 @@ STYLE = """
 """.strip()
 
 
-def draw(mbs: Mbs) -> str:
-    """The diagram as one SVG document.
+class Box(NamedTuple):
+    """A rectangle (px)."""
 
-    Raises ConversionError for a model without the positions that a diagram needs.
+    left: float
+    top: float
+    right: float
+    bottom: float
+
+    @property
+    def width(self) -> float:
+        """Its size along x (px)."""
+        return self.right - self.left
+
+    @property
+    def height(self) -> float:
+        """Its size along y (px)."""
+        return self.bottom - self.top
+
+    def compute_overlap(self, other_box: Box) -> float:
+        """Compute the area that two boxes share (px^2)."""
+        width = min(self.right, other_box.right) - max(self.left, other_box.left)
+        height = min(self.bottom, other_box.bottom) - max(self.top, other_box.top)
+        return max(width, 0.0) * max(height, 0.0)
+
+
+def draw(mbs: Mbs) -> str:
+    """Draw the diagram of a model as an SVG document.
+
+    Raises:
+        ConversionError: The model lacks the positions that a diagram needs.
     """
-    picture = _Picture(mbs)
-    x0, y0, x1, y1 = picture.extent()
-    x0, y0 = min(x0 - MARGIN, 0.0), min(y0 - MARGIN, 0.0)
-    width, height = x1 + MARGIN - x0, y1 + MARGIN - y0
-    box = f"{_n(x0)} {_n(y0)} {_n(width)} {_n(height)}"
+    _require_positions(mbs)
+    diagram = _Diagram(mbs)
+    extent = diagram.compute_extent()
+    left, top = min(extent.left - MARGIN, 0.0), min(extent.top - MARGIN, 0.0)
+    x, y = _format_number(left), _format_number(top)
+    width = _format_number(extent.right + MARGIN - left)
+    height = _format_number(extent.bottom + MARGIN - top)
     return "\n".join(
         [
-            f'<svg xmlns="http://www.w3.org/2000/svg" class="mbs" width="{_n(width)}"'
-            f' height="{_n(height)}" viewBox="{box}">',
-            f"<title>{_t(mbs.name)}</title>",
+            f'<svg xmlns="http://www.w3.org/2000/svg" class="mbs" width="{width}"'
+            f' height="{height}" viewBox="{x} {y} {width} {height}">',
+            f"<title>{escape(mbs.name)}</title>",
             f"<style>{STYLE}</style>",
-            f'<rect class="sheet" x="{_n(x0)}" y="{_n(y0)}" width="{_n(width)}"'
-            f' height="{_n(height)}" fill="#fff"/>',
-            *picture.boxes(),
-            *picture.arrows(),
-            *picture.names(),
-            *picture.wires(),
-            *picture.connections(),
-            *picture.dots(),
+            f'<rect class="sheet" x="{x}" y="{y}" width="{width}" height="{height}" fill="#fff"/>',
+            *diagram.draw_boxes(),
+            *diagram.draw_arrows(),
+            *diagram.draw_body_names(),
+            *diagram.draw_wires(),
+            *diagram.draw_connections(),
+            *diagram.draw_dots(),
             "</svg>\n",
         ]
     )
 
 
-class _Picture:
-    """Where everything is in the diagram, in pixels from its upper left."""
-
-    def __init__(self, mbs: Mbs) -> None:
-        self.mbs = mbs
-        self.numbers = mbs.numbers()
-        _require_drawings(mbs)
-        self.frames: dict[str | None, XY] = {None: _at(mbs.base.position)}
-        self.drawings: dict[str | None, Drawing] = {None: mbs.base.drawing or BASE}
-        for body in mbs.bodies:
-            assert body.drawing is not None
-            self.frames[body.name] = _at(body.joints[-1].position)
-            self.drawings[body.name] = body.drawing
-        self.places: dict[str | None, Box] = {}
-        """The boxes."""
-        for name, drawing in self.drawings.items():
-            x, y = self.frames[name]
-            (left, top), (width, height) = _bounds(drawing)
-            self.places[name] = (x + left, y + top, x + left + width, y + top + height)
-        self.points: dict[tuple[str | None, str], XY] = {}
-        for name, owner in self.mbs.base_and_bodies():
-            for point in owner.points:
-                own_frame = point.name == ORIGIN and point.position is None
-                at = self.frames[name] if own_frame else _at(point.position)
-                self.points[name, point.name] = at
-        dots = (*self.frames.values(), *self.points.values())
-        self.taken: list[Box] = [(x - 8, y - 8, x + 8, y + 8) for x, y in dots]
-        """Where dots are, and the words that are written so far."""
-
-    def _place(self, body: str | None, point: str | None) -> XY:
-        return self.frames[body] if point is None else self.points[body, point]
-
-    def extent(self) -> Box:
-        corners = [
-            (x + dx, y + dy) for x, y in self.frames.values() for dx in (-8, 8) for dy in (-8, 8)
-        ]
-        corners += [(x + dx, y) for x, y in self.points.values() for dx in (-8, 8)]
-        corners += [_at(joint.position) for body in self.mbs.bodies for joint in body.joints]
-        for left, top, right, bottom in self.places.values():
-            corners += [(left, top), (right, bottom)]
-        xs, ys = zip(*corners, strict=True)
-        return min(xs), min(ys), max(xs), max(ys)
-
-    def boxes(self) -> Iterator[str]:
-        x, y = self.frames[None]
-        about = f"{self.mbs.base.name}: the base"
-        dot = _tag("circle", cx=x, cy=y, r=6)
-        yield _tag("g", "body base", _title(about) + self._box(None) + dot, data_body="")
-        for body in self.mbs.bodies:
-            box = self._box(body.name)
-            yield _tag("g", "body", _title(_about_body(body)) + box, data_body=body.name)
-
-    def _box(self, name: str | None) -> str:
-        drawing, (left, top, right, bottom) = self.drawings[name], self.places[name]
-        width, height = right - left, bottom - top
-        if drawing.shape in ("circle", "ellipse"):
-            rx, ry = width / 2, height / 2
-            return _tag("ellipse", "box", cx=left + rx, cy=top + ry, rx=rx, ry=ry)
-        if drawing.shape == "polyline" and drawing.control_points:
-            x, y = self.frames[name]
-            corners = " ".join(_p(x + dx, y + dy) for dx, dy in drawing.control_points)
-            return _tag("polygon", "box", points=corners)
-        return _tag("rect", "box", x=left, y=top, width=width, height=height)
-
-    def names(self) -> Iterator[str]:
-        """The names of the bodies, above the arrows that cross them."""
-        for name, (left, top, right, bottom) in self.places.items():
-            kind = "body-name base" if name is None else "body-name"
-            dx, dy = self.drawings[name].name_pos
-            x, y = (left + right) / 2 + dx, (top + bottom) / 2 - 6 + dy
-            half = 4.5 * len(name or "Base")
-            self.taken.append((x - half, y - 12, x + half, y + 4))
-            words = _text("Base" if name is None else name, (x, y), "label")
-            yield _tag("g", kind, words, data_body=name or "")
-
-    def arrows(self) -> Iterator[str]:
-        """From a body's frame to each of its points."""
-        for (name, _), (bx, by) in self.points.items():
-            ax, ay = self.frames[name]
-            length = hypot(bx - ax, by - ay)
-            if length < 12:
-                continue  # the dots touch
-            ux, uy = (bx - ax) / length, (by - ay) / length
-            tip = bx - 5 * ux, by - 5 * uy
-            one, other = [
-                (tip[0] - 10 * ux + s * 4.5 * uy, tip[1] - 10 * uy - s * 4.5 * ux) for s in (1, -1)
-            ]
-            head = f"M{_p(*one)} L{_p(*tip)} L{_p(*other)}"
-            yield _tag("path", "arrow", d=f"M{_p(ax, ay)} L{_p(*tip)} {head}")
-
-    def wires(self) -> Iterator[str]:
-        """From the parent's point through the joints of each body, labelled at the middle."""
-        for body in self.mbs.bodies:
-            before = self._place(body.parent, body.point)
-            for joint in body.joints:
-                after, number = _at(joint.position), self.numbers[joint.name]
-                inside = _title(_about_joint(joint, number))
-                inside += _tag("path", "wire", d=f"M{_p(*before)} {_curve(before, after)}")
-                middle = (before[0] + after[0]) / 2, (before[1] + after[1]) / 2
-                inside += self._label(joint.type, f"q{number}", middle)
-                yield _tag("g", f"joint-label {joint.nature}", inside, data_joint=joint.name)
-                before = after
-
-    def connections(self) -> Iterator[str]:
-        """The cuts, then the links; labels keep off the words that are written before."""
-        for connection in (*self.mbs.cuts, *self.mbs.links):
-            if connection.is_draft:
-                continue
-            kind = "cut" if connection.kind in CUTS else "link"
-            ax, ay = self._place(*connection.endpoint1)
-            bx, by = self._place(*connection.endpoint2)
-            spots = [(ax + share * (bx - ax), ay + share * (by - ay)) for share in SHARES]
-            words = connection.kind, connection.name
-            crowd = [
-                sum(_overlap(_room(spot, *words), word) for word in self.taken) for spot in spots
-            ]
-            inside = _title(_about_connection(connection))
-            inside += _tag("path", kind, d=f"M{_p(ax, ay)} L{_p(bx, by)}")
-            inside += self._label(*words, spots[crowd.index(min(crowd))])
-            yield _tag("g", "connection", inside, data_name=connection.name)
-
-    def _label(self, above: str, below: str, at: XY) -> str:
-        self.taken.append(_room(at, above, below))
-        x, y = at
-        return _text(above, (x, y - 3), "label") + _text(below, (x, y + 12), "label")
-
-    def dots(self) -> Iterator[str]:
-        for name, owner in self.mbs.base_and_bodies():
-            for point in owner.points:
-                x, y = self.points[name, point.name]
-                inside = _title(_about_point(point)) + _tag("circle", cx=x, cy=y, r=5)
-                letters = "S" * (point.sensor is not None) + "F" * (point.extforce is not None)
-                for k, letter in enumerate(letters):
-                    inside += _text(letter, (x + 7 + 7 * k, y + 3), "mark")
-                yield _tag("g", "point", inside, data_body=name or "", data_point=point.name)
-        for body in self.mbs.bodies:
-            for joint in body.joints:
-                x, y = _at(joint.position)
-                inside = _title(_about_joint(joint, self.numbers[joint.name]))
-                inside += _tag("circle", cx=x, cy=y, r=5)
-                yield _tag("g", f"joint {joint.nature}", inside, data_joint=joint.name)
-
-
-def _require_drawings(mbs: Mbs) -> None:
+def _require_positions(mbs: Mbs) -> None:
+    """Raise ConversionError if an element has no position in the diagram."""
     missing = [] if mbs.base.position or not mbs.bodies else ["the base"]
     missing += [f"point '{point.name}'" for point in mbs.base.points if point.position is None]
     for body in mbs.bodies:
@@ -242,62 +150,234 @@ def _require_drawings(mbs: Mbs) -> None:
         )
 
 
-def _at(position: XY | None) -> XY:
-    return position or (0.0, 0.0)
+class _Diagram:
+    """The positions of all elements of a diagram (px), and the labels drawn so far."""
+
+    def __init__(self, mbs: Mbs) -> None:
+        self.mbs = mbs
+        self.numbers = mbs.numbers()
+        self.origins: dict[str | None, XY] = {None: mbs.base.position or (0.0, 0.0)}
+        """The dot of each body's origin; None is the base."""
+        self.drawings: dict[str | None, Drawing] = {None: mbs.base.drawing or BASE_DRAWING}
+        for body in mbs.bodies:
+            assert body.drawing is not None  # by _require_positions
+            self.origins[body.name] = body.joints[-1].position or (0.0, 0.0)
+            self.drawings[body.name] = body.drawing
+        self.boxes = {
+            name: _compute_box(self.origins[name], drawing)
+            for name, drawing in self.drawings.items()
+        }
+        self.points: dict[tuple[str | None, str], XY] = {}
+        for name, owner in mbs.base_and_bodies():
+            for point in owner.points:
+                is_origin = point.name == ORIGIN and point.position is None
+                position = self.origins[name] if is_origin else point.position or (0.0, 0.0)
+                self.points[name, point.name] = position
+        self.occupied = [
+            Box(x - DOT_SPACE, y - DOT_SPACE, x + DOT_SPACE, y + DOT_SPACE)
+            for x, y in (*self.origins.values(), *self.points.values())
+        ]
+        """The space of dots and of the labels drawn so far."""
+
+    def _locate(self, body: str | None, point: str | None) -> XY:
+        """Return the position of a point of a body; None is the body's origin."""
+        return self.origins[body] if point is None else self.points[body, point]
+
+    def compute_extent(self) -> Box:
+        """Compute the box around all dots and boxes."""
+        corners = [
+            (x + dx, y + dy)
+            for x, y in self.origins.values()
+            for dx in (-DOT_SPACE, DOT_SPACE)
+            for dy in (-DOT_SPACE, DOT_SPACE)
+        ]
+        corners += [(x + dx, y) for x, y in self.points.values() for dx in (-DOT_SPACE, DOT_SPACE)]
+        corners += [
+            joint.position or (0.0, 0.0) for body in self.mbs.bodies for joint in body.joints
+        ]
+        for box in self.boxes.values():
+            corners += [(box.left, box.top), (box.right, box.bottom)]
+        xs, ys = zip(*corners, strict=True)
+        return Box(min(xs), min(ys), max(xs), max(ys))
+
+    def draw_boxes(self) -> Iterator[str]:
+        """Draw the box of the base with its dot, then those of the bodies."""
+        x, y = self.origins[None]
+        dot = _make_tag("circle", cx=x, cy=y, r=6)
+        title = _make_title(f"{self.mbs.base.name}: the base")
+        yield _make_tag("g", "body base", title + self._draw_box(None) + dot, data_body="")
+        for body in self.mbs.bodies:
+            content = _make_title(_describe_body(body)) + self._draw_box(body.name)
+            yield _make_tag("g", "body", content, data_body=body.name)
+
+    def _draw_box(self, name: str | None) -> str:
+        """Draw the box of a body in its shape."""
+        drawing, box = self.drawings[name], self.boxes[name]
+        if drawing.shape in ("circle", "ellipse"):
+            rx, ry = box.width / 2, box.height / 2
+            return _make_tag("ellipse", "box", cx=box.left + rx, cy=box.top + ry, rx=rx, ry=ry)
+        if drawing.shape == "polyline" and drawing.control_points:
+            x, y = self.origins[name]
+            corners = " ".join(_format_point((x + dx, y + dy)) for dx, dy in drawing.control_points)
+            return _make_tag("polygon", "box", points=corners)
+        return _make_tag("rect", "box", x=box.left, y=box.top, width=box.width, height=box.height)
+
+    def draw_arrows(self) -> Iterator[str]:
+        """Draw an arrow from each body's origin to each of its points."""
+        for (name, _), point in self.points.items():
+            origin = self.origins[name]
+            length = hypot(point[0] - origin[0], point[1] - origin[1])
+            if length >= MIN_ARROW_LENGTH:
+                yield _make_tag("path", "arrow", d=_make_arrow(origin, point, length))
+
+    def draw_body_names(self) -> Iterator[str]:
+        """Draw the names of the bodies, over the arrows that cross them."""
+        for name, box in self.boxes.items():
+            css_class = "body-name base" if name is None else "body-name"
+            dx, dy = self.drawings[name].name_pos
+            x, y = (box.left + box.right) / 2 + dx, (box.top + box.bottom) / 2 - 6 + dy
+            half_width = 4.5 * len(name or "Base")
+            self.occupied.append(Box(x - half_width, y - 12, x + half_width, y + 4))
+            text = _make_text("Base" if name is None else name, (x, y), "label")
+            yield _make_tag("g", css_class, text, data_body=name or "")
+
+    def draw_wires(self) -> Iterator[str]:
+        """Draw wires from the parent's point through the joints of each body."""
+        for body in self.mbs.bodies:
+            start = self._locate(body.parent, body.point)
+            for joint in body.joints:
+                end, number = joint.position or (0.0, 0.0), self.numbers[joint.name]
+                middle = (start[0] + end[0]) / 2, (start[1] + end[1]) / 2
+                curve = f"M{_format_point(start)} {_make_curve(start, end)}"
+                content = (
+                    _make_title(_describe_joint(joint, number))
+                    + _make_tag("path", "wire", d=curve)
+                    + self._draw_label(joint.type, f"q{number}", middle)
+                )
+                css_class = f"joint-label {joint.nature}"
+                yield _make_tag("g", css_class, content, data_joint=joint.name)
+                start = end
+
+    def draw_connections(self) -> Iterator[str]:
+        """Draw the cuts, then the links, with labels where they overlap others least."""
+        for connection in (*self.mbs.cuts, *self.mbs.links):
+            if connection.is_draft:
+                continue
+            start = self._locate(*connection.endpoint1)
+            end = self._locate(*connection.endpoint2)
+            kind, name = connection.kind, connection.name
+            line = f"M{_format_point(start)} L{_format_point(end)}"
+            content = (
+                _make_title(_describe_connection(connection))
+                + _make_tag("path", "cut" if kind in CUTS else "link", d=line)
+                + self._draw_label(kind, name, self._find_free_position(start, end, kind, name))
+            )
+            yield _make_tag("g", "connection", content, data_name=name)
+
+    def _find_free_position(self, start: XY, end: XY, upper: str, lower: str) -> XY:
+        """Find the position on a line where a label overlaps dots and other labels least."""
+
+        def compute_overlap(position: XY) -> float:
+            label = _compute_label_box(position, upper, lower)
+            return sum(label.compute_overlap(box) for box in self.occupied)
+
+        (x1, y1), (x2, y2) = start, end
+        positions = [(x1 + share * (x2 - x1), y1 + share * (y2 - y1)) for share in LABEL_SHARES]
+        return min(positions, key=compute_overlap)
+
+    def _draw_label(self, upper: str, lower: str, position: XY) -> str:
+        """Draw a label of two lines around a position."""
+        self.occupied.append(_compute_label_box(position, upper, lower))
+        x, y = position
+        return _make_text(upper, (x, y - 3), "label") + _make_text(lower, (x, y + 12), "label")
+
+    def draw_dots(self) -> Iterator[str]:
+        """Draw the dots of points, marked S for a sensor and F for a force, then of joints."""
+        for name, owner in self.mbs.base_and_bodies():
+            for point in owner.points:
+                x, y = self.points[name, point.name]
+                content = _make_title(_describe_point(point))
+                content += _make_tag("circle", cx=x, cy=y, r=5)
+                marks = "S" * (point.sensor is not None) + "F" * (point.extforce is not None)
+                for index, letter in enumerate(marks):
+                    content += _make_text(letter, (x + 7 + 7 * index, y + 3), "mark")
+                yield _make_tag("g", "point", content, data_body=name or "", data_point=point.name)
+        for body in self.mbs.bodies:
+            for joint in body.joints:
+                x, y = joint.position or (0.0, 0.0)
+                content = _make_title(_describe_joint(joint, self.numbers[joint.name]))
+                content += _make_tag("circle", cx=x, cy=y, r=5)
+                yield _make_tag("g", f"joint {joint.nature}", content, data_joint=joint.name)
 
 
-def _bounds(drawing: Drawing) -> tuple[XY, XY]:
-    """Upper left corner and full size of a box, relative to its body's last joint."""
+# --- geometry ---
+
+
+def _compute_box(origin: XY, drawing: Drawing) -> Box:
+    """Compute the box of a body from the position of its origin."""
     (x, y), (width, height) = drawing.position, drawing.size
     if drawing.shape == "circle":
         height = width  # both are the radius
-    if drawing.shape in ("circle", "ellipse"):
-        return (x - width, y - height), (2 * width, 2 * height)
-    return (x, y), (width, height)
+    if drawing.shape in ("circle", "ellipse"):  # position is the centre, size the radii
+        x, y = x - width, y - height
+        width, height = 2 * width, 2 * height
+    left, top = origin[0] + x, origin[1] + y
+    return Box(left, top, left + width, top + height)
 
 
-def _room(at: XY, *words: str) -> Box:
-    """What a label of two words takes."""
-    half = 3.5 * max(map(len, words)) + 2
-    return at[0] - half, at[1] - 14, at[0] + half, at[1] + 16
+def _compute_label_box(position: XY, upper: str, lower: str) -> Box:
+    """Estimate the space of a label of two lines around a position."""
+    x, y = position
+    half_width = 3.5 * max(len(upper), len(lower)) + 2
+    return Box(x - half_width, y - 14, x + half_width, y + 16)
 
 
-def _overlap(one: Box, another: Box) -> float:
-    """The area that two boxes share."""
-    width = min(one[2], another[2]) - max(one[0], another[0])
-    height = min(one[3], another[3]) - max(one[1], another[1])
-    return max(width, 0.0) * max(height, 0.0)
+def _make_arrow(start: XY, end: XY, length: float) -> str:
+    """Return the path of an arrow; its tip touches the dot at its end."""
+    ux, uy = (end[0] - start[0]) / length, (end[1] - start[1]) / length
+    tip = end[0] - 5 * ux, end[1] - 5 * uy
+    left, right = [
+        (tip[0] - 10 * ux + sign * 4.5 * uy, tip[1] - 10 * uy - sign * 4.5 * ux) for sign in (1, -1)
+    ]
+    head = f"M{_format_point(left)} L{_format_point(tip)} L{_format_point(right)}"
+    return f"M{_format_point(start)} L{_format_point(tip)} {head}"
 
 
-def _curve(a: XY, b: XY) -> str:
-    """The way from a to b as MBSysPad draws it, to the left first."""
-    dx, dy = b[0] - a[0], b[1] - a[1]
+def _make_curve(start: XY, end: XY) -> str:
+    """Return the curve of a wire as MBSysPad draws it, first to the left; see ``BEND_SHARE``."""
+    dx, dy = end[0] - start[0], end[1] - start[1]
     length = hypot(dx, dy)
     if length == 0.0:
-        return f"L{_p(*b)}"
-    aside = min(ASIDE * length, MOST_ASIDE) / length
-    one = (a[0] + dx / 3 + aside * dy, a[1] + dy / 3 - aside * dx)
-    two = (b[0] - dx / 3 - aside * dy, b[1] - dy / 3 + aside * dx)
-    return f"C{_p(*one)} {_p(*two)} {_p(*b)}"
+        return f"L{_format_point(end)}"
+    bend = min(BEND_SHARE * length, MAX_BEND) / length
+    first = (start[0] + dx / 3 + bend * dy, start[1] + dy / 3 - bend * dx)
+    second = (end[0] - dx / 3 - bend * dy, end[1] - dy / 3 + bend * dx)
+    return f"C{_format_point(first)} {_format_point(second)} {_format_point(end)}"
 
 
-def _about_body(body: Body) -> str:
+# --- tooltips ---
+
+
+def _describe_body(body: Body) -> str:
+    """Return the tooltip of a body."""
     lines = [body.name]
     if body.mass is not None:
         lines.append(f"mass {body.mass:.6g} kg")
     if body.com is not None:
-        lines.append(f"com ({', '.join(f'{c:.6g}' for c in body.com)}) m")
+        lines.append(f"com ({', '.join(f'{value:.6g}' for value in body.com)}) m")
     return "\n".join(lines)
 
 
-def _about_joint(joint: Joint, number: int) -> str:
+def _describe_joint(joint: MbsJoint, number: int) -> str:
+    """Return the tooltip of a joint."""
     unit = "rad" if joint.type.startswith("R") else "m"
     start = "" if joint.q is None else f", q = {joint.q:.6g} {unit}"
     return f"{joint.name}\n{joint.type}, q{number}, {joint.nature}{start}"
 
 
-def _about_point(point: Point) -> str:
-    lines = [point.name, f"({', '.join(f'{c:.6g}' for c in point.coordinates)}) m"]
+def _describe_point(point: Point) -> str:
+    """Return the tooltip of a point."""
+    lines = [point.name, f"({', '.join(f'{value:.6g}' for value in point.coordinates)}) m"]
     if point.sensor is not None:
         lines.append(f"sensor {point.sensor.name}")
     if point.extforce is not None:
@@ -305,31 +385,39 @@ def _about_point(point: Point) -> str:
     return "\n".join(lines)
 
 
-def _about_connection(connection: Connection) -> str:
+def _describe_connection(connection: Connection) -> str:
+    """Return the tooltip of a cut or a link."""
     length = "" if connection.length is None else f", length {connection.length:.6g} m"
     return f"{connection.name}\n{connection.kind}{length}"
 
 
-def _tag(name: str, kind: str = "", inside: str = "", **attributes: str | float) -> str:
-    """An element of a class; ``data_x`` is its attribute ``data-x``."""
-    text = f'<{name} class="{kind}"' if kind else f"<{name}"
+# --- SVG ---
+
+
+def _make_tag(name: str, css_class: str = "", content: str = "", **attributes: str | float) -> str:
+    """Return an SVG element; ``data_x`` is its attribute ``data-x``."""
+    text = f'<{name} class="{css_class}"' if css_class else f"<{name}"
     for key, value in attributes.items():
-        said = _t(value) if isinstance(value, str) else _n(value)
-        text += f' {key.replace("_", "-")}="{said}"'
-    return f"{text}>{inside}</{name}>" if inside else f"{text}/>"
+        value_text = escape(value) if isinstance(value, str) else _format_number(value)
+        text += f' {key.replace("_", "-")}="{value_text}"'
+    return f"{text}>{content}</{name}>" if content else f"{text}/>"
 
 
-def _title(text: str) -> str:
-    return f"<title>{_t(text)}</title>"
+def _make_title(text: str) -> str:
+    """Return a tooltip."""
+    return f"<title>{escape(text)}</title>"
 
 
-def _text(text: str, at: XY, kind: str) -> str:
-    return _tag("text", kind, _t(text), x=at[0], y=at[1])
+def _make_text(text: str, position: XY, css_class: str) -> str:
+    """Return a text at a position."""
+    return _make_tag("text", css_class, escape(text), x=position[0], y=position[1])
 
 
-def _n(value: float) -> str:
+def _format_number(value: float) -> str:
+    """Return a number of pixels with two decimals."""
     return f"{round(value, 2) + 0.0:.10g}"
 
 
-def _p(x: float, y: float) -> str:
-    return f"{_n(x)},{_n(y)}"
+def _format_point(point: XY) -> str:
+    """Return a position for a path."""
+    return f"{_format_number(point[0])},{_format_number(point[1])}"

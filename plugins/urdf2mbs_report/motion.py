@@ -6,99 +6,130 @@ import csv
 import re
 from base64 import b64encode
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from urdf2mbs.plugin import Mbs, some
 
-#: Frames a second of the page.
-RATE = 60.0
+#: Frames in a second of the page.
+FRAME_RATE = 60.0
 
+#: The columns of a force: its components, and its point in the frame of its body.
+FORCE_COLUMNS = ("Fx", "Fy", "Fz", "dx", "dy", "dz")
 
-#: What the page has of a force: the force, and where it acts in the frame of its body.
-FORCE = ("Fx", "Fy", "Fz", "dx", "dy", "dz")
+Rows = NDArray[np.float64]
+"""(rows, columns) the numbers of a file of results."""
 
 
 class MotionError(Exception):
-    """A file of results that cannot be played, and why, in plain words."""
+    """A file of results cannot be played; the message says why."""
 
 
-def motion(model: Mbs, project: Path, file: str = "dirdyn.csv") -> dict[str, Any] | None:
-    """Return the times, positions, forces and energies of a run, by default the last one.
+class Force(NamedTuple):
+    """A force that the page shows as an arrow, in the order of its script."""
 
-    Numbers are little-endian float32 in base64, a row for each frame: times (s), joint positions
-    (rad, m), forces (N) and energies (J).  Forces are the external ones and then the pushes, each
-    with Fx, Fy, Fz in the axes of the base, and dx, dy, dz (m), its point in the axes of its body.
+    body: str
+    name: str
+    """The beginning of its columns."""
+    is_push: bool
+    """True for a push of the user, False for an external force of the model."""
+
+
+class Results(NamedTuple):
+    """A file of results."""
+
+    columns: dict[str, int]
+    """The index of each column by its name."""
+    rows: Rows
+
+
+def read_motion(model: Mbs, project: Path, file: str = "dirdyn.csv") -> dict[str, Any] | None:
+    """Read the times, positions, forces and energies of a run.
+
+    Args:
+        model: The model that was simulated.
+        project: The project's folder.
+        file: The name of the results; by default those of the last run.
 
     Returns:
-        The motion; None if there is no file.
+        The motion; None if there is no file.  Numbers are little-endian float32 in base64, a row
+        for each frame: times (s), joint positions (rad, m), forces (N) and energies (J).  Forces
+        are the external ones and then the pushes, each with Fx, Fy, Fz in the axes of the base,
+        and dx, dy, dz (m), its point in the axes of its body.
 
     Raises:
         MotionError: The file is broken, or of other joints.
     """
-    results = _read(project / "resultsR" / file)
+    results = _read_results(project / "resultsR" / file)
     if results is None:
         return None
-    head, table = results
+    columns, rows = results
     joints = list(model.numbers())
-    if {name for name in head if name.startswith("q.")} != {f"q.{name}" for name in joints}:
+    if {name for name in columns if name.startswith("q.")} != {f"q.{name}" for name in joints}:
         raise MotionError("its joints are not those of the model")
-    forces = [
-        (body.name, point.extforce.name, False)
-        for body in model.bodies
-        for point in body.points
-        if point.extforce is not None and f"{point.extforce.name}.Fx" in head
-    ]
-    pushes = (re.fullmatch(r"(push\d+\.(.+))\.Fx", name) for name in head)
-    forces += [(push[2], push[1], True) for push in pushes if push]
-    columns = [f"{name}.{part}" for _, name, _ in forces for part in FORCE]
-    missing = [name for name in ("time", *columns) if name not in head]
+    forces = _list_forces(model, columns)
+    force_columns = [f"{force.name}.{part}" for force in forces for part in FORCE_COLUMNS]
+    missing = [name for name in ("time", *force_columns) if name not in columns]
     if missing:
         raise MotionError(f"it has no column {some([repr(name) for name in missing], 3)}")
-    if not np.isfinite(table[:, head["time"]]).all():
+    time_column = columns["time"]
+    if not np.isfinite(rows[:, time_column]).all():
         raise MotionError("a time is not a finite number")
-    table = _thinned(table, head["time"])
-    energies = [head[name] for name in ("energy.kinetic", "energy.potential") if name in head]
+    frames = _select_frames(rows, time_column)
+    energies = [name for name in ("energy.kinetic", "energy.potential") if name in columns]
     return {
         "joints": joints,
         "forces": forces,
-        "time": _packed(table[:, [head["time"]]]),
-        "q": _packed(table[:, [head[f"q.{name}"] for name in joints]]),
-        "F": _packed(table[:, [head[name] for name in columns]]),
-        "E": _packed(table[:, energies]),
+        "time": _pack(frames[:, [time_column]]),
+        "q": _pack(frames[:, [columns[f"q.{name}"] for name in joints]]),
+        "F": _pack(frames[:, [columns[name] for name in force_columns]]),
+        "E": _pack(frames[:, [columns[name] for name in energies]]),
     }
 
 
-def _read(file: Path) -> tuple[dict[str, int], Any] | None:
-    """Return the columns of a file by name, and its numbers (rows, columns); None: no file."""
+def _read_results(file: Path) -> Results | None:
+    """Read a file of results; return None if there is no file."""
     try:
         with file.open(encoding="utf-8", newline="") as text:
-            rows = csv.reader(text)
-            head = {name: k for k, name in enumerate(next(rows, []))}
-            table = [[float(cell) for cell in row] for row in rows]
+            lines = csv.reader(text)
+            columns = {name: index for index, name in enumerate(next(lines, []))}
+            rows = [[float(cell) for cell in line] for line in lines]
     except (FileNotFoundError, NotADirectoryError):
         return None
     except (OSError, ValueError, csv.Error) as error:
-        raise MotionError(
-            f"it cannot be read: {getattr(error, 'strerror', None) or error}"
-        ) from None
-    if not table:
+        reason = getattr(error, "strerror", None) or error
+        raise MotionError(f"it cannot be read: {reason}") from None
+    if not rows:
         raise MotionError("it has no rows")
-    if any(len(row) != len(head) for row in table):
+    if any(len(row) != len(columns) for row in rows):
         raise MotionError("its rows have not as many numbers as the first one has names")
-    return head, np.array(table)
+    return Results(columns, np.array(rows))
 
 
-def _thinned(table: Any, column: int) -> Any:
-    """The rows that are at least a frame apart, and the last row."""
-    kept, last = [], -np.inf
-    for k, time in enumerate(table[:, column]):
-        if time - last >= 1.0 / RATE - 1e-9 or k == len(table) - 1:
-            kept.append(k)
-            last = time
-    return table[kept]
+def _list_forces(model: Mbs, columns: dict[str, int]) -> list[Force]:
+    """Return the external forces of a model that have results, and then the pushes."""
+    forces = [
+        Force(body.name, point.extforce.name, is_push=False)
+        for body in model.bodies
+        for point in body.points
+        if point.extforce is not None and f"{point.extforce.name}.Fx" in columns
+    ]
+    pushes = (re.fullmatch(r"(push\d+\.(.+))\.Fx", name) for name in columns)
+    return forces + [Force(push[2], push[1], is_push=True) for push in pushes if push]
 
 
-def _packed(values: Any) -> str:
+def _select_frames(rows: Rows, time_column: int) -> Rows:
+    """Select the rows that are at least a frame apart, and the last row."""
+    indices, last_time = [], -np.inf
+    for index, time in enumerate(rows[:, time_column]):
+        if time - last_time >= 1.0 / FRAME_RATE - 1e-9 or index == len(rows) - 1:
+            indices.append(index)
+            last_time = time
+    return rows[indices]
+
+
+def _pack(values: Rows) -> str:
+    """Return numbers as float32 in base64."""
     return b64encode(np.ascontiguousarray(values, dtype="<f4").tobytes()).decode()

@@ -1,18 +1,16 @@
 """One HTML page that shows a conversion, or an .mbs alone: 3D model, diagram, tables, proof.
 
-The page is self-contained: it loads nothing, from no network, and its own security policy
-would not let it.  Its .mbs side is read back from the file's bytes.  three.js comes out of the
-installed package jupyter-threejs-sage, which has nothing else in it.
+The page is self-contained: it loads nothing, from no network, and its own security policy would
+not let it.  Its .mbs side is read back from the file's bytes.  three.js comes from the installed
+package jupyter-threejs-sage, which has nothing else in it.
+
+``templates/page.html`` is the page; ``_render`` fills it with the data of ``sections``,
+``connections``, ``scene``, ``motion`` and ``script``.
 """
 
 from __future__ import annotations
 
-import json
-import re
 from collections import Counter
-from html import escape
-from importlib.metadata import distribution
-from importlib.resources import files
 from pathlib import Path, PurePosixPath
 from typing import Any
 
@@ -28,28 +26,37 @@ from urdf2mbs.plugin import (
     counted,
     of_plugins,
     project_of,
+    read_mbs,
     report,
     some,
 )
-from urdf2mbs.plugin import read_mbs as read
 from urdf2mbs_meshes.files import get_mesh_files
 from urdf2mbs_meshes.model import MeshLimit
-from urdf2mbs_report import around, sections
+from urdf2mbs_report import script, sections
+from urdf2mbs_report.connections import (
+    find_unreadable_limits,
+    list_marks,
+    make_connection_tables,
+)
 from urdf2mbs_report.draw import draw
-from urdf2mbs_report.motion import MotionError, motion
-from urdf2mbs_report.scene import Store, extent, lookup, mbs_side, path_of, urdf_side
+from urdf2mbs_report.mesh_store import MeshStore
+from urdf2mbs_report.motion import MotionError, read_motion
+from urdf2mbs_report.scene import (
+    compute_extent,
+    describe_mbs,
+    describe_urdf,
+    find_url,
+    make_file_reader,
+)
+from urdf2mbs_report.script import Script
+from urdf2mbs_report.tables import PageTable, format_cell
 
-#: The package that brings three.js, and where in it three.js is.
-THREE = ("jupyter-threejs-sage", "jupyter_threejs_sage/static/r130/three.min.js")
-#: The modules of the page's script, each before those that use it.
-MODULES = (
-    "basics", "kinematics", "positions", "geometry", "scene", "shapes", "marks", "compare", "show",
-    "choose", "camera", "panel", "diagram", "player", "main",
-)  # fmt: skip
+#: The size of the robot, divided by the length of the axes of a frame.
+FRAMES_IN_SIZE = 18
 
 
 class Page(msgspec.Struct):
-    """The page's bytes, and what of it is what."""
+    """The bytes of a page, and what they are made of."""
 
     data: bytes
     sizes: dict[str, int]
@@ -60,140 +67,215 @@ class Page(msgspec.Struct):
     """Warnings of what else the page does not show."""
 
 
-def make(conversion: Conversion) -> Page:
-    """The page of a conversion that has run; writes nothing.
+class Notice(msgspec.Struct):
+    """A notice about meshes that are not drawn as they are."""
 
-    The URDF's meshes are drawn as RViz draws them, whatever convert-meshes was told, so that a
-    wrong turn shows.  Where the .mbs names a .wrl that no project has yet, the URDF's own mesh
-    stands for it.  Raises ConfigError where no .mbs was made.
+    text: str
+    meshes_by_reason: dict[str, list[str]] = {}
+
+
+class Contents(msgspec.Struct):
+    """The contents of a page that differ between a conversion and an .mbs alone."""
+
+    name: str
+    title: str
+    tree_label: str
+    facts: list[str]
+    made_from: str
+    """The files that the page was made from."""
+    summary: Summary
+    """What the passes say of the model."""
+    joint_table: PageTable
+    body_table: PageTable
+    stand_ins: set[str] = set()
+    """The urls of .wrl files for which meshes of the URDF are drawn."""
+    robot: sections.RobotSections | None = None
+    """The sections about the URDF; None without one."""
+    live_script: str | None = None
+    """The module of a robot that is simulated in the page."""
+    why_not_live: str = ""
+
+
+# --- a conversion ---
+
+
+def make_robot_page(conversion: Conversion) -> Page:
+    """Make the page of a conversion that has run; nothing is written.
+
+    The URDF's meshes are drawn as RViz draws them, whatever the options of convert-meshes, so that
+    a wrong up axis shows.  If a .wrl of the .mbs does not exist yet, the URDF's own mesh is drawn.
+
+    Raises:
+        ConfigError: No .mbs was made.
     """
     settings = conversion.settings
     output = conversion.written
     if output not in conversion.files:
-        raise ConfigError(
-            "no-mbs", "there is no .mbs to report on: no pass has made it",
-            hint="put 'emit' in the pipeline",
-        )  # fmt: skip
-    model = read(conversion.files[output], str(output))
-    store = Store(conversion.state(MeshLimit).mebibytes)
+        message = "there is no .mbs to report on: no pass has made it"
+        raise ConfigError("no-mbs", message, hint="put 'emit' in the pipeline")
+    model = read_mbs(conversion.files[output], str(output))
+    store = MeshStore(conversion.state(MeshLimit).mebibytes)
     stand_ins: set[str] = set()
-    data = _both_sides(conversion, model, store, stand_ins)
-    name = escape(conversion.robot.name)
-    fields = {
-        "name": name,
-        "title": f"{name}: URDF and .mbs",
-        "tree": "Links",
-        **_verdict_and_facts(conversion),
-        "notes": _notes(store, stand_ins),
-        "names": sections.names(conversion),
-        "left_out": sections.lost(conversion),
-        "proof": sections.proof(conversion),
-        "messages": sections.messages(conversion),
-    }
-    made_from = f"{settings.source.name} → {settings.output.name}"
-    page = _fill(model, store, data, made_from, fields, conversion)
-    page.diagnostics = _unread_limits(model, str(output))
+    data = _describe_both_sides(conversion, model, store, stand_ins)
+    contents = Contents(
+        name=conversion.robot.name,
+        title=f"{conversion.robot.name}: URDF and .mbs",
+        tree_label="Links",
+        facts=_list_robot_facts(conversion),
+        made_from=f"{settings.source.name} → {settings.output.name}",
+        summary=of_plugins(conversion),
+        joint_table=sections.make_joint_table(model, conversion),
+        body_table=sections.make_body_table(model, conversion),
+        stand_ins=stand_ins,
+        robot=sections.describe_robot(conversion),
+    )
+    page = _render(model, store, data, contents)
+    page.diagnostics = _warn_of_limits(model, str(output))
     return page
 
 
-def _both_sides(
-    conversion: Conversion, model: Mbs, store: Store, stand_ins: set[str]
+def _describe_both_sides(
+    conversion: Conversion, model: Mbs, store: MeshStore, stand_ins: set[str]
 ) -> dict[str, Any]:
-    """What the page draws; fills the store, and the urls of .wrl files for which the URDF's own
-    mesh stands."""
-    settings = conversion.settings
-    fetch = lookup(conversion.files, settings.project or settings.output.parent)
-    filenames = {stem: filename for filename, stem in conversion.meshes.items()}
+    """Describe the 3D model of the .mbs and the URDF.
 
-    def stand_in(url: str) -> Path | None:
+    Args:
+        conversion: The conversion.
+        model: The .mbs, read back.
+        store: The meshes of both are added to this.
+        stand_ins: The urls of .wrl files that do not exist yet are added to this.
+
+    Returns:
+        The data for the script of the page.
+    """
+    settings = conversion.settings
+    read_file = make_file_reader(conversion.files, settings.project or settings.output.parent)
+    filenames = {stem: filename for filename, stem in conversion.meshes.items()}
+    mesh_files = get_mesh_files(conversion)
+
+    def find_stand_in(url: str) -> Path | None:
         filename = filenames.get(PurePosixPath(url).stem)
-        if filename is None or fetch(url) is not None:
+        if filename is None or read_file(url) is not None:
             return None
         stand_ins.add(url)
-        return get_mesh_files(conversion).find(filename)
+        return mesh_files.find(filename)
 
-    data = _data(model, store, mbs_side(model, store, fetch, stand_in), of_plugins(conversion)) | {
-        "urdf": urdf_side(conversion.robot, store, get_mesh_files(conversion).find),
+    mbs = describe_mbs(model, store, read_file, find_stand_in)
+    data = _describe_model(model, store, mbs, of_plugins(conversion)) | {
+        "urdf": describe_urdf(conversion.robot, store, mesh_files.find),
         "frames": [
-            (link, {"body": at.body, "joint": at.joint, "pose": (*at.pose.rot, *at.pose.xyz)})
-            for link, at in conversion.frames.items()
+            (
+                link,
+                {
+                    "body": frame.body,
+                    "joint": frame.joint,
+                    "pose": (*frame.pose.rot, *frame.pose.xyz),
+                },
+            )
+            for link, frame in conversion.frames.items()
         ],
         "coordinates": list(conversion.names.coordinates.items()),
         "joints": list(conversion.names.joints.items()),
     }
-    for reasons in (store.missing, store.in_part):
-        for url in list(reasons):  # a mesh that neither side has is one mesh
+    for reasons in (store.missing, store.incomplete):
+        for url in list(reasons):  # a mesh that neither side has is a single mesh
             filename = filenames.get(PurePosixPath(url).stem, url)
             if filename != url and filename in reasons:
                 del reasons[url]
     if model.view:
-        data |= {"size": 18 * model.view.frame, "frame": model.view.frame}
+        data |= {"size": FRAMES_IN_SIZE * model.view.frame, "frame": model.view.frame}
     return data
 
 
-class Script(msgspec.Struct):
-    """A module of another plugin, and what it reads as ``data.live``: a robot that moves by
-    itself."""
+def _list_robot_facts(conversion: Conversion) -> list[str]:
+    """List the facts below the title of the page of a conversion."""
+    result = report(conversion)
+    warnings = sum(diagnostic.level == "warning" for diagnostic in conversion.diagnostics)
+    return [
+        f"{counted(result.links, 'link')} → {counted(result.bodies, 'body')}",
+        f"{counted(result.joints.urdf, 'URDF joint')} → {result.joints}",
+        f"{result.mass:.6g} kg",
+        result.base_in_words,
+        counted(warnings, "warning"),
+    ]
 
-    text: str
-    data: dict[str, Any]
+
+# --- an .mbs alone ---
 
 
-def make_of_model(
+def make_model_page(
     model: Mbs, file: Path, results: str = "dirdyn.csv", live: Script | str | None = None
 ) -> Page:
-    """The page of an .mbs alone, without a URDF; ``file`` is where it lies.
+    """Make the page of an .mbs alone, without a URDF.
 
-    The page plays the motion of this file in the project's resultsR, if there is one.
-    ``live`` is the robot that moves by itself, or why there is none.
-    ``PRJPATH`` of its urls is the folder around ``dataR``, else the file's own folder.
+    Args:
+        model: The model.
+        file: Where it lies.  ``PRJPATH`` of its urls is the folder around ``dataR``, or else the
+            file's own folder.
+        results: The file in the project's resultsR whose motion is played, if it exists.
+        live: The robot that is simulated in the page, or why there is none.
     """
     project = project_of(file.absolute())
-    store = Store()
-    drawn = mbs_side(model, store, lookup({}, project), lambda url: path_of(url, project))
-    data = _data(model, store, drawn, Summary())
+    store = MeshStore()
+    read_file = make_file_reader({}, project)
+    mbs = describe_mbs(model, store, read_file, lambda url: find_url(url, project))
+    data = _describe_model(model, store, mbs, Summary())
     diagnostics: list[Diagnostic] = []
     try:
-        data["motion"] = motion(model, project, results)
+        data["motion"] = read_motion(model, project, results)
     except MotionError as error:
-        played = project / "resultsR" / results
-        message = f"the page plays no motion: {error}"
-        hint = "simulate again; or remove the file"
-        diagnostics.append(
-            Diagnostic("warning", "motion-unreadable", message, file=str(played), hint=hint)
-        )
         data["motion"] = None
-    name = escape(model.name)
-    fields = {
-        "name": name,
-        "title": name,
-        "tree": "Bodies",
-        "facts": _facts_of_model(model),
-        "notes": _notes(store, set()),
-    }
-    diagnostics += _unread_limits(model, str(file))
+        diagnostics.append(
+            Diagnostic(
+                "warning",
+                "motion-unreadable",
+                f"the page plays no motion: {error}",
+                file=str(project / "resultsR" / results),
+                hint="simulate again; or remove the file",
+            )
+        )
+    contents = Contents(
+        name=model.name,
+        title=model.name,
+        tree_label="Bodies",
+        facts=_list_model_facts(model),
+        made_from=file.name,
+        summary=Summary(),
+        joint_table=sections.make_joint_table(model, None),
+        body_table=sections.make_body_table(model, None),
+    )
     if isinstance(live, Script):
         data["live"] = live.data
-        fields["live"] = live.text
+        contents.live_script = live.text
     elif live:
-        fields["not_live"] = escape(live)
-    page = _fill(model, store, data, file.name, fields)
-    page.diagnostics = diagnostics
+        contents.why_not_live = live
+    page = _render(model, store, data, contents)
+    page.diagnostics = diagnostics + _warn_of_limits(model, str(file))
     return page
 
 
-def _unread_limits(model: Mbs, file: str) -> list[Diagnostic]:
-    """Return a warning of the limits that are no numbers, if there are any."""
-    unread = around.find_unread_limits(model)
-    if not unread:
-        return []
-    hint = "write a number into the .mbs"
-    return [Diagnostic("warning", "limit-unreadable", some(unread, 3), file=file, hint=hint)]
+def _list_model_facts(model: Mbs) -> list[str]:
+    """List the facts below the title of the page of an .mbs alone."""
+    natures = Counter(joint.nature for body in model.bodies for joint in body.joints)
+    facts = [counted(len(model.bodies), "body")]
+    counts = ", ".join(f"{count} {nature}" for nature, count in natures.items())
+    facts.append(f"{counted(natures.total(), 'joint')} ({counts})" if natures else "")
+    facts.append(f"{sum(body.mass or 0.0 for body in model.bodies):.6g} kg")
+    if model.cuts:
+        facts.append(counted(len(model.cuts), "cut"))
+    if model.links:
+        facts.append(counted(len(model.links), "link"))
+    return facts
 
 
-def _data(model: Mbs, store: Store, mbs: dict[str, Any], said: Summary) -> dict[str, Any]:
-    """What the page draws, with a URDF side that is empty."""
-    size = extent(model)
+# --- both ---
+
+
+def _describe_model(
+    model: Mbs, store: MeshStore, mbs: dict[str, Any], summary: Summary
+) -> dict[str, Any]:
+    """Return the data for the script of the page, with an empty URDF side."""
+    size = compute_extent(model)
     return {
         "name": model.name,
         "mbs": mbs,
@@ -204,156 +286,81 @@ def _data(model: Mbs, store: Store, mbs: dict[str, Any], said: Summary) -> dict[
         "meshes": store.meshes,
         "textures": store.textures,
         "size": size,
-        "frame": size / 18,
-        "marks": around.marks(said, model),
+        "frame": size / FRAMES_IN_SIZE,
+        "marks": list_marks(summary, model),
     }
 
 
-def _fill(
-    model: Mbs,
-    store: Store,
-    data: dict[str, Any],
-    made_from: str,
-    fields: dict[str, str],
-    conversion: Conversion | None = None,
-) -> Page:
-    """Fill the template; ``{{#name}}...{{/name}}`` is left out where there is no such field."""
-    viewer, licenses = _viewer()
-    arrays = store.packed()
-    meshes = len(arrays) + sum(len(url) for url in store.textures)
-    said = Summary() if conversion is None else of_plugins(conversion)
-    fields |= {
-        "joints": sections.joints(model, conversion),
-        "bodies": sections.bodies(model, conversion),
-        "around": around.tables(said, model),
-        "css": _own("page.css"),
-        "js": _joined_modules(fields.get("live", "")),
-        "viewer": _script(viewer),
-        "diagram": _diagram(model),
-        "data": _island(data),
-        "arrays": arrays,
-        "footer": _footer(made_from, licenses, len(viewer), meshes),
-    }
-    template = re.sub(
-        r"\{\{#(\w+)\}\}(.*?)\{\{/\1\}\}",
-        lambda part: part[2] if part[1] in fields else "",
-        _own("page.html"), flags=re.DOTALL,
-    )  # fmt: skip
-    text = re.sub(r"\{\{(\w+)\}\}", lambda field: fields[field[1]], template)
+def _warn_of_limits(model: Mbs, file: str) -> list[Diagnostic]:
+    """Return a warning of the limits that are not numbers, if there are any."""
+    limits = find_unreadable_limits(model)
+    if not limits:
+        return []
+    hint = "write a number into the .mbs"
+    return [Diagnostic("warning", "limit-unreadable", some(limits, 3), file=file, hint=hint)]
+
+
+def _render(model: Mbs, store: MeshStore, data: dict[str, Any], contents: Contents) -> Page:
+    """Render the template of the page.
+
+    Texts are escaped by the template, but for those that are HTML, a script or a style already.
+    """
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+    from markupsafe import Markup
+
+    environment = Environment(
+        loader=PackageLoader("urdf2mbs_report"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters["format_cell"] = format_cell
+    viewer = script.read_viewer()
+    arrays = store.pack_arrays()
+    mesh_size = len(arrays) + sum(len(url) for url in store.textures)
+    try:
+        diagram, no_diagram = Markup(draw(model)), None
+    except ConversionError as error:
+        diagram, no_diagram = Markup(), f"{error.message}; {error.hint or ''}"
+    text = environment.get_template("page.html").render(
+        contents=contents,
+        robot=contents.robot,
+        connection_tables=make_connection_tables(contents.summary, model),
+        notices=_list_notices(store, contents.stand_ins),
+        diagram=diagram,
+        no_diagram=no_diagram,
+        css=Markup(script.read_resource("page.css")),
+        data=Markup(script.encode_data(data)),
+        arrays=Markup(arrays),
+        viewer=Markup(script.escape_script(viewer)),
+        script=Markup(script.bundle_modules(contents.live_script or "")),
+        megabytes={"viewer": len(viewer) / 1e6, "meshes": mesh_size / 1e6},
+        viewer_license=script.read_resource("LICENSE.three.txt"),
+    )
     page = text.encode()
-    sizes = {"viewer": len(viewer), "meshes": meshes, "all": len(page)}
+    sizes = {"viewer": len(viewer), "meshes": mesh_size, "all": len(page)}
     return Page(page, sizes, list(store.missing))
 
 
-def _own(name: str) -> str:
-    return files("urdf2mbs_report").joinpath(name).read_text("utf-8").rstrip("\n")
-
-
-def _joined_modules(last: str) -> str:
-    """The page's own script: all modules in one scope, for a page on disk can load none.
-
-    The last one, another plugin's, has its own names.
-    """
-    own = [_own(f"js/{name}.js") for name in MODULES]
-    text = "\n\n".join([*own, f"{{\n{last}}}"])
-    text = re.sub(r"^import .*?;\n+", "", text, flags=re.DOTALL | re.MULTILINE)
-    text = re.sub(r"^export ", "", text, flags=re.MULTILINE)
-    return f'"use strict";\n(() => {{\n{text}\n}})();'
-
-
-def _viewer() -> tuple[str, str]:
-    """three.js and its licence."""
-    package = distribution(THREE[0])
-    try:
-        text = Path(str(package.locate_file(THREE[1]))).read_text("utf-8")
-    except OSError:
-        what = f"the installed {THREE[0]} does not have {THREE[1]}"
-        raise ConfigError("viewer-missing", what, hint=f"pip install {THREE[0]}==130") from None
-    return text, files("urdf2mbs_report").joinpath("LICENSE.three.txt").read_text("utf-8")
-
-
-def _script(text: str) -> str:
-    """A script that cannot end the element it stands in."""
-    return re.sub(r"</(script)", r"<\\/\1", text, flags=re.IGNORECASE).replace("<!--", "<\\!--")
-
-
-def _island(data: Any) -> str:
-    """JSON in which no name can end the element it stands in."""
-    text = json.dumps(msgspec.to_builtins(data), ensure_ascii=False, separators=(",", ":"))
-    for sign in "<>&\u2028\u2029":
-        text = text.replace(sign, f"\\u{ord(sign):04x}")
-    return text
-
-
-def _diagram(model: Mbs) -> str:
-    try:
-        return draw(model)
-    except ConversionError as error:
-        return f'<p class="note">{escape(error.message)}; {escape(error.hint or "")}</p>'
-
-
-def _verdict_and_facts(conversion: Conversion) -> dict[str, str]:
-    """The two lines below the page's title."""
-    found = report(conversion)
-    kind = "unknown" if found.proof is None else "same" if found.proof.same else "other"
-    warnings = sum(d.level == "warning" for d in conversion.diagnostics)
-    facts = [
-        f"{counted(found.links, 'link')} → {counted(found.bodies, 'body')}",
-        f"{counted(found.joints.urdf, 'URDF joint')} → {found.joints}",
-        f"{found.mass:.6g} kg",
-        escape(found.base_in_words),
-        counted(warnings, "warning"),
-    ]
-    if found.no_dynamics:
-        facts.append(f"<b>{found.no_dynamics}</b>")
-    verdict = f'<span class="verdict {kind}">{escape(found.verdict)}</span>'
-    return {"verdict": verdict, "facts": " · ".join(facts)}
-
-
-def _facts_of_model(model: Mbs) -> str:
-    natures = Counter(joint.nature for body in model.bodies for joint in body.joints)
-    facts = [
-        counted(len(model.bodies), "body"),
-        f"{counted(natures.total(), 'joint')}"
-        f" ({', '.join(f'{n} {nature}' for nature, n in natures.items())})" * bool(natures),
-        f"{sum(body.mass or 0.0 for body in model.bodies):.6g} kg",
-        *(counted(len(cuts), "cut") for cuts in [model.cuts] if cuts),
-        *(counted(len(links), "link") for links in [model.links] if links),
-    ]
-    return " · ".join(facts)
-
-
-def _notes(store: Store, stand_ins: set[str]) -> str:
-    """What the pictures of the meshes leave out."""
-    notes = []
+def _list_notices(store: MeshStore, stand_ins: set[str]) -> list[Notice]:
+    """List the notices about meshes that are not drawn as they are."""
+    notices = []
     if stand_ins:
-        notes.append(
-            f"<p>{counted(len(stand_ins), 'mesh')} of the .mbs: no .wrl file is there yet "
-            "('output: {project: DIR}' makes them). The URDF's own meshes are drawn instead.</p>"
+        notices.append(
+            Notice(
+                f"{counted(len(stand_ins), 'mesh')} of the .mbs: no .wrl file is there yet "
+                "('output: {project: DIR}' makes them). The URDF's own meshes are drawn instead."
+            )
         )
-    for reason_of, words in (
+    for reasons, consequence in (
         (store.missing, "cannot be drawn; a small frame shows its place"),
-        (store.in_part, "drawn in part"),
+        (store.incomplete, "drawn in part"),
     ):
-        reasons: dict[str, list[str]] = {}
-        for name, why in reason_of.items():
-            reasons.setdefault(why, []).append(name)
-        lines = [
-            f"<li>{escape(why)}: {len(names)}, "
-            f"{escape(', '.join(names[:4]))}{', ...' if len(names) > 4 else ''}</li>"
-            for why, names in reasons.items()
-        ]
-        if lines:
-            count = counted(len(reason_of), "mesh")
-            notes.append(f"<p>{count} {words}:</p><ul>{''.join(lines)}</ul>")
-    return f'<div class="note warn">{"".join(notes)}</div>' if notes else ""
-
-
-def _footer(made_from: str, licenses: str, viewer: int, meshes: int) -> str:
-    return (
-        f"<p>{escape(made_from)}, by urdf2mbs. "
-        f"In this page: three.js {viewer / 1e6:.2f} MB, meshes and textures {meshes / 1e6:.2f} MB. "
-        "It loads nothing from elsewhere.</p>"
-        "<details><summary>Licence of three.js, which draws the 3D model</summary>"
-        f"<pre>{escape(licenses)}</pre></details>"
-    )
+        meshes_by_reason: dict[str, list[str]] = {}
+        for name, reason in reasons.items():
+            meshes_by_reason.setdefault(reason, []).append(name)
+        if meshes_by_reason:
+            text = f"{counted(len(reasons), 'mesh')} {consequence}:"
+            notices.append(Notice(text, meshes_by_reason))
+    return notices

@@ -1,56 +1,63 @@
-"""The tables of the page: joints, bodies, names, what is left out, the proof, messages."""
+"""The sections of the page about a robot: joints, bodies, names, what is left out, the proof."""
 
 from __future__ import annotations
 
 import json
-from html import escape
 from pathlib import Path
 from typing import Any
 
 import msgspec
 
-from urdf2mbs.plugin import HERE, Conversion, Mbs, left_out, verdict
-from urdf2mbs_report.table import Cell, Html, Row, plain, table, titled
+from urdf2mbs.plugin import HERE, Conversion, Diagnostic, Mbs, left_out, report, verdict
+from urdf2mbs_report.tables import Cell, PageTable, Row
 
-#: Messages about what the URDF has and the .mbs has no place for.
-LEFT_OUT = ("collision", "extension", "texture", "rotors-left-out", "loop-left-out")
+#: The messages about what the URDF has and the .mbs has no place for.
+LEFT_OUT_CODES = ("collision", "extension", "texture", "rotors-left-out", "loop-left-out")
+#: Number of letters of a changed value that are shown.
+MAX_VALUE_LENGTH = 80
 
 
-def joints(model: Mbs, conversion: Conversion | None) -> str:
-    """The joints; with a conversion, also what the URDF says of each."""
-    urdf = {} if conversion is None else _urdf_joints(conversion, model)
+def make_joint_table(model: Mbs, conversion: Conversion | None) -> PageTable:
+    """Make the table of joints; with a conversion, also of what the URDF says of each."""
+    urdf_cells = {} if conversion is None else _describe_urdf_joints(conversion, model)
     numbers = model.numbers()
-    rows: list[Row] = [
-        (
-            {"class": joint.nature, "data-joint": joint.name},
-            (
-                f"q{numbers[joint.name]}", joint.name, joint.type, joint.nature, joint.q,
-                body.name, *urdf.get(joint.name, ()),
-            ),
-        )
-        for body in model.bodies
-        for joint in body.joints
-    ]  # fmt: skip
-    head = ["number", "joint", "type", "nature", "initial q [rad, m]", "body"]
+    rows = []
+    for body in model.bodies:
+        for joint in body.joints:
+            cells: list[Cell] = [
+                f"q{numbers[joint.name]}",
+                joint.name,
+                joint.type,
+                joint.nature,
+                joint.q,
+                body.name,
+                *urdf_cells.get(joint.name, ()),
+            ]
+            rows.append(Row(cells, {"class": joint.nature, "data-joint": joint.name}))
+    columns = ["number", "joint", "type", "nature", "initial q [rad, m]", "body"]
     if conversion is not None:
-        head += ["URDF joint", "limits [rad, m]", "velocity", "effort", "follows"]
-    return table(head, rows, right=(0, 4, 7, 8, 9))
+        columns += ["URDF joint", "limits [rad, m]", "velocity", "effort", "follows"]
+    return PageTable(columns, rows, numeric_columns=(0, 4, 7, 8, 9))
 
 
-def _urdf_joints(conversion: Conversion, model: Mbs) -> dict[str, list[Cell]]:
-    """What the URDF says of each .mbs joint: its joint, limits, velocity, effort, leader."""
-    origin = {name: urdf for urdf, names in conversion.names.joints.items() for name in names}
-    alone = {
+def _describe_urdf_joints(conversion: Conversion, model: Mbs) -> dict[str, list[Cell]]:
+    """Return what the URDF says of each .mbs joint: its joint, limits, velocity, effort, leader.
+
+    A limit is shown only for a URDF joint that became a single coordinate.
+    """
+    origins = {name: urdf for urdf, names in conversion.names.joints.items() for name in names}
+    single_coordinates = {
         names[0]: urdf for urdf, names in conversion.names.coordinates.items() if len(names) == 1
     }
     cells: dict[str, list[Cell]] = {}
     for name in model.numbers():
-        urdf = conversion.robot.joints.get(alone.get(name, ""))
-        limit = urdf.limit if urdf else None
-        mimic = urdf.mimic if urdf else None
+        joint = conversion.robot.joints.get(single_coordinates.get(name, ""))
+        limit = joint.limit if joint else None
+        mimic = joint.mimic if joint else None
+        is_limited = limit and joint and joint.type != "continuous"
         cells[name] = [
-            origin.get(name),
-            (limit.lower, limit.upper) if limit and urdf and urdf.type != "continuous" else None,
+            origins.get(name),
+            (limit.lower, limit.upper) if limit and is_limited else None,
             limit.velocity if limit else None,
             limit.effort if limit else None,
             str(mimic) if mimic else None,
@@ -58,139 +65,252 @@ def _urdf_joints(conversion: Conversion, model: Mbs) -> dict[str, list[Cell]]:
     return cells
 
 
-def bodies(model: Mbs, conversion: Conversion | None) -> str:
-    """The bodies; with a conversion, also the URDF links of each."""
+def make_body_table(model: Mbs, conversion: Conversion | None) -> PageTable:
+    """Make the table of bodies; with a conversion, also of the URDF links of each."""
     links: dict[str | None, list[str]] = {}
-    for link, at in conversion.frames.items() if conversion else ():
-        if at.joint is None:
-            links.setdefault(at.body, []).append(link)
-    head = [
-        "body", "parent", "at point", "mass [kg]", "centre of mass [m]",
-        "inertia xx, xy, xz, yy, yz, zz [kg m²]", "joints", "shapes",
-    ]  # fmt: skip
-    if conversion is not None:
-        head.append("URDF links")
-    rows: list[Row] = [
-        (
-            {"data-body": body.name},
-            (
-                body.name, body.parent or "base", body.point or "origin", body.mass, body.com,
-                body.inertia, len(body.joints), len(body.shapes),
-                *([", ".join(links.get(body.name, ()))] if conversion else ()),
-            ),
-        )
-        for body in model.bodies
-    ]  # fmt: skip
-    total = sum(body.mass or 0.0 for body in model.bodies)
-    foot = ["total", "", "", total, *[""] * (len(head) - 4)]
-    return table(head, rows, right=(3, 4, 5, 6, 7), foot=foot)
-
-
-def names(conversion: Conversion) -> str:
-    """What became of each link and joint of the URDF."""
-    links: list[Row] = []
-    for link in conversion.robot.links:
-        at, where, shifted = conversion.frames.get(link), "-", None
-        if at is not None:
-            where = "base" if at.body is None else f"body {at.body}"
-            where = where if at.joint is None else f"after joint {at.joint}"
-            shifted = None if at.pose == HERE else at.pose.xyz
-        links.append(({"data-link": link}, (link, where, shifted)))
-    joints: list[Row] = []
-    for name, joint in conversion.robot.joints.items():
-        became = ", ".join(conversion.names.joints.get(name, ()))
-        became = became or f"none: '{joint.child}' is rigid with the body that carries it"
-        if name in conversion.frozen:
-            became = f"left out, held at 0: {conversion.frozen[name]}"
-        joints.append(({"data-urdf-joint": name}, (name, joint.type, became)))
-    return (
-        "<h3>Links</h3>"
-        + table(("URDF link", "in the .mbs", "shifted by [m]"), links, right=(2,))
-        + "<h3>Joints</h3>"
-        + table(("URDF joint", "type", ".mbs joints, in the order in which they act"), joints)
-    )
-
-
-def lost(conversion: Conversion) -> str:
-    """What the messages name, and every number of the URDF's joints that has found no place."""
-    said = [escape(one.message) for one in conversion.diagnostics if one.code in LEFT_OUT]
-    named = f"<ul>{''.join(f'<li>{text}</li>' for text in said)}</ul>" if said else ""
-    rows = []
-    for name, parts in left_out(conversion).items():
-        for part, values in parts.items():
-            listed = ", ".join(
-                f"{key} {'none' if value is None else value if key == 'joint' else repr(value)}"
-                for key, value in values.items()
-            )
-            rows.append(plain(name, part.replace("_", " "), listed))
-    if not rows:
-        return named or '<p class="note">Nothing.</p>'
-    columns = ("URDF joint", "part", "values [as in the URDF: rad, m, N m, N, s]")
-    return named + table(columns, rows)
-
-
-def proof(conversion: Conversion) -> str:
-    """What was compared, and what differs."""
-    found = conversion.checked.proof
-    if found is None:
-        return (
-            f'<p class="note">{verdict(conversion)}: the pass <code>check</code> is not in the '
-            "pipeline. Add it after <code>emit</code>. The comparison in the 3D model is made "
-            "at the position shown only.</p>"
-        )
-    same = (
-        "The .mbs was read back and compared with the URDF by a second route: it is "
-        f"{escape(verdict(conversion))}."
-        if found.same
-        else "<b>The .mbs is not the same robot as the URDF.</b> It was written as "
-        f"{escape(conversion.checked.rejected.name if conversion.checked.rejected else '')}."
-    )
-    changed = [
-        plain(one.by, change.kind, change.name, _short(change.before), _short(change.after))
-        for one in conversion.checked.changed
-        for change in one.changes
+    for link, frame in conversion.frames.items() if conversion else ():
+        if frame.joint is None:
+            links.setdefault(frame.body, []).append(link)
+    columns = [
+        "body",
+        "parent",
+        "at point",
+        "mass [kg]",
+        "centre of mass [m]",
+        "inertia xx, xy, xz, yy, yz, zz [kg m²]",
+        "joints",
+        "shapes",
     ]
-    return (
-        f"<p>{same}</p><dl><dt>Positions compared</dt><dd>{found.positions}, zero included</dd>"
-        f"<dt>Rigid groups</dt><dd>{found.groups}: each must move as its counterpart, and have "
-        "its mass, centre and inertia</dd></dl>"
-        + table(
-            ("compared", "largest relative deviation"),
-            [plain(kind, f"{size:.2e}") for kind, size in found.largest.items()], right=(1,),
+    if conversion is not None:
+        columns.append("URDF links")
+    rows = []
+    for body in model.bodies:
+        cells: list[Cell] = [
+            body.name,
+            body.parent or "base",
+            body.point or "origin",
+            body.mass,
+            body.com,
+            body.inertia,
+            len(body.joints),
+            len(body.shapes),
+        ]
+        if conversion is not None:
+            cells.append(", ".join(links.get(body.name, ())))
+        rows.append(Row(cells, {"data-body": body.name}))
+    total_mass = sum(body.mass or 0.0 for body in model.bodies)
+    footer: list[Cell] = ["total", "", "", total_mass, *[""] * (len(columns) - 4)]
+    return PageTable(columns, rows, numeric_columns=(3, 4, 5, 6, 7), footer=footer)
+
+
+# --- names ---
+
+
+def make_name_tables(conversion: Conversion) -> list[PageTable]:
+    """Make the tables of what became of each link and joint of the URDF."""
+    joint_columns = ("URDF joint", "type", ".mbs joints, in the order in which they act")
+    return [
+        PageTable(
+            ("URDF link", "in the .mbs", "shifted by [m]"),
+            [_make_link_row(conversion, link) for link in conversion.robot.links],
+            numeric_columns=(2,),
+            title="Links",
+        ),
+        PageTable(
+            joint_columns,
+            [_make_joint_name_row(conversion, joint) for joint in conversion.robot.joints],
+            title="Joints",
+        ),
+    ]
+
+
+def _make_link_row(conversion: Conversion, link: str) -> Row:
+    """Make a row of a link: its body or joint in the .mbs, and its origin there."""
+    frame = conversion.frames.get(link)
+    holder, shift = "-", None
+    if frame is not None:
+        holder = "base" if frame.body is None else f"body {frame.body}"
+        holder = holder if frame.joint is None else f"after joint {frame.joint}"
+        shift = None if frame.pose == HERE else frame.pose.xyz
+    return Row((link, holder, shift), {"data-link": link})
+
+
+def _make_joint_name_row(conversion: Conversion, name: str) -> Row:
+    """Make a row of a URDF joint: its type, and what became of it."""
+    joint = conversion.robot.joints[name]
+    result = ", ".join(conversion.names.joints.get(name, ()))
+    result = result or f"none: '{joint.child}' is rigid with the body that carries it"
+    if name in conversion.frozen:
+        result = f"left out, held at 0: {conversion.frozen[name]}"
+    return Row((name, joint.type, result), {"data-urdf-joint": name})
+
+
+# --- what is left out ---
+
+
+class LeftOut(msgspec.Struct):
+    """What the URDF says, and the .mbs has no place for."""
+
+    messages: list[str]
+    table: PageTable
+    """Every number of the URDF's joints that neither a user model nor a constraint holds."""
+
+
+def list_left_out(conversion: Conversion) -> LeftOut:
+    """List what the messages name, and the numbers of joints without a place in the .mbs."""
+    messages = [
+        diagnostic.message
+        for diagnostic in conversion.diagnostics
+        if diagnostic.code in LEFT_OUT_CODES
+    ]
+    rows = []
+    for joint, parts in left_out(conversion).items():
+        for part, values in parts.items():
+            text = ", ".join(_format_left_out_value(key, value) for key, value in values.items())
+            rows.append(Row((joint, part.replace("_", " "), text)))
+    columns = ("URDF joint", "part", "values [as in the URDF: rad, m, N m, N, s]")
+    return LeftOut(messages, PageTable(columns, rows))
+
+
+def _format_left_out_value(key: str, value: Any) -> str:
+    """Return a value with its name; the name of a joint has no quotes."""
+    if value is None:
+        return f"{key} none"
+    return f"{key} {value if key == 'joint' else repr(value)}"
+
+
+# --- proof and messages ---
+
+
+class ProofSection(msgspec.Struct):
+    """What was compared, and what differs."""
+
+    verdict: str
+    is_checked: bool
+    is_same: bool = False
+    rejected_name: str = ""
+    """The name of the file as which a wrong .mbs was written."""
+    positions: int = 0
+    groups: int = 0
+    tables: list[PageTable] = []
+
+
+def describe_proof(conversion: Conversion) -> ProofSection:
+    """Describe the proof of a conversion."""
+    proof = conversion.checked.proof
+    if proof is None:
+        return ProofSection(verdict(conversion), is_checked=False)
+    rejected = conversion.checked.rejected
+    deviations = [Row((kind, f"{size:.2e}")) for kind, size in proof.largest.items()]
+    differences = [
+        Row((difference.kind, f"{difference.size:.2e}", difference.message))
+        for difference in proof.differences
+    ]
+    changes = [
+        Row(
+            (
+                robot_change.by,
+                change.kind,
+                change.name,
+                _format_changed_value(change.before),
+                _format_changed_value(change.after),
+            )
         )
-        + titled(
-            "Differences", ("what", "relative size", "where"),
-            [plain(d.kind, f"{d.size:.2e}", d.message) for d in found.differences], right=(1,),
-        )
-        + titled("The same, but for", ("what", "why"), _pairs(found.but_for))
-        + titled("Not compared", ("what", "why"), _pairs(found.not_compared))
-        + titled(
-            "Changed on purpose", ("pass", "what", "link or joint", "in the URDF", "now"), changed
-        )
-    )  # fmt: skip
+        for robot_change in conversion.checked.changed
+        for change in robot_change.changes
+    ]
+    tables = [
+        PageTable(("what", "relative size", "where"), differences, (1,), "Differences"),
+        PageTable(("what", "why"), _make_pair_rows(proof.but_for), (), "The same, but for"),
+        PageTable(("what", "why"), _make_pair_rows(proof.not_compared), (), "Not compared"),
+        PageTable(
+            ("pass", "what", "link or joint", "in the URDF", "now"),
+            changes,
+            title="Changed on purpose",
+        ),
+    ]
+    return ProofSection(
+        verdict(conversion),
+        is_checked=True,
+        is_same=proof.same,
+        rejected_name=rejected.name if rejected else "",
+        positions=proof.positions,
+        groups=proof.groups,
+        tables=[
+            PageTable(("compared", "largest relative deviation"), deviations, (1,)),
+            *(table for table in tables if table.rows),
+        ],
+    )
 
 
-def _pairs(given: dict[str, str]) -> list[Row]:
-    return [plain(*pair) for pair in given.items()]
+def _make_pair_rows(pairs: dict[str, str]) -> list[Row]:
+    """Make a row of each key and value."""
+    return [Row(pair) for pair in pairs.items()]
 
 
-def _short(value: Any) -> str:
-    """A changed value as text."""
+def _format_changed_value(value: Any) -> str:
+    """Return a changed value as JSON, cut if it is long."""
     text = "" if value is None else json.dumps(msgspec.to_builtins(value))
-    return text if len(text) <= 80 else f"{text[:77]}..."
+    return text if len(text) <= MAX_VALUE_LENGTH else f"{text[: MAX_VALUE_LENGTH - 3]}..."
 
 
-def messages(conversion: Conversion) -> str:
-    """All messages, warnings first."""
-    if not conversion.diagnostics:
-        return '<p class="note">None.</p>'
-    rows: list[Row] = []
-    for said in sorted(conversion.diagnostics, key=lambda d: d.level != "warning"):
-        about = {"data-urdf-joint": said.joint} if said.joint is not None else {}
-        if said.joint is None and said.link is not None:
-            about = {"data-link": said.link}
-        hint = f'<br><span class="note">{escape(said.hint)}</span>' if said.hint else ""
-        where = f"{Path(said.file).name}:{said.line}" if said.file and said.line else ""
-        level = Html(f'<span class="level {said.level}">{said.level}</span>')
-        rows.append((about, (level, said.code, Html(escape(said.message) + hint), where)))
-    return table(("level", "code", "what", "where"), rows)
+class Verdict(msgspec.Struct):
+    """The verdict of the proof, and its CSS class."""
+
+    text: str
+    kind: str
+    """``same``, ``other`` or ``unknown``."""
+
+
+class Message(msgspec.Struct):
+    """A message of the conversion."""
+
+    diagnostic: Diagnostic
+    place: str
+    """File and line, if they are known."""
+    attributes: dict[str, str]
+    """As those of a ``Row``."""
+
+
+def list_messages(conversion: Conversion) -> list[Message]:
+    """List all messages, warnings first."""
+    messages = []
+    for diagnostic in sorted(conversion.diagnostics, key=lambda each: each.level != "warning"):
+        attributes = {}
+        if diagnostic.joint is not None:
+            attributes = {"data-urdf-joint": diagnostic.joint}
+        elif diagnostic.link is not None:
+            attributes = {"data-link": diagnostic.link}
+        place = ""
+        if diagnostic.file and diagnostic.line:
+            place = f"{Path(diagnostic.file).name}:{diagnostic.line}"
+        messages.append(Message(diagnostic, place, attributes))
+    return messages
+
+
+class RobotSections(msgspec.Struct):
+    """The sections of the page of a conversion; ``templates/robot.html`` shows them."""
+
+    verdict: Verdict
+    no_dynamics: str
+    """Why no forces can move the robot; empty if they can."""
+    name_tables: list[PageTable]
+    left_out: LeftOut
+    proof: ProofSection
+    messages: list[Message]
+
+
+def describe_robot(conversion: Conversion) -> RobotSections:
+    """Describe a conversion for its page."""
+    result = report(conversion)
+    kind = "unknown"
+    if result.proof is not None:
+        kind = "same" if result.proof.same else "other"
+    return RobotSections(
+        verdict=Verdict(result.verdict, kind),
+        no_dynamics=result.no_dynamics,
+        name_tables=make_name_tables(conversion),
+        left_out=list_left_out(conversion),
+        proof=describe_proof(conversion),
+        messages=list_messages(conversion),
+    )

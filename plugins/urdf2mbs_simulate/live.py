@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from urdf2mbs_report.page import Script
+from urdf2mbs_report.script import Script
 from urdf2mbs_simulate.c_code import CCode
 from urdf2mbs_simulate.compiler import HERE, Build, Source, zig
 from urdf2mbs_simulate.dirdyn import FIRST_STEP, OPTIONS, OURS, choose_code, choose_tolerances

@@ -8,8 +8,16 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from urdf2mbs.plugin import add_printing, beside, counted, is_stream, path, print_json, saving
-from urdf2mbs.plugin import read_mbs_file as read_file
+from urdf2mbs.plugin import (
+    add_printing,
+    beside,
+    counted,
+    is_stream,
+    path,
+    print_json,
+    read_mbs_file,
+    saving,
+)
 
 EXAMPLES = (
     "urdf2mbs diagram robot.mbs",
@@ -18,24 +26,29 @@ EXAMPLES = (
 
 
 def add_options(command: argparse.ArgumentParser) -> None:
+    """Add the options of the command."""
     command.add_argument(
         "model", type=path, metavar="MODEL.mbs", help="the file, or - for standard input"
     )
     command.add_argument(
-        "-o", "--output", type=path, metavar="OUT.svg",
+        "-o",
+        "--output",
+        type=path,
+        metavar="OUT.svg",
         help="default: beside the model; - for standard output",
-    )  # fmt: skip
+    )
     add_printing(command)
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
+    """Write the picture; return the exit code."""
     from urdf2mbs_report.draw import draw
 
     model: Path = arguments.model
-    mbs = read_file(model)
+    mbs = read_mbs_file(model)
     picture = draw(mbs).encode()
-    default = model if is_stream(model) else beside(model, ".svg")
-    output: Path = arguments.output or default
+    default_output = model if is_stream(model) else beside(model, ".svg")
+    output: Path = arguments.output or default_output
     with saving(arguments, is_stream(output)) as save:
         save(output, picture)
     if is_stream(output):

@@ -29,18 +29,19 @@ from urdf2mbs.plugin import (
     near,
     path,
     print_json,
+    read_bytes,
+    read_mbs_file,
     report,
     robot_or_config,
     saving,
     tell,
     with_near_paths,
 )
-from urdf2mbs.plugin import read_bytes as read
-from urdf2mbs.plugin import read_mbs_file as read_file
 
 if TYPE_CHECKING:
     from urdf2mbs_report.page import Page
 
+#: Writes a file, or prints it to standard output.
 Save = Callable[[Path, bytes], None]
 
 EXAMPLES = (
@@ -51,20 +52,27 @@ EXAMPLES = (
 
 
 def add_options(command: argparse.ArgumentParser) -> None:
+    """Add the options of the command."""
     add_printing(command)
     add_running(command)
     command.add_argument(
-        "config", type=path, metavar="CONFIG.yaml",
+        "config",
+        type=path,
+        metavar="CONFIG.yaml",
         help="or a .urdf or .xacro file, with the options below; or an .mbs, of any origin",
-    )  # fmt: skip
+    )
     command.add_argument(
-        "-o", "--output", type=path, metavar="OUT.html",
+        "-o",
+        "--output",
+        type=path,
+        metavar="OUT.html",
         help="default: beside the output; - for standard output",
-    )  # fmt: skip
+    )
     add_fields(command, *ALONE)
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
+    """Write the page; return the exit code."""
     with saving(arguments, is_stream(arguments.output)) as save:
         if arguments.config.suffix.lower() == ".mbs":
             return _report_model(arguments, save)
@@ -72,8 +80,8 @@ def carry_out(arguments: argparse.Namespace) -> int:
 
 
 def _report_robot(arguments: argparse.Namespace, save: Save) -> int:
-    """Convert, and write the page."""
-    from urdf2mbs_report.page import make
+    """Convert, and write the page; return 3 if the .mbs is another robot."""
+    from urdf2mbs_report.page import make_robot_page
 
     config, lines = robot_or_config(arguments)
     pipeline = Pipeline(config, lines, installed_plugins=not arguments.no_plugins)
@@ -81,61 +89,64 @@ def _report_robot(arguments: argparse.Namespace, save: Save) -> int:
         pipeline.watch(progress)
         conversion = pipeline.run()
         progress.at = "the page"
-        page = make(conversion)
-    found, model = report(conversion), conversion.settings.output
+        page = make_robot_page(conversion)
+    model = conversion.settings.output
     output = arguments.output or beside(model, ".html")
     save(output, page.data)
-    if not _as_json(arguments, page, output):
-        done = f"report written to {_place(output)}"
-        tell(conversion, found, done, arguments.verbose, "the page shows them")
-        _tell_next(page, output, arguments.verbose)
-        written = is_file(model) and read(model) == conversion.files.get(model)
-        if not written and not is_stream(output):
+    if arguments.json:
+        _print_page_as_json(page, output)
+    else:
+        message = f"report written to {_format_output(output)}"
+        tell(conversion, report(conversion), message, arguments.verbose, "the page shows them")
+        _print_next_steps(page, output, arguments.verbose)
+        is_written = is_file(model) and read_bytes(model) == conversion.files.get(model)
+        if not is_written and not is_stream(output):
             print("      the .mbs itself is written by: urdf2mbs run, or urdf2mbs convert")
     return 0 if conversion.checked.rejected is None else 3
 
 
 def _report_model(arguments: argparse.Namespace, save: Save) -> int:
     """Write the page of an .mbs alone: there is no URDF to convert or to compare."""
-    from urdf2mbs_report.page import make_of_model
+    from urdf2mbs_report.page import make_model_page
 
     file: Path = arguments.config
     for field in choose_fields(arguments, ALONE):
         flag = FLAGS[field].flag
         raise ConfigError("usage", f"{flag} is for a robot; '{file}' is an .mbs already")
-    model = read_file(file)
+    model = read_mbs_file(file)
     output = arguments.output or beside(file, ".html")
-    page = make_of_model(model, file)
+    page = make_model_page(model, file)
     save(output, page.data)
-    if not _as_json(arguments, page, output):
-        print(f"{model.name}: page of the model written to {_place(output)}")
-        _tell_next(page, output, arguments.verbose)
+    if arguments.json:
+        _print_page_as_json(page, output)
+    else:
+        print(f"{model.name}: page of the model written to {_format_output(output)}")
+        _print_next_steps(page, output, arguments.verbose)
     return 0
 
 
-def _as_json(arguments: argparse.Namespace, page: Page, output: Path) -> bool:
-    """Print what is known of the page as JSON, if that is wanted."""
-    if arguments.json:
-        print_json(
-            {
-                "page": str(output),
-                "sizes": page.sizes,
-                "missing": page.missing,
-                "diagnostics": page.diagnostics,
-            }
-        )
-    return bool(arguments.json)
+def _print_page_as_json(page: Page, output: Path) -> None:
+    """Print where the page is, how large it is, and what it lacks."""
+    print_json(
+        {
+            "page": str(output),
+            "sizes": page.sizes,
+            "missing": page.missing,
+            "diagnostics": page.diagnostics,
+        }
+    )
 
 
-def _place(output: Path) -> str:
+def _format_output(output: Path) -> str:
+    """Return the name of the output for a message."""
     return "standard output" if is_stream(output) else near(output)
 
 
-def _tell_next(page: Page, output: Path, verbose: bool) -> None:
-    """Say how large the page is, what it lacks, and what to do with it."""
+def _print_next_steps(page: Page, output: Path, verbose: bool) -> None:
+    """Print how large the page is, what it lacks, and how to open it."""
     if verbose:
-        parts = {"all": "", "viewer": "three.js ", "meshes": "meshes "}
-        sizes = [f"{name}{page.sizes[part] / 1e6:.2f} MB" for part, name in parts.items()]
+        labels = {"all": "", "viewer": "three.js ", "meshes": "meshes "}
+        sizes = [f"{label}{page.sizes[part] / 1e6:.2f} MB" for part, label in labels.items()]
         print(f"  {', '.join(sizes)}")
     for diagnostic in page.diagnostics:
         print(with_near_paths(str(diagnostic)), file=sys.stderr)

@@ -51,7 +51,7 @@ def add_options(command: argparse.ArgumentParser) -> None:
 
 def carry_out(arguments: argparse.Namespace) -> int:
     from urdf2mbs.plugin import Progress, model_of, write_files
-    from urdf2mbs_report.page import make_of_model
+    from urdf2mbs_report.page import make_model_page
     from urdf2mbs_simulate.project import modes
 
     model = model_of(arguments.config) or make_project(arguments)
@@ -63,7 +63,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
         raise ConfigError("usage", f"--mode {arguments.mode}: the model has {count} modes")
     files = found.write(arguments.mode, force=arguments.force)
     if is_page(arguments.output) and count:
-        page = make_of_model(data._run.mbs, model, files[1].name)
+        page = make_model_page(data._run.mbs, model, files[1].name)
         write_files({arguments.output: page.data}, force=arguments.force)
         files.insert(0, arguments.output)
     if arguments.json:

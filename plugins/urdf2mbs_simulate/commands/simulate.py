@@ -203,7 +203,7 @@ def _write_page(
 ) -> Path:
     """Write the page of the model; it plays the results that were just written."""
     from urdf2mbs.plugin import write_files
-    from urdf2mbs_report.page import make_of_model
+    from urdf2mbs_report.page import make_model_page
     from urdf2mbs_simulate.live import make_live
 
     try:
@@ -211,7 +211,7 @@ def _write_page(
     except ConversionError as error:
         live = f"the robot cannot be pulled and dropped: {error.message}"
     script = live if isinstance(live, str) else live.script()
-    page = make_of_model(results.data._run.mbs, model, live=script)
+    page = make_model_page(results.data._run.mbs, model, live=script)
     for diagnostic in page.diagnostics:
         print(with_near_paths(str(diagnostic)), file=sys.stderr)
     write_files({arguments.output: page.data}, force=arguments.force)

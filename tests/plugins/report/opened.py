@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from urdf2mbs.conversion import Conversion
-from urdf2mbs_report.page import make
+from urdf2mbs_report.page import make_robot_page
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
@@ -54,7 +54,7 @@ def open_report(
 ) -> Opened:
     """The report of a conversion in a new tab, ready; ``init`` is run before the page's own."""
     file = folder / "report.html"
-    file.write_bytes(make(conversion).data)
+    file.write_bytes(make_robot_page(conversion).data)
     page = browser.new_page(viewport={"width": 1100, "height": 760})
     one = Opened(page, conversion)
 

@@ -22,7 +22,7 @@ from urdf2mbs.mbs.model import (
 )
 from urdf2mbs.mbs.writer import write
 from urdf2mbs.testing import TINY
-from urdf2mbs_report.page import Page, make_of_model
+from urdf2mbs_report.page import Page, make_model_page
 
 TEXTURED = (
     wrl.SQUARE + b" texCoord TextureCoordinate { point [0 0 1 0 1 1 0 1] }",
@@ -48,12 +48,13 @@ def slider(*shapes: Shape) -> Mbs:
 
 
 def test_what_has_no_meaning_is_left_out(tmp_path: Path) -> None:
-    html = Html(make_of_model(slider(), tmp_path / "m.mbs").data)
+    html = Html(make_model_page(slider(), tmp_path / "m.mbs").data)
     ids = {given.get("id") for _, given in html.elements}
     assert {"model", "diagram", "joints", "bodies", "around", "tree", "sliders"} <= ids
     assert not ids & {"names", "left-out", "proof", "messages", "agreement", "show-collisions"}
     assert "URDF" not in html.visible
     assert "{{" not in html.visible
+    assert "{%" not in html.visible
     assert "3 kg" in html.visible
     assert "not chosen yet" in html.visible
     lines = html.island["marks"]["lines"]
@@ -75,7 +76,7 @@ def test_meshes_come_from_the_project(tmp_path: Path) -> None:
     shapes = [Shape("inline", f"s{n}", url=url) for n, url in enumerate(urls)]
     for picture, textures in ((b"\x89PNG\r\n and so on", 1), (b"root:x:0:0", 0)):
         (folder / "skin.png").write_bytes(picture)
-        page = make_of_model(slider(*shapes), tmp_path / "dataR" / "m.mbs")
+        page = make_model_page(slider(*shapes), tmp_path / "dataR" / "m.mbs")
         drawn = Html(page.data).island
         numbers = [shape["mesh"] for shape in drawn["mbs"]["bodies"][0]["shapes"]]
         assert numbers == [0, 1, 2, 3, None, None]
@@ -119,7 +120,7 @@ def test_all_samples_have_a_page(shared: Path) -> None:
 
     for file in sorted((shared / "mbs-samples").glob("*.mbs")):
         model = read_mbs(file.read_bytes(), str(file))
-        bodies = Html(make_of_model(model, file).data).island["mbs"]["bodies"]
+        bodies = Html(make_model_page(model, file).data).island["mbs"]["bodies"]
         assert len(bodies) == len(model.bodies), file.name
 
 
@@ -135,7 +136,7 @@ def test_a_limit_that_is_no_number_is_told(
         ),
         UserModel("q_max", [Parameter("turn", "scalar", ("2",)), Parameter("none", "x", ("y",))]),
     ]
-    page = make_of_model(robot, model)
+    page = make_model_page(robot, model)
     assert dict(Html(page.data).island["marks"]["stops"]) == {
         "turn": [None, 2.0],
         "shift": [-1.0, None],
@@ -151,7 +152,7 @@ def results(folder: Path, text: str) -> Page:
     """The page of a project whose results are this text."""
     (folder / "resultsR").mkdir()
     (folder / "resultsR" / "dirdyn.csv").write_text(text, "utf-8")
-    return make_of_model(slider(), folder / "dataR" / "m.mbs")
+    return make_model_page(slider(), folder / "dataR" / "m.mbs")
 
 
 @pytest.mark.parametrize(
@@ -181,7 +182,7 @@ def test_results_that_cannot_be_played_are_told(text: str, why: str, tmp_path: P
 
 
 def test_results_that_can_be_played_and_none(tmp_path: Path) -> None:
-    assert make_of_model(slider(), tmp_path / "dataR" / "m.mbs").diagnostics == []
+    assert make_model_page(slider(), tmp_path / "dataR" / "m.mbs").diagnostics == []
     page = results(tmp_path, "q.turn,time,q.shift\n1,0,2\n")
     assert page.diagnostics == []
     assert Html(page.data).island["motion"]["joints"] == ["turn", "shift"]

@@ -2,6 +2,8 @@
 
 import json
 import re
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +17,8 @@ from urdf2mbs.cli import main
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.proof.verdict import Difference
 from urdf2mbs.testing import TINY
-from urdf2mbs_report import page
-from urdf2mbs_report.page import make
+from urdf2mbs_report import script
+from urdf2mbs_report.page import make_robot_page
 
 
 class Html:
@@ -33,7 +35,7 @@ class Html:
 
 @pytest.mark.parametrize("name", SHOWN)
 def test_nothing_is_loaded_from_anywhere(shared: Path, tmp_path: Path, name: str) -> None:
-    html = Html(make(shown(name, tmp_path)).data)
+    html = Html(make_robot_page(shown(name, tmp_path)).data)
     for tag, attributes in html.elements:
         assert tag not in {"iframe", "object", "embed", "base"}
         for key in ("src", "href", "action", "poster", "srcset", "xlink:href"):
@@ -50,7 +52,7 @@ def test_nothing_is_loaded_from_anywhere(shared: Path, tmp_path: Path, name: str
 def test_the_page_shows_the_file_and_not_our_intention(tiny: Path, tmp_path: Path) -> None:
     conversion = run(tiny, tmp_path / "p")
     edit(conversion, "<mass>0.5</mass>", "<mass>0.625</mass>")
-    html = Html(make(conversion).data)
+    html = Html(make_robot_page(conversion).data)
     masses = {body["name"]: body["mass"] for body in html.island["mbs"]["bodies"]}
     assert masses["arm"] == 0.625
     assert "0.625" in html.visible
@@ -58,12 +60,12 @@ def test_the_page_shows_the_file_and_not_our_intention(tiny: Path, tmp_path: Pat
 
 def test_tables_hold_numbers_types_and_masses(tmp_path: Path) -> None:
     conversion = shown("biped", tmp_path)
-    html = Html(make(conversion).data)
+    html = Html(make_robot_page(conversion).data)
     evaluator = Evaluator(data(conversion))
     assert f"{evaluator.total_mass():.6g} kg" in html.visible
     rows = re.findall(
         r'<tr class="(\w+)" data-joint="(\w+)"><td class=n>q(\d+)</td><td>\w+</td><td>(\w+)</td>',
-        make(conversion).data.decode(),
+        make_robot_page(conversion).data.decode(),
     )
     expected = [
         (joint.nature, joint.name, str(number), joint.type)
@@ -76,18 +78,18 @@ def test_tables_hold_numbers_types_and_masses(tmp_path: Path) -> None:
 
 def test_the_proof_is_shown(tiny: Path, tmp_path: Path) -> None:
     conversion = run(tiny, tmp_path / "p")
-    html = Html(make(conversion).data)
+    html = Html(make_robot_page(conversion).data)
     assert "the same robot" in html.visible
     assert conversion.checked.proof is not None
     for kind in conversion.checked.proof.largest:
         assert kind in html.visible
     conversion.checked.proof.same = False
     conversion.checked.proof.differences = [Difference("mass", "link 'arm': mass is 2 <kg>")]
-    html = Html(make(conversion).data)
+    html = Html(make_robot_page(conversion).data)
     assert "NOT the same robot" in html.visible
     assert "mass is 2 <kg>" in html.visible
     conversion.checked.proof = None
-    assert "NOT CHECKED" in Html(make(conversion).data).visible
+    assert "NOT CHECKED" in Html(make_robot_page(conversion).data).visible
 
 
 def test_every_message_is_there_and_losses_have_a_place_of_their_own(
@@ -96,7 +98,7 @@ def test_every_message_is_there_and_losses_have_a_place_of_their_own(
     conversion = run(tiny, tmp_path / "p")
     for code, message in (("collision", "no <shapes>"), ("mesh-not-found", "another")):
         conversion.note(code, message)
-    page = make(conversion).data
+    page = make_robot_page(conversion).data
     html = Html(page)
     for said in conversion.diagnostics:
         assert said.code in html.visible
@@ -109,7 +111,7 @@ def test_every_message_is_there_and_losses_have_a_place_of_their_own(
 def test_names_cannot_break_out(tmp_path: Path) -> None:
     source = tmp_path / "evil.urdf"
     source.write_text(HOSTILE)
-    text = make(run(source, tmp_path / "p")).data
+    text = make_robot_page(run(source, tmp_path / "p")).data
     html = Html(text)
     assert "img" not in {tag for tag, _ in html.elements}
     assert text.count(b"</script>") == 4
@@ -117,15 +119,21 @@ def test_names_cannot_break_out(tmp_path: Path) -> None:
     assert EVIL in {link["name"] for link in html.island["urdf"]["links"]}
 
 
+def test_a_plain_conversion_does_not_import_the_template_engine(tmp_path: Path) -> None:
+    (tmp_path / "tiny.urdf").write_text(TINY)
+    code = "import sys, urdf2mbs; urdf2mbs.convert('tiny.urdf'); assert 'jinja2' not in sys.modules"
+    subprocess.run([sys.executable, "-c", code], cwd=tmp_path, check=True)
+
+
 def test_same_input_same_bytes(tmp_path: Path) -> None:
-    one = make(shown("biped", tmp_path / "a" / "biped")).data
-    two = make(shown("biped", tmp_path / "b" / "biped")).data
+    one = make_robot_page(shown("biped", tmp_path / "a" / "biped")).data
+    two = make_robot_page(shown("biped", tmp_path / "b" / "biped")).data
     assert one == two
     assert str(tmp_path).encode() not in one
 
 
 def test_sizes_and_the_licence_of_the_viewer_are_stated(tiny: Path, tmp_path: Path) -> None:
-    made = make(run(tiny, tmp_path / "p"))
+    made = make_robot_page(run(tiny, tmp_path / "p"))
     visible = Html(made.data).visible
     assert made.sizes["viewer"] < made.sizes["all"] < made.sizes["viewer"] + 200_000
     assert f"three.js {made.sizes['viewer'] / 1e6:.2f} MB" in visible
@@ -135,17 +143,17 @@ def test_sizes_and_the_licence_of_the_viewer_are_stated(tiny: Path, tmp_path: Pa
 def test_another_three_js_is_refused(
     tiny: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(page, "THREE", (page.THREE[0], "jupyter_threejs_sage/r999.js"))
+    monkeypatch.setattr(script, "THREE_FILE", "jupyter_threejs_sage/r999.js")
     with pytest.raises(ConfigError, match="does not have jupyter_threejs_sage/r999") as error:
-        make(run(tiny, tmp_path / "p"))
+        make_robot_page(run(tiny, tmp_path / "p"))
     assert error.value.code == "viewer-missing"
 
 
 def test_the_modules_of_the_script_fit() -> None:
     """A module imports what another one exports; the page has all in one scope, in this order."""
-    folder = Path(page.__file__).with_name("js")
-    assert {file.stem for file in folder.glob("*.js")} == set(page.MODULES)
-    texts = {name: (folder / f"{name}.js").read_text("utf-8") for name in page.MODULES}
+    folder = Path(script.__file__).with_name("js")
+    assert {file.stem for file in folder.glob("*.js")} == set(script.MODULES)
+    texts = {name: (folder / f"{name}.js").read_text("utf-8") for name in script.MODULES}
     exports = {
         name: set(re.findall(r"^export (?:async )?(?:const|let|function) (\w+)", text, re.M))
         for name, text in texts.items()
@@ -156,7 +164,7 @@ def test_the_modules_of_the_script_fit() -> None:
 
 
 def test_missing_meshes_are_named(shared: Path, tmp_path: Path) -> None:
-    made = make(shown("nao", tmp_path))
+    made = make_robot_page(shown("nao", tmp_path))
     assert sum("/Torso." in name for name in made.missing) == 1
     assert "small frame" in Html(made.data).visible
 
@@ -164,7 +172,7 @@ def test_missing_meshes_are_named(shared: Path, tmp_path: Path) -> None:
 def test_without_a_drawing_all_else_is_there(tiny: Path, tmp_path: Path) -> None:
     conversion = run(tiny, tmp_path / "p")
     edit(conversion, r"(</initialvalue>|</nature>)(.{0,400}?)<x2D>.*?</x2D>", r"\1\2")
-    html = Html(make(conversion).data)
+    html = Html(make_robot_page(conversion).data)
     assert "does not say where in the diagram" in html.visible
     assert html.island["mbs"]["bodies"]
 

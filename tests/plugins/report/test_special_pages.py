@@ -20,7 +20,7 @@ from urdf2mbs.engine.output import write_files
 from urdf2mbs.mbs.kinematics import compute_placement
 from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.testing import TINY
-from urdf2mbs_report.page import make_of_model
+from urdf2mbs_report.page import make_model_page
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -379,7 +379,7 @@ def test_a_simulated_project_plays(browser: Browser, tmp_path: Path) -> None:
     results.mkdir(exist_ok=True)
     (results / "dirdyn.csv").write_text(text + "\n", "utf-8")
     file = tmp_path / "motion.html"
-    file.write_bytes(make_of_model(model, conversion.settings.output).data)
+    file.write_bytes(make_model_page(model, conversion.settings.output).data)
     page = browser.new_page()
     errors: list[str] = []
     page.on("pageerror", lambda error: errors.append(str(error)))
