@@ -167,7 +167,7 @@ def test_a_page_says_how_to_get_a_live_robot(
     assert main(["simulate", "tiny.urdf", "-o", "t", "--time", "0.01"]) == 0
     assert main(["simulate", "t", "-o", "t.html", "--time", "0.01"]) == 0
     text = Path("t.html").read_text()
-    assert "pip install &#x27;urdf2mbs[live]&#x27;" in text
+    assert "pip install &#39;urdf2mbs[live]&#39;" in text
     assert "wasm-unsafe-eval" not in text
 
 
