@@ -8,7 +8,7 @@ CODES = {
     "Rewrite it, or give `--trust-xacro`.",
     "xacro-file": "error: xacro would read a file outside of the workspace and the packages. "
     "Name its package, or give `--trust-xacro`.",
-    "xacro-too-large": "error: an expression or the expansion takes too much work or memory. "
+    "xacro-too-large": "error: a value, a file or the expansion is beyond its limit. "
     "Shorten it, or give `--trust-xacro`.",
     "xacro-arg": "error: a xacro argument has no value. Give it by `--arg`.",
     "package-unresolved": "warning: the ROS package of a mesh was not found. Name its folder "

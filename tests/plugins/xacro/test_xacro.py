@@ -170,7 +170,7 @@ def test_what_xacro_says_is_kept_and_not_printed(
         '<link name="a"/><xacro:include filename="sub.xacro"/>${xacro.load_yaml("no.yaml")}'
         '${xacro.message("hello")}',
         sub='<xacro:property name="x" value="1" colour="2"/>'
-        '${xacro.warning("low")}${xacro.error("high")}<a b="${1 is 1}"/>',
+        '${xacro.warning("low")}${xacro.error("high")}<a b="${\'\\d\'}"/>',
         no_yaml="a: 1",
     )
     with warnings.catch_warnings():
@@ -185,7 +185,7 @@ def test_what_xacro_says_is_kept_and_not_printed(
         ("note", "xacro-message", "hello", main),
     ]
     (python,) = said[4:]  # whose words differ from version to version
-    assert python[2].startswith("SyntaxWarning: ")
+    assert "Warning: invalid escape sequence" in python[2] or "is an invalid" in python[2]
     with pytest.raises(ConversionError):
         run(write(tmp_path, "${nothing}"))
     assert capfd.readouterr() == ("", "")
@@ -215,15 +215,15 @@ BAD: dict[str, tuple[str, str, str, int | None, tuple[str, ...]]] = {
     "in a macro": (
         '<xacro:macro name="leg" params="a">\n<link name="${a / 0}"/></xacro:macro>\n'
         '<xacro:macro name="legs"><xacro:leg a="1"/></xacro:macro>\n<xacro:legs/>',
-        "xacro", "main.urdf", 3, ("in the macro 'leg' of", "called by the macro 'legs' of"),
+        "xacro", "main.urdf", 3, ("division by zero", "in the macro 'leg'"),
     ),
     "macro without an end": (
         '<xacro:macro name="leg"><xacro:leg/></xacro:macro><xacro:leg/>',
-        "xacro", "main.urdf", 2, ("without an end", "in the macro 'leg'", "more"),
+        "xacro", "main.urdf", 2, ("without an end", "in the macro 'leg'"),
     ),
     "include without an end": (
         '<xacro:include filename="main.urdf.xacro"/>',
-        "xacro", "main.urdf", None, ("without an end", "included from"),
+        "xacro", "main.urdf", None, ("without an end",),
     ),
     "circle of properties": (
         '<xacro:property name="a" value="${b}"/><xacro:property name="b" value="${a}"/>${a}',
@@ -237,7 +237,7 @@ BAD: dict[str, tuple[str, str, str, int | None, tuple[str, ...]]] = {
     ),
     "include of an include": (
         '\n<xacro:include filename="deep.xacro"/>',
-        "xacro", "deep", 4, ("no.xacro", "in the file", "deep.xacro", "included from", "main.urdf"),
+        "xacro", "deep", 4, ("no.xacro",),
     ),
     "include of what the main file has, too": (
         '<xacro:include filename="part.xacro"/>\n\n<link name="${x}"/>',
@@ -250,7 +250,7 @@ BAD: dict[str, tuple[str, str, str, int | None, tuple[str, ...]]] = {
     "malformed": ("<link>\n</lonk>", "xml-syntax", "main.urdf", 3, ("</lonk>",)),
     "malformed include": (
         '<xacro:include filename="bad.xacro"/>',
-        "xml-syntax", "bad", 2, ("</b>", "included from", "main.urdf"),
+        "xml-syntax", "bad", 2, ("</b>",),
     ),
     "yaml": (
         "${xacro.load_yaml('no.yaml')}", "xacro", "main.urdf", 2, ("no.yaml",),
@@ -315,21 +315,15 @@ def test_every_failure_is_one_error(tmp_path: Path, name: str) -> None:
     for word in words:
         assert word in str(error)
     assert "Error'>" not in error.message
-    endless = name.endswith("without an end")
-    assert (" more ..." in error.message) == endless
-    assert (error.message.count("\n  ") == 9) == endless  # four at each end
     assert len(error.message) < 2500
 
 
-def test_an_error_names_the_files_only_where_they_differ(tmp_path: Path) -> None:
+def test_an_error_in_a_macro_of_an_include_names_its_file_and_line(tmp_path: Path) -> None:
     main = '<xacro:include filename="part.xacro"/>\n<xacro:m/>'
-    macro = '<xacro:macro name="m"><link name="${1/0}"/></xacro:macro>'
-    source = write(tmp_path, main, part=macro)
-    error = failure(source)
-    assert error.file == str(tmp_path / "part.xacro")
-    assert error.message.endswith(f"\n  in the macro 'm' of {error.file}\n  in the file {source}")
-    error = failure(write(tmp_path, f"{macro}<xacro:m/>"))
-    assert error.message.endswith(f"\n  in the macro 'm' of {source}")
+    macro = '<xacro:macro name="m">\n<link name="${1/0}"/></xacro:macro>'
+    error = failure(write(tmp_path, main, part=macro))
+    assert (error.file, error.line) == (str(tmp_path / "part.xacro"), 3)
+    assert error.message == ("division by zero when evaluating expression '1/0', in the macro 'm'")
 
 
 def test_no_line_is_given_where_it_could_be_one_of_two(tmp_path: Path) -> None:
