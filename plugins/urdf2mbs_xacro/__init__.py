@@ -12,18 +12,30 @@ from urdf2mbs.plugin import hookimpl
 if TYPE_CHECKING:
     from urdf2mbs.plugin import Expansion, Located, Packages
 
-#: What the name of a robot of ``robot_descriptions`` begins with.
+#: The beginning of the name of a robot of ``robot_descriptions``.
 PREFIX = "robot_descriptions:"
 #: The elements of xacro itself.
 _INSTRUCTIONS = frozenset(
-    ("arg", "attribute", "call", "element", "if", "include", "insert_block", "macro", "property",
-     "robot", "unless")
-)  # fmt: skip
+    (
+        "arg",
+        "attribute",
+        "call",
+        "element",
+        "if",
+        "include",
+        "insert_block",
+        "macro",
+        "property",
+        "robot",
+        "unless",
+    )
+)
 _COMMENT = rb"(?s)<!--.*?(?:-->|\Z)"
 
 
 @hookimpl
 def urdf2mbs_locate(source: str) -> Located | None:
+    """Find a robot that has a name of ``robot_descriptions``."""
     if not source.startswith(PREFIX):
         return None
     from urdf2mbs_xacro.descriptions import locate
@@ -35,6 +47,7 @@ def urdf2mbs_locate(source: str) -> Located | None:
 def urdf2mbs_read(
     source: Path, data: bytes, packages: Packages, args: Mapping[str, str], trust: bool
 ) -> Expansion | None:
+    """Expand a file of xacro, or a URDF with xacro in it."""
     if source.suffix.lower() != ".xacro" and not has_xacro(data, str(source)):
         return None
     from urdf2mbs_xacro.xacro import expand
@@ -43,8 +56,16 @@ def urdf2mbs_read(
 
 
 def has_xacro(data: bytes, file: str) -> bool:
-    """True if xacro must expand elements of a URDF, or values of its links and joints."""
-    # xacro itself leaves a comment and a declaration in what it writes
+    """Return True if xacro must expand elements of a URDF, or values of its links and joints.
+
+    Args:
+        data: The text of the URDF.
+        file: The name of its file, for messages.
+
+    Raises:
+        ConversionError: The text is not XML.
+    """
+    # an expanded file still has a comment and a declaration of xacro
     text = re.sub(rb"xmlns:xacro\s*=\s*(\"[^\"]*\"|'[^']*')", b"", re.sub(_COMMENT, b"", data))
     if b"xacro" not in text and b"$" not in text:
         return False
@@ -63,15 +84,16 @@ def has_xacro(data: bytes, file: str) -> bool:
 
 @hookimpl
 def urdf2mbs_codes() -> dict[str, str]:
+    """Return the codes of this plugin's messages."""
     from urdf2mbs_xacro.codes import CODES
 
     return CODES
 
 
 def _is_instruction(element: Any) -> bool:
-    """True if an element tells xacro what to do.
+    """Return True if an element is an instruction of xacro.
 
-    A call of a macro by itself does not: no macro is defined.  Nor does a macro without a name.
+    The call of a macro alone is not: no macro is defined.  Nor is a macro without a name.
     """
     from urdf2mbs.plugin import is_xacro, plain
 

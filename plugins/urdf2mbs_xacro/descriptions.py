@@ -17,63 +17,66 @@ from urdf2mbs_xacro import PREFIX
 
 
 def locate(source: str) -> Located:
-    """The file of ``robot_descriptions:NAME``; fetches it where the cache does not have it.
+    """Return the file of ``robot_descriptions:NAME``, fetched if the cache does not have it.
 
-    :raises ConfigError: ``unknown-description``, ``description-no-urdf``,
-        ``description-unreachable``
+    Raises:
+        ConfigError: ``unknown-description``, ``description-no-urdf``, ``description-unreachable``.
     """
     from importlib.util import find_spec
 
     name = source.removeprefix(PREFIX)
-    module = f"robot_descriptions.{name}"
+    module_name = f"robot_descriptions.{name}"
     if find_spec("robot_descriptions") is None:
         raise not_installed("a robot by its name", "robot_descriptions")
-    if not name.isidentifier() or find_spec(module) is None:
-        known = _names()
+    if not name.isidentifier() or find_spec(module_name) is None:
+        names = _list_names()
+        hint = _suggest_names(name, names)
         raise ConfigError(
             "unknown-description",
             f"robot_descriptions has no robot '{name}'",
-            hint=_likely(name, known) or f"it has {len(known)}; 'robot_descriptions list' tells",
+            hint=hint or f"it has {len(names)}: see 'robot_descriptions list'",
         )
-    found = _fetch(module, source)
-    path = getattr(found, "URDF_PATH", None) or getattr(found, "XACRO_PATH", None)
+    module = _fetch(module_name, source)
+    path = getattr(module, "URDF_PATH", None) or getattr(module, "XACRO_PATH", None)
     if path is None:
         raise ConfigError(
             "description-no-urdf",
             f"'{source}' is not a URDF: robot_descriptions has it in another format only",
-            hint=nearest(name.replace("_mj", ""), _names()),
+            hint=nearest(name.replace("_mj", ""), _list_names()),
         )
-    args = {} if hasattr(found, "URDF_PATH") else getattr(found, "XACRO_ARGS", {})
-    packages = getattr(found, "XACRO_PACKAGE_PATHS", {})
+    args = {} if hasattr(module, "URDF_PATH") else getattr(module, "XACRO_ARGS", {})
+    packages = getattr(module, "XACRO_PACKAGE_PATHS", {})
     return Located(
         Path(path),
-        {key: Path(folder) for key, folder in packages.items()},
-        {key: str(value) for key, value in args.items()},
+        {package: Path(folder) for package, folder in packages.items()},
+        {argument: str(value) for argument, value in args.items()},
     )
 
 
-def _likely(name: str, known: list[str]) -> str | None:
-    """A hint: the names that begin as this one, such as 'atlas', else the nearest."""
-    like = [robot for robot in known if len(name) > 1 and robot.startswith(name)]
-    return f"there are: {', '.join(like[:6])}" if like else nearest(name, known)
+def _suggest_names(name: str, names: list[str]) -> str | None:
+    """Return a hint: the names that begin as this one, such as 'atlas', else the nearest."""
+    similar = [robot for robot in names if len(name) > 1 and robot.startswith(name)]
+    return f"there are: {', '.join(similar[:6])}" if similar else nearest(name, names)
 
 
-def _fetch(module: str, source: str) -> Any:
+def _fetch(module_name: str, source: str) -> Any:
+    """Import the module of a robot, which fetches it; raise ConfigError."""
     try:
-        with redirect_stdout(sys.stderr):  # where it says what it fetches
-            return import_module(module)
+        with redirect_stdout(sys.stderr):  # where it reports progress
+            return import_module(module_name)
     except Exception as error:  # git's own, and those of the network
-        said = str(getattr(error, "stderr", "") or error).strip().splitlines() or [""]
+        text = str(getattr(error, "stderr", "") or error)
+        last_line = (text.strip().splitlines() or [""])[-1].strip()
         raise ConfigError(
             "description-unreachable",
-            f"'{source}' is not in the cache, and cannot be fetched: {said[-1].strip()}",
+            f"'{source}' is not in the cache, and cannot be fetched: {last_line}",
             hint="connect to the network once; the robot then stays in the cache, which is "
             "~/.cache/robot_descriptions or $ROBOT_DESCRIPTIONS_CACHE",
         ) from error
 
 
-def _names() -> list[str]:
-    """The robots that the package has as a URDF."""
+def _list_names() -> list[str]:
+    """Return the robots that the package has as a URDF."""
     from robot_descriptions import DESCRIPTIONS
 
     return sorted(name for name, robot in DESCRIPTIONS.items() if robot.has_urdf)
