@@ -32,7 +32,7 @@ from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.urdf.packages import Packages
 from urdf2mbs_meshes.files import MeshFiles
 from urdf2mbs_meshes.reader import read_mesh
-from urdf2mbs_project.commands.init import find
+from urdf2mbs_project.facts import find_robot_facts
 from urdf2mbs_simulate.project import make
 from urdf2mbs_simulate.runtime import MbsData, MbsDirdyn
 
@@ -86,7 +86,7 @@ class Ours:
                 output=Project(str(folder / "ours"), "c"),
             )  # fmt: skip
             conversion = Pipeline(config, lines, installed_plugins=False).run()
-            passes = find(conversion).passes
+            passes = find_robot_facts(conversion).passes
         self.floats = conversion.base.floating
         self.model = make(conversion, force=True)
         data = MbsData(self.model)

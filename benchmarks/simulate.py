@@ -21,7 +21,7 @@ import msgspec
 from robots import REAL, ROBOTS
 from urdf2mbs.config.model import Project, config_of
 from urdf2mbs.engine.pipeline import Pipeline
-from urdf2mbs_project.commands.init import HOLD, find
+from urdf2mbs_project.facts import HOLD_OPTIONS, find_robot_facts
 from urdf2mbs_simulate.project import make, simulate
 from urdf2mbs_simulate.runtime import Results
 
@@ -57,11 +57,13 @@ def project(name: str, folder: Path, languages: list[Any]) -> Path:
     )  # fmt: skip
     conversion = Pipeline(config, lines, installed_plugins=False).run()
     points = POINTS.get(name)
-    contacts = {"points": points} if points is not None else {"links": find(conversion).feet}
+    contacts: dict[str, Any] = {"points": points}
+    if points is None:
+        contacts = {"links": find_robot_facts(conversion).feet}
     if conversion.base.floating and any(contacts.values()):
         passes: dict[str, Any] = {
             "contacts": contacts,
-            "posture": {"hold": HOLD, "joints": POSES.get(name, {})},
+            "posture": {"hold": HOLD_OPTIONS, "joints": POSES.get(name, {})},
         }
         config = msgspec.structs.replace(config, passes=passes)
         conversion = Pipeline(config, lines, installed_plugins=False).run()

@@ -16,51 +16,53 @@ if TYPE_CHECKING:
 NEEDS = ("meshes", "equations", "compact")
 
 
-def _states(field: str) -> Callable[[Conversion, bool], bool]:
-    """True of a robot for which elements of other programs state such things."""
+def _has_extension(field: str) -> Callable[[Conversion, bool], bool]:
+    """Return a condition: an element of another program has data in a field, or given options."""
     return lambda conversion, given: (
         given or any(getattr(extension, field) for extension in conversion.robot.extensions)
     )
 
 
-def _follows(conversion: Conversion, given: bool) -> bool:
-    """True if a joint follows another."""
+def _has_followers(conversion: Conversion, given: bool) -> bool:
+    """Return True if a joint follows another, or options are given."""
     return given or any(joint.mimic for joint in conversion.robot.joints.values())
 
 
-def _starts(conversion: Conversion, given: bool) -> bool:
-    """True if zero may be no start position: it is beyond limits, or others are stated."""
-    return in_project(conversion, _states("starts")(conversion, given)) or any(
+def _may_start_elsewhere(conversion: Conversion, given: bool) -> bool:
+    """Return True if joints may not start at zero: it is beyond limits, or others are stated."""
+    has_starts = _has_extension("starts")(conversion, given)
+    return in_project(conversion, has_starts) or any(
         not (joint.limit.lower or 0.0) <= 0.0 <= (joint.limit.upper or 0.0)
         for joint in conversion.robot.joints.values()
         if joint.limit is not None
     )
 
 
-def _senses(conversion: Conversion, given: bool) -> bool:
-    """True if there may be sensors."""
-    measured = any(step.measured for step in conversion.steps())
-    return measured or _states("sensors")(conversion, given)
+def _may_have_sensors(conversion: Conversion, given: bool) -> bool:
+    """Return True if there may be sensors, or options are given."""
+    has_force_torque = any(step.measured for step in conversion.steps())
+    return has_force_torque or _has_extension("sensors")(conversion, given)
 
 
-def _holds(conversion: Conversion, given: bool) -> bool:
-    """True if a controller may hold joints."""
+def _may_hold_joints(conversion: Conversion, given: bool) -> bool:
+    """Return True if a controller may hold joints."""
     return given or "posture" in conversion.settings.config.passes
 
 
 @hookimpl
 def urdf2mbs_passes() -> list[PassEntry]:
+    """Return the passes, what each comes after, and when it has work."""
     passes: list[tuple[str, tuple[str, ...], Any]] = [
-        ("force-torque", ("prune-massless",), _states("sensors")),
-        ("mimic", ("decompose-joints",), _follows),
-        ("actuators", ("decompose-joints", "mimic"), _states("motors")),
-        ("posture", ("collect-anchors",), _starts),
+        ("force-torque", ("prune-massless",), _has_extension("sensors")),
+        ("mimic", ("decompose-joints",), _has_followers),
+        ("actuators", ("decompose-joints", "mimic"), _has_extension("motors")),
+        ("posture", ("collect-anchors",), _may_start_elsewhere),
         ("joint-laws", ("joint-parameters",), in_project),
-        ("loops", ("joint-parameters", "joint-laws"), _states("joints")),
+        ("loops", ("joint-parameters", "joint-laws"), _has_extension("joints")),
         ("contacts", ("joint-parameters", "loops"), None),
-        ("sensors", ("joint-parameters", "contacts"), _senses),
+        ("sensors", ("joint-parameters", "contacts"), _may_have_sensors),
         ("forces", ("joint-parameters", "sensors"), None),
-        ("hold-gains", ("joint-parameters", "forces"), _holds),
+        ("hold-gains", ("joint-parameters", "forces"), _may_hold_joints),
         ("friction-states", ("joint-parameters", "forces", "hold-gains"), in_project),
         ("time-step", ("joint-parameters", "forces", "friction-states"), in_project),
         ("find-singular", ("emit", "merge"), always),
@@ -68,24 +70,27 @@ def urdf2mbs_passes() -> list[PassEntry]:
     ]
     package = "urdf2mbs_project"
     return [
-        PassEntry(name, package, after, *([] if work is None else [work]))
-        for name, after, work in passes
+        PassEntry(name, package, after, *([] if has_work is None else [has_work]))
+        for name, after, has_work in passes
     ]
 
 
 @hookimpl
 def urdf2mbs_commands() -> list[Command]:
-    does = "write a config for a robot, to start from"
-    return [Command("init", does, "urdf2mbs_project.commands.init")]
+    """Return the commands."""
+    description = "write a config for a robot, to start from"
+    return [Command("init", description, "urdf2mbs_project.commands.init")]
 
 
 @hookimpl
 def urdf2mbs_folders() -> list[str]:
+    """Return the folders of a Robotran project."""
     return ["animationR/vrml", "dataR", "resultsR", "symbolicR", "userfctR", "workR"]
 
 
 @hookimpl
 def urdf2mbs_api() -> dict[str, str]:
+    """Return the modules that plugins may import."""
     return {"simulation": "urdf2mbs_project.simulation"}
 
 
@@ -93,16 +98,18 @@ def urdf2mbs_api() -> dict[str, str]:
 def urdf2mbs_extension(
     elements: list[tuple[Any, urdf.Extension]], reading: Reading, robot: urdf.Robot
 ) -> None:
-    from urdf2mbs_project.gazebo import Extensions
+    """Read the elements of other programs."""
+    from urdf2mbs_project.gazebo import ExtensionReader
 
-    extensions = Extensions(reading, robot)
+    reader = ExtensionReader(reading, robot)
     for element, extension in elements:
-        extensions.read(element, extension)
+        reader.read(element, extension)
 
 
 @hookimpl
 def urdf2mbs_summary(conversion: Conversion) -> Summary | None:
-    # without a state of ours there is nothing to say, and nothing to import
+    """Return the uses of sensors and forces; None if no pass of this plugin has run."""
+    # This check imports nothing of the plugin.
     if not any(kind.__module__.startswith("urdf2mbs_project") for kind in conversion.states):
         return None
     from urdf2mbs_project.summary import summarise
@@ -112,6 +119,7 @@ def urdf2mbs_summary(conversion: Conversion) -> Summary | None:
 
 @hookimpl
 def urdf2mbs_codes() -> dict[str, str]:
+    """Return the meanings of message codes."""
     from urdf2mbs_project.codes import CODES
 
     return CODES

@@ -1,30 +1,31 @@
-"""The numbers that an option of forces and contacts may be, and where these act."""
+"""The ranges of numbers in the options of forces and contacts, and the points of links."""
 
 from typing import Annotated
 
 from msgspec import Meta, Struct
 
-#: A coordinate (m, or rad of a joint), and a place or direction in three.
+#: A coordinate (m, or rad of a joint).
 Coordinate = Annotated[float, Meta(ge=-1e6, le=1e6)]
-Place = tuple[Coordinate, Coordinate, Coordinate]
+#: A position or direction, as three coordinates.
+Position = tuple[Coordinate, Coordinate, Coordinate]
 
 
 class End(Struct, forbid_unknown_fields=True):
     """A point of a link, where a cut or a spring ends."""
 
     link: str
-    """Where it ends."""
-    at: Place = (0.0, 0.0, 0.0)
-    """In the link's frame (m)."""
+    """The link that has the point."""
+    at: Position = (0.0, 0.0, 0.0)
+    """Position in the link's frame (m)."""
 
 
-#: m.
+#: A length (m).
 Length = Annotated[float, Meta(ge=0.0, le=1e6)]
-#: m/s, or rad/s of a joint.
+#: A speed (m/s, or rad/s of a joint).
 Speed = Annotated[float, Meta(gt=0.0, le=1e3)]
-#: s.
+#: A time (s).
 Time = Annotated[float, Meta(ge=-1e9, le=1e9)]
-#: N, or N m, along an axis of the base.
+#: A component of a force (N) or torque (N m) along an axis of the base.
 Force = Annotated[float, Meta(ge=-1e9, le=1e9)]
-#: N/m or N m/rad; N s/m or N m s/rad.
+#: A stiffness (N/m, N m/rad) or damping (N s/m, N m s/rad).
 Gain = Annotated[float, Meta(ge=0.0, le=1e12)]

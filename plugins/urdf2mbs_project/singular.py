@@ -1,20 +1,23 @@
 """The joints that make the mass matrix singular: at every position, or at the initial one.
 
-The mass matrix M of a tree is singular if some velocities of the independent joints, not all
-zero, give no kinetic energy.  The usual reasons: a joint that moves nothing that has mass, a
-joint that turns a point mass or a rod about its own axis, a floating base without mass.
+The mass matrix M of a tree is singular if some velocities u of the independent joints, not all
+zero, give no kinetic energy: ``u' M u = 0``.  The usual causes are a joint that moves no body with
+mass, a joint that turns a point mass or a rod about its own axis, and a floating base without mass.
 
-A determinant cannot tell this from a very light finger on a heavy crane.  So each joint has its own
-scale.  A joint without inertia moves nothing that has any, or turns what it moves about an axis
-about which nothing has inertia, to rounding.  All other joints are eliminated one by one, from the
-tips inwards (Cholesky's method, backwards).  A joint is singular if next to nothing is left of its
-own inertia: then the regular joints behind it can move along so that nothing that has mass moves.
-A follower counts as a part of its leader.
+A determinant cannot tell a singular matrix from that of a very light finger on a heavy crane.  So
+each joint is compared with its own inertia ``M[k, k]``.  First, a joint is singular if this is
+rounding only.  Then Cholesky's method eliminates the joints from the tips inwards::
 
-M is taken at the initial position, where a simulation starts.  A joint that is singular there
-is tested at a general position, too, with fixed irregular values: det M is an analytic function of
+    M = | M_inner   c |    joint k is regular if  d > 1e-10 M[k, k]  is left of its inertia;
+        |   c'      d |    then M_inner := M_inner - c c' / d
+
+If less is left, the regular joints after k can move along with it so that no mass moves, and k is
+singular.  A follower moves together with its leader, as one joint.
+
+M is taken at the initial position, where a simulation starts.  A joint that is singular there is
+also tested at a general position, with fixed irregular values: det M is an analytic function of
 the position, so it is zero everywhere or almost nowhere.  An inertia tensor with a negative moment
-may make M singular where this test does not see it; the reader warns of these.
+may make M singular without being found here; the reader of the URDF warns of these.
 """
 
 from __future__ import annotations
@@ -24,81 +27,103 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import msgspec
 
-from urdf2mbs.plugin import NO_INERTIA, ZERO, Body, Mbs
+from urdf2mbs.plugin import NO_INERTIA, ZERO, Body, Mbs, MbsJoint
 
 if TYPE_CHECKING:
-    from urdf2mbs_project.mass import Array
+    from urdf2mbs_project.mass import Array, MassModel
 
-#: A joint with no more than this part of its own inertia left is singular.  The angle 1.5708, for
+#: A joint with no more than this share of its inertia left is singular.  The angle 1.5708, for
 #: example, is off 90 degrees by 3.7e-6, and M has the square of it.
-LEFT = 1e-10
-#: What an inertia about an axis may be off, relative to the moments of inertia about the base.
+MIN_SHARE_LEFT = 1e-10
+#: The rounding of an inertia about an axis, relative to the moments of inertia about the base.
 ROUNDING = 1e-13
-#: An inertia up to this is none, relative to that of the same mass at the robot's size: some
-#: exporters write 1e-35 where 0 is meant.
-DUST = 1e-15
-#: A speed up to this is none, each joint on its own scale; only for which joints move along.
-CLEAR = 1e-6
-#: The general position: multiples of the golden ratio, which are spread evenly.
-GOLDEN = 0.6180339887498949
+#: An inertia up to this is zero, relative to that of the same mass at the size of the robot: some
+#: exporters write 1e-35 for 0.
+NEGLIGIBLE_INERTIA = 1e-15
+#: A regular joint moves along with a singular one if its speed is above this, each joint scaled by
+#: the square root of its inertia.
+MIN_SPEED = 1e-6
+#: The multiples of the golden ratio have fractional parts that are spread evenly; they are the
+#: general position.
+GOLDEN_RATIO = 0.6180339887498949
+
+Cause = Literal["moves-nothing", "no-inertia", "together"]
 
 
-class Singular(msgspec.Struct):
-    """A joint that can move without any kinetic energy."""
+class SingularJoint(msgspec.Struct, rename={"moves_with": "others"}):
+    """A joint that can move without kinetic energy."""
 
     joint: str
-    why: Literal["moves-nothing", "no-inertia", "together"]
-    """It moves nothing that has mass or inertia; or it alone acts in a direction in which what
-    it moves has no inertia; or it does so together with others."""
-    others: tuple[str, ...]
-    """The joints behind it that must move along."""
+    why: Cause
+    """``moves-nothing``: no body that it moves has mass or inertia; ``no-inertia``: alone, it moves
+    in a direction in which these bodies have no inertia; ``together``: together with others."""
+    moves_with: tuple[str, ...]
+    """The joints after it that must move along."""
     always: bool = True
-    """At every position; else at the initial one."""
+    """True if it is singular at every position, else at the initial one only."""
 
 
-class Rule(NamedTuple):
-    """A joint follows another: its position is ``multiplier`` times that of ``leader``, plus
-    ``offset`` (rad or m)."""
+class FollowerRule(NamedTuple):
+    """The rule of a follower: its position is ``multiplier`` * that of ``leader`` + ``offset``."""
 
     leader: str
     multiplier: float
     offset: float
+    """rad or m."""
 
 
-def find_singular(mbs: Mbs, rules: Mapping[str, Rule] = {}) -> list[Singular]:
-    """The joints that are singular; none of them if the mass matrix is regular.
+def find_singular_joints(mbs: Mbs, rules: Mapping[str, FollowerRule] = {}) -> list[SingularJoint]:
+    """Find the joints that make the mass matrix singular.
 
-    ``rules``: the joints that follow others, none of which follows another itself.
+    Args:
+        mbs: The model.
+        rules: The rules of the joints that follow others; no leader is a follower.
+
+    Returns:
+        The singular joints: those at every position first; empty if the matrix is regular.
     """
-    size, joints = size_of(mbs), mbs.joints()
+    size, joints = estimate_size(mbs), mbs.joints()
     if _is_surely_regular(mbs, size):
         return []
     free = [name for name, joint in joints.items() if joint.nature != "driven"]
-    moves = {name: {name: 1.0} for name in free if name not in rules}
-    for name, (leader, multiplier, _) in rules.items():
-        if leader in moves:
-            moves[leader][name] = multiplier
-
-    def at(values: dict[str, float]) -> list[Singular]:
-        followed = {name: r.multiplier * values[r.leader] + r.offset for name, r in rules.items()}
-        return singular_at(mbs, values | followed, moves, size)
+    speeds = {name: {name: 1.0} for name in free if name not in rules}
+    for name, rule in rules.items():
+        if rule.leader in speeds:
+            speeds[rule.leader][name] = rule.multiplier
 
     initial = {name: joint.q or 0.0 for name, joint in joints.items()}
-    found = at(initial)
-    if not found:
+    at_start = find_singular_joints_at(mbs, _apply_rules(rules, initial), speeds, size)
+    if not at_start:
         return []
-    spread = {name: 2.0 * (GOLDEN * k % 1.0) - 1.0 for k, name in enumerate(joints, start=1)}
-    general = {name: spread[name] * (size if joints[name].type[0] == "T" else 1.0) for name in free}
-    always = at(initial | general)
-    known = {singular.joint for singular in always}
-    at_start = [singular for singular in found if singular.joint not in known]
-    for singular in at_start:
+    general = initial | _choose_general_position(joints, free, size)
+    at_every_position = find_singular_joints_at(mbs, _apply_rules(rules, general), speeds, size)
+    names = {singular.joint for singular in at_every_position}
+    only_at_start = [singular for singular in at_start if singular.joint not in names]
+    for singular in only_at_start:
         singular.always = False
-    return always + at_start
+    return at_every_position + only_at_start
 
 
-def size_of(mbs: Mbs) -> float:
-    """A length (m) about as large as the robot."""
+def _apply_rules(
+    rules: Mapping[str, FollowerRule], positions: Mapping[str, float]
+) -> dict[str, float]:
+    """Return positions (rad or m) in which all followers follow."""
+    followers = {
+        name: rule.multiplier * positions[rule.leader] + rule.offset for name, rule in rules.items()
+    }
+    return {**positions, **followers}
+
+
+def _choose_general_position(
+    joints: Mapping[str, MbsJoint], free: list[str], size: float
+) -> dict[str, float]:
+    """Choose irregular positions of the free joints: in (-1, 1) rad, or times the size (m)."""
+    spread = {name: 2.0 * (GOLDEN_RATIO * k % 1.0) - 1.0 for k, name in enumerate(joints, start=1)}
+    return {name: spread[name] * (size if joints[name].type[0] == "T" else 1.0) for name in free}
+
+
+def estimate_size(mbs: Mbs) -> float:
+    """Return a length (m) about as large as the robot: the largest coordinate in the model."""
     lengths: list[float] = []
     for _, owner in mbs.base_and_bodies():
         lengths += getattr(owner, "com", None) or ZERO
@@ -107,95 +132,143 @@ def size_of(mbs: Mbs) -> float:
     return max(map(abs, lengths), default=0.0) or 1.0
 
 
-def _is_surely_regular(mbs: Mbs, size: float) -> bool:
-    """Return True if the mass matrix is regular at once by what each body is, without numpy.
+# --- without numpy ---
 
-    Bodies between which nothing moves freely are one rigid body.  Take the free joint nearest to
-    the base that has a speed: the rigid body behind it moves, and if one of its bodies resists all
-    motion, there is kinetic energy.
+
+def _is_surely_regular(mbs: Mbs, size: float) -> bool:
+    """Return True if the bodies alone show that the mass matrix is regular, without numpy.
+
+    Bodies without a free joint between them are one rigid body.  Of the free joints with a speed,
+    take the one nearest to the base: it moves a rigid body.  If a part of this resists all motion,
+    there is kinetic energy.
     """
-    rigid: dict[str | None, str | None] = {None: None}
+    rigid_body: dict[str | None, str | None] = {None: None}
     resists: dict[str | None, bool] = {}
     for body in mbs.bodies:
-        moves = any(joint.nature != "driven" for joint in body.joints)
-        rigid[body.name] = body.name if moves else rigid[body.parent]
-        whole = rigid[body.name]
-        resists[whole] = resists.get(whole, False) or _resists_all(body, size)
+        is_free = any(joint.nature != "driven" for joint in body.joints)
+        rigid_body[body.name] = body.name if is_free else rigid_body[body.parent]
+        name = rigid_body[body.name]
+        resists[name] = resists.get(name, False) or _resists_all_motion(body, size)
     resists.pop(None, None)
-    return all(resists.values()) and all(map(_independent, mbs.bodies))
+    return all(resists.values()) and all(map(_has_independent_joints, mbs.bodies))
 
 
-def _resists_all(body: Body, size: float) -> bool:
-    """True if a body surely has mass, and inertia about every axis."""
+def _resists_all_motion(body: Body, size: float) -> bool:
+    """Return True if a body surely has mass, and inertia about every axis."""
     xx, xy, xz, yy, yz, zz = body.inertia or NO_INERTIA
     largest = max(map(abs, (xx, xy, xz, yy, yz, zz)))
     determinant = xx * (yy * zz - yz * yz) - xy * (xy * zz - xz * yz) + xz * (xy * yz - xz * yy)
-    enough = abs(determinant) > LEFT * largest * largest * largest
-    return bool(body.mass) and enough and largest > DUST * abs(body.mass or 0.0) * size * size
+    has_full_rank = abs(determinant) > MIN_SHARE_LEFT * largest * largest * largest
+    negligible = NEGLIGIBLE_INERTIA * abs(body.mass or 0.0) * size * size
+    return bool(body.mass) and has_full_rank and largest > negligible
 
 
-def _independent(body: Body) -> bool:
-    """True if the joints before a body surely are independent: one, or a floating base at zero,
-    whose shifts and turns are along and about the axes of one frame, each another."""
-    moving = [joint.type for joint in body.joints if joint.nature != "driven"]
-    return len(moving) <= 1 or (
-        len(set(moving)) == len(moving) and not any(joint.q for joint in body.joints)
+def _has_independent_joints(body: Body) -> bool:
+    """Return True if the joints before a body surely move it in independent directions.
+
+    This is so for one joint, and for a floating base at zero: then its joints move it along and
+    about the axes of one frame, each of them once.
+    """
+    types = [joint.type for joint in body.joints if joint.nature != "driven"]
+    return len(types) <= 1 or (
+        len(set(types)) == len(types) and not any(joint.q for joint in body.joints)
     )
 
 
-def singular_at(
-    mbs: Mbs, values: Mapping[str, float], moves: Mapping[str, Mapping[str, float]], size: float
-) -> list[Singular]:
-    """The singular ones of the free joints at one position (rad or m).
+# --- with numpy ---
 
-    ``moves``: how fast each joint moves while a free joint does so at speed 1, by the name of the
-    free joint, from the base outwards; ``size`` is that of the robot (m).
+
+class _Inertias(NamedTuple):
+    """The inertias of the free joints, each with all joints that move with it."""
+
+    matrix: Array
+    """(m, m), the mass matrix."""
+    rounding: Array
+    """(m,), up to which an element of the diagonal is zero."""
+    moves_mass: Array
+    """(m,), True if the joint moves a body that has mass or inertia."""
+
+
+def find_singular_joints_at(
+    mbs: Mbs,
+    positions: Mapping[str, float],
+    speeds: Mapping[str, Mapping[str, float]],
+    size: float,
+) -> list[SingularJoint]:
+    """Find the free joints that are singular at one position.
+
+    Args:
+        mbs: The model.
+        positions: Positions of all joints (rad or m).
+        speeds: For each free joint, the speeds of all joints while it moves at speed 1.
+        size: The size of the robot (m), from ``estimate_size``.
+
+    Returns:
+        The singular joints, from the base outwards.
     """
     import numpy as np
 
-    from urdf2mbs_project.mass import Mass
+    from urdf2mbs_project.mass import MassModel
 
-    mass = Mass(mbs, values)
-    joints = [placed.joint for placed in mass.placement.joints]
-    row = {joint.name: k for k, joint in enumerate(joints)}
-    free = sorted(moves, key=row.__getitem__)
-    reduction = np.zeros((len(joints), len(free)))
+    mass = MassModel(mbs, positions)
+    index = {placed.joint.name: k for k, placed in enumerate(mass.placement.joints)}
+    free = sorted(speeds, key=index.__getitem__)
+    reduction = np.zeros((len(index), len(free)))
     for k, name in enumerate(free):
-        for other, speed in moves[name].items():
-            reduction[row[other], k] = speed
-    matrix = reduction.T @ mass.matrix @ reduction
-    turns = np.array([joint.type[0] == "R" for joint in joints], float)
-    moments = np.abs(mass.behind[:, [0, 1, 2], [0, 1, 2]]).sum(axis=1)
-    dust = DUST * np.abs(mass.behind[:, 5, 5]) * size * size
-    least = (reduction**2).T @ (turns * (ROUNDING * moments + dust))
-    heavy = (reduction != 0.0).T @ np.abs(mass.behind).sum(axis=(1, 2)) > 0.0
+        for moving_joint, speed in speeds[name].items():
+            reduction[index[moving_joint], k] = speed
 
-    own = np.diag(matrix).copy()
-    left = matrix.copy()
+    inertias = _compute_inertias(mass, reduction, size)
+    diagonal = np.diag(inertias.matrix).copy()
+    remainder = inertias.matrix.copy()
     regular: list[int] = []
-    out: list[Singular] = []
+    singular_joints: list[SingularJoint] = []
     for k in reversed(range(len(free))):
-        if own[k] > least[k] and left[k, k] > LEFT * own[k]:
+        has_inertia = diagonal[k] > inertias.rounding[k]
+        if has_inertia and remainder[k, k] > MIN_SHARE_LEFT * diagonal[k]:
             regular.append(k)
-            left -= np.outer(left[:, k], left[k]) / left[k, k]
+            remainder -= np.outer(remainder[:, k], remainder[k]) / remainder[k, k]
             continue
-        why: Literal["moves-nothing", "no-inertia", "together"] = "moves-nothing"
-        others: tuple[str, ...] = ()
-        if heavy[k]:
-            along = _along(matrix, own, k, regular) if own[k] > least[k] else []
-            others = tuple(free[i] for i in sorted(along))
-            why = "together" if others else "no-inertia"
-        out.append(Singular(free[k], why, others))
-    return out[::-1]
+        cause: Cause = "moves-nothing"
+        moves_with: tuple[str, ...] = ()
+        if inertias.moves_mass[k]:
+            moving = _find_joints_moving_along(inertias.matrix, k, regular) if has_inertia else []
+            moves_with = tuple(free[i] for i in sorted(moving))
+            cause = "together" if moves_with else "no-inertia"
+        singular_joints.append(SingularJoint(free[k], cause, moves_with))
+    return singular_joints[::-1]
 
 
-def _along(matrix: Array, own: Array, k: int, regular: list[int]) -> list[int]:
-    """The regular joints that must move along with the singular joint ``k``."""
+def _compute_inertias(mass: MassModel, reduction: Array, size: float) -> _Inertias:
+    """Compute the inertias of the free joints, and their rounding.
+
+    Args:
+        mass: The mass matrix (n, n) of all joints.
+        reduction: (n, m), the speeds of all joints by those of the free ones.
+        size: The size of the robot (m).
+    """
     import numpy as np
 
-    scale = np.sqrt(own[regular])
-    speeds = np.linalg.solve(
+    composite = mass.composite_inertias
+    is_revolute = np.array([placed.joint.type[0] == "R" for placed in mass.placement.joints], float)
+    moments = np.abs(composite[:, [0, 1, 2], [0, 1, 2]]).sum(axis=1)
+    negligible = NEGLIGIBLE_INERTIA * np.abs(composite[:, 5, 5]) * size * size
+    rounding = (reduction**2).T @ (is_revolute * (ROUNDING * moments + negligible))
+    moves_mass = (reduction != 0.0).T @ np.abs(composite).sum(axis=(1, 2)) > 0.0
+    return _Inertias(reduction.T @ mass.matrix @ reduction, rounding, moves_mass)
+
+
+def _find_joints_moving_along(matrix: Array, k: int, regular: list[int]) -> list[int]:
+    """Find the regular joints that must move along with the singular joint k.
+
+    Their velocities v solve ``M_rr v = M_rk``, each joint scaled to unit inertia.
+    """
+    import numpy as np
+
+    diagonal = np.diag(matrix)
+    scale = np.sqrt(diagonal[regular])
+    velocities = np.linalg.solve(
         matrix[np.ix_(regular, regular)] / np.outer(scale, scale),
-        matrix[regular, k] / (scale * np.sqrt(own[k])),
+        matrix[regular, k] / (scale * np.sqrt(diagonal[k])),
     )
-    return [i for i, speed in zip(regular, speeds, strict=True) if abs(speed) > CLEAR]
+    return [i for i, speed in zip(regular, velocities, strict=True) if abs(speed) > MIN_SPEED]

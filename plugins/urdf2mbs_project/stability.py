@@ -1,12 +1,12 @@
-"""The longest step that Runge and Kutta's method can take with a model that is linearised.
+"""The longest step that Runge and Kutta's method can take with a linearised model.
 
-Near the start position the velocities u of the independent joints follow
-``M u' + D u + K x = 0`` with ``u = x'``.  K and D are sums of slopes: a force that grows with a
-coordinate ``r . x`` by ``stiffness`` and with its rate by ``damping`` adds ``stiffness r r'`` and
-``damping r r'``.  The method of fourth order multiplies a mode of the eigenvalue s by
-``R(z) = 1 + z + z^2/2 + z^3/6 + z^4/24`` in each step, z = s h, and the mode dies out as long as
-``|R(z)| <= 1``: up to z = -2.785 on the real axis, and up to 2.828 on the imaginary one (Hairer and
-Wanner, Solving Ordinary Differential Equations II, IV.2).
+Near the start position, the velocities u of the independent joints follow
+``M u' + D u + K x = 0`` with ``u = x'``.  K and D are sums over springs and dampers: one that acts
+on the coordinate ``r . x`` adds ``stiffness r r'`` to K and ``damping r r'`` to D.  The method of
+fourth order multiplies a mode of the eigenvalue s by ``R(z) = 1 + z + z^2/2 + z^3/6 + z^4/24`` in
+each step, z = s h, and the mode dies out as long as ``|R(z)| <= 1``: up to z = -2.785 on the real
+axis, and up to 2.828 on the imaginary one (Hairer and Wanner, Solving Ordinary Differential
+Equations II, IV.2).
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ import msgspec
 import numpy as np
 
 from urdf2mbs.plugin import Connection
-from urdf2mbs_project.mass import Mass
-from urdf2mbs_project.places import point_at
+from urdf2mbs_project.mass import MassModel
+from urdf2mbs_project.places import compute_point_position
 from urdf2mbs_project.simulation import Simulation
 
 if TYPE_CHECKING:
@@ -27,20 +27,26 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-#: Directions in which next to nothing has mass are none, in parts of the largest.
+#: A direction counts as massless if its eigenvalue of the scaled mass matrix is below this,
+#: relative to the largest one.
 MASSLESS = 1e-13
+#: An eigenvalue is zero up to this, relative to the largest one.
+ZERO_RATE = 1e-9
+#: Halvings of the interval in which the longest step is sought: enough for all digits.
+BISECTIONS = 50
+#: |R(z)| may be above 1 by this, by rounding.
+AMPLIFICATION_ROUNDING = 1e-12
 
 
-class Slope(msgspec.Struct):
-    """A force that grows with a coordinate of the model and with its rate."""
+class SpringDamper(msgspec.Struct):
+    """A linearised force, which grows with a coordinate of the model and with its rate."""
 
     kind: str
-    """What makes the force: ``damping``, ``friction``, ``stop``, ``hold``, ``contact``, ``slip``
-    or ``spring``."""
+    """``damping``, ``friction``, ``stop``, ``hold``, ``contact``, ``slip`` or ``spring``."""
     name: str
-    """The joint's, the foot's, or the spring's."""
-    row: Array
-    """The coordinate's rate by the velocities of the independent joints."""
+    """The name of the joint, of the body that touches the ground, or of the spring."""
+    jacobian_row: Array
+    """(m,), the rate of the coordinate by the velocities of the independent joints."""
     stiffness: float
     """N m/rad or N/m."""
     damping: float
@@ -48,20 +54,23 @@ class Slope(msgspec.Struct):
 
 
 class Mode(NamedTuple):
-    """The mode that bounds the step."""
+    """The mode that limits the step."""
 
     step: float
-    """The longest stable step (s)."""
-    rate: complex
-    """Its eigenvalue (1/s)."""
+    """The longest stable step (s); infinite if no mode limits it."""
+    eigenvalue: complex
+    """1/s."""
     shares: Array
-    """What each slope adds to the force of this mode, in parts of the largest."""
+    """The share of each spring and damper in the force of the mode, relative to the largest."""
 
 
-def reduction_of(mass: Mass, simulation: Simulation) -> Array:
-    """(n, m): the velocities of all n joints by those of the m independent ones.
+def compute_reduction(mass: MassModel, simulation: Simulation) -> Array:
+    """Compute how the independent joints move all joints.
 
-    A joint that is driven stands still: what it follows does not feel it.
+    A joint that is driven does not move: the joint that it follows does not feel it.
+
+    Returns:
+        (n, m), the velocities of all n joints by those of the m independent ones.
     """
     joints = [placed.joint for placed in mass.placement.joints]
     index = {joint.name: k for k, joint in enumerate(joints)}
@@ -69,13 +78,14 @@ def reduction_of(mass: Mass, simulation: Simulation) -> Array:
     dependent = [k for k, joint in enumerate(joints) if joint.nature == "dependent"]
     reduction = np.zeros((len(joints), len(independent)))
     reduction[independent, range(len(independent))] = 1.0
-    rows = [row for cut in mass.mbs.cuts for row in closing_rows(mass, cut)]
+    rows = [row for cut in mass.mbs.cuts for row in compute_constraint_rows(mass, cut)]
     for coupling in simulation.couplings:
         row = np.zeros(len(joints))
         row[index[coupling.follower.name]] = 1.0
         row[index[coupling.leader.name]] = -coupling.multiplier
         rows.append(row)
     if rows:
+        # J_dependent v = -J_independent u, in the sense of least squares.
         jacobian = np.array(rows)
         reduction[dependent] = np.linalg.lstsq(
             jacobian[:, dependent], -jacobian[:, independent], rcond=None
@@ -83,79 +93,112 @@ def reduction_of(mass: Mass, simulation: Simulation) -> Array:
     return reduction
 
 
-def closing_rows(mass: Mass, cut: Connection) -> list[Array]:
-    """The derivatives of a cut's constraints by the joints: of a rod its length, of others the way
-    from one end to the other, and of a solid also the turn."""
-    here, there = (
-        point_at(mass.placement, mass.mbs, *end) for end in (cut.endpoint1, cut.endpoint2)
-    )
-    first, second = cut.endpoint1[0], cut.endpoint2[0]
-    apart = mass.point(second, there) - mass.point(first, here)
+def compute_constraint_rows(mass: MassModel, cut: Connection) -> list[Array]:
+    """Compute the rows (n,) of the constraint Jacobian that a cut adds.
+
+    Returns:
+        One row for the length of a rod; three for the distance between the ends of a ball, along
+        the axes of the base; of a solid, three more for the rotation of the second body against
+        the first.
+    """
+    positions = [
+        compute_point_position(mass.placement, mass.mbs, *end)
+        for end in (cut.endpoint1, cut.endpoint2)
+    ]
+    first_body, second_body = cut.endpoint1[0], cut.endpoint2[0]
+    first = mass.compute_point_jacobian(first_body, positions[0])
+    second = mass.compute_point_jacobian(second_body, positions[1])
+    translation = second - first
     if cut.kind == "rod":
-        way = np.array(there) - np.array(here)
-        return [(way / np.linalg.norm(way) if way.any() else np.eye(3)[0]) @ apart]
-    return [*apart, *(mass.turn(second) - mass.turn(first) if cut.kind == "solid" else ())]
+        rod = np.array(positions[1]) - np.array(positions[0])
+        # The direction of a rod without length is not defined: any one does.
+        direction = rod / np.linalg.norm(rod) if rod.any() else np.eye(3)[0]
+        return [direction @ translation]
+    if cut.kind == "solid":
+        first = mass.compute_rotation_jacobian(first_body)
+        second = mass.compute_rotation_jacobian(second_body)
+        return [*translation, *(second - first)]
+    return [*translation]
 
 
-def felt(mass: Mass, reduction: Array) -> Array:
-    """The inertia that each joint feels while all others are free, ``1 / (M^-1)_ii`` of the
-    reduced M; infinite for one that does not move."""
-    basis = _unit_mass(reduction.T @ mass.matrix @ reduction)
+def compute_effective_inertias(mass: MassModel, reduction: Array) -> Array:
+    """Compute the inertia that a force at each joint has to move while all joints are free.
+
+    It is ``1 / (M^-1)_ii``, with the reduced mass matrix M.
+
+    Args:
+        mass: The mass matrix.
+        reduction: (n, m), from ``compute_reduction``.
+
+    Returns:
+        (n,), in kg m^2 or kg; infinite for a joint that does not move.
+    """
+    basis = _find_unit_mass_basis(reduction.T @ mass.matrix @ reduction)
     mobility = ((reduction @ basis) ** 2).sum(axis=1)
     inertias: Array = np.full(len(reduction), inf)
     np.divide(1.0, mobility, out=inertias, where=mobility > 0.0)
     return inertias
 
 
-def _unit_mass(mass: Array) -> Array:
-    """Velocities (columns) for which the mass matrix is the unit matrix; those without mass are
-    left out."""
-    scale = np.sqrt(np.maximum(np.diag(mass), 0.0))
+def _find_unit_mass_basis(mass_matrix: Array) -> Array:
+    """Find velocities (m, k) in which the mass matrix is the unit matrix, without massless ones."""
+    # Scaling each joint to unit inertia keeps a light finger from vanishing beside a heavy arm.
+    scale = np.sqrt(np.maximum(np.diag(mass_matrix), 0.0))
     scale[scale == 0.0] = 1.0
-    values, vectors = np.linalg.eigh(mass / np.outer(scale, scale))
-    solid = values > MASSLESS * max(values, default=0.0)
-    basis: Array = vectors[:, solid] / np.sqrt(values[solid]) / scale[:, None]
+    eigenvalues, vectors = np.linalg.eigh(mass_matrix / np.outer(scale, scale))
+    has_mass = eigenvalues > MASSLESS * max(eigenvalues, default=0.0)
+    basis: Array = vectors[:, has_mass] / np.sqrt(eigenvalues[has_mass]) / scale[:, None]
     return basis
 
 
-def fastest(mass: Array, slopes: list[Slope]) -> Mode:
-    """The mode for which the step must be shortest.
+def find_fastest_mode(mass_matrix: Array, forces: list[SpringDamper]) -> Mode:
+    """Find the mode that needs the shortest step.
 
-    ``mass`` is (m, m), for the m independent joints.  A direction without mass is left out:
-    Robotran cannot solve for it.
+    Massless directions are left out: Robotran cannot solve for their accelerations.
+
+    Args:
+        mass_matrix: (m, m), for the m independent joints.
+        forces: The springs and dampers of the linearised model.
     """
-    none = Mode(inf, 0j, np.zeros(len(slopes)))
-    basis = _unit_mass(mass)
-    if not slopes or not basis.size:
-        return none
-    rows = np.array([slope.row for slope in slopes]) @ basis
-    stiffness = np.array([slope.stiffness for slope in slopes])
-    damping = np.array([slope.damping for slope in slopes])
+    unlimited = Mode(inf, 0j, np.zeros(len(forces)))
+    basis = _find_unit_mass_basis(mass_matrix)
+    if not forces or not basis.size:
+        return unlimited
+    rows = np.array([force.jacobian_row for force in forces]) @ basis
+    stiffness = np.array([force.stiffness for force in forces])
+    damping = np.array([force.damping for force in forces])
+    # With unit masses, (x, u)' = ((0, 1), (-K, -D)) (x, u).
     n = rows.shape[1]
     system = np.zeros((2 * n, 2 * n))
     system[:n, n:] = np.eye(n)
     system[n:, :n] = -(rows.T * stiffness) @ rows
     system[n:, n:] = -(rows.T * damping) @ rows
-    rates, shapes = np.linalg.eig(system)
-    steps = longest_steps(rates)
+    eigenvalues, vectors = np.linalg.eig(system)
+    steps = compute_longest_steps(eigenvalues)
     k = int(np.argmin(steps))
     if steps[k] == inf:
-        return none
-    moved = rows @ shapes[:n, k]
-    shares = np.abs((rates[k] * damping + stiffness) * moved * moved.conj())
-    return Mode(float(steps[k]), complex(rates[k]), shares / max(shares.max(), 1e-300))
+        return unlimited
+    motion = rows @ vectors[:n, k]
+    shares = np.abs((eigenvalues[k] * damping + stiffness) * motion * motion.conj())
+    return Mode(float(steps[k]), complex(eigenvalues[k]), shares / max(shares.max(), 1e-300))
 
 
-def longest_steps(rates: Array) -> Array:
-    """For each eigenvalue (1/s) the longest step (s) with ``|R(s h)| <= 1``; infinite for 0."""
-    size = np.abs(rates)
-    still = size <= 1e-9 * max(size, default=0.0)
-    # a rounding on the side of growth is none
-    way = np.where(still, -1.0, -np.abs(rates.real) + 1j * rates.imag) / np.where(still, 1.0, size)
-    low, high = np.full(len(rates), 2.0), np.full(len(rates), 4.0)
-    for _ in range(50):
+def compute_longest_steps(eigenvalues: Array) -> Array:
+    """Compute the longest stable step (s) for each eigenvalue (1/s); infinite for zero.
+
+    Along the ray of an eigenvalue in the left half-plane, ``|R(z)| = 1`` is crossed once between
+    |z| = 2 and |z| = 4, where bisection finds it.
+    """
+    size = np.abs(eigenvalues)
+    is_zero = size <= ZERO_RATE * max(size, default=0.0)
+    # A damped model cannot grow: a real part above zero is rounding.
+    damped = -np.abs(eigenvalues.real) + 1j * eigenvalues.imag
+    direction = np.where(is_zero, -1.0, damped) / np.where(is_zero, 1.0, size)
+    low, high = np.full(len(eigenvalues), 2.0), np.full(len(eigenvalues), 4.0)
+    for _ in range(BISECTIONS):
         middle = (low + high) / 2
-        z = middle * way
-        stable = np.abs(1 + z * (1 + z / 2 * (1 + z / 3 * (1 + z / 4)))) <= 1.0 + 1e-12
-        low, high = np.where(stable, middle, low), np.where(stable, high, middle)
-    return np.where(still, inf, low / np.where(still, 1.0, size))
+        z = middle * direction
+        amplification = np.abs(1 + z * (1 + z / 2 * (1 + z / 3 * (1 + z / 4))))
+        is_stable = amplification <= 1.0 + AMPLIFICATION_ROUNDING
+        low, high = np.where(is_stable, middle, low), np.where(is_stable, high, middle)
+    return np.where(is_zero, inf, low / np.where(is_zero, 1.0, size))

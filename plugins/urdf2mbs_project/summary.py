@@ -1,4 +1,4 @@
-"""What a project has to say of a conversion: what its sensors and forces are for."""
+"""The summary of a project: the uses of its sensors and forces, and a table of sensors."""
 
 from __future__ import annotations
 
@@ -7,30 +7,26 @@ from urdf2mbs_project.simulation import Simulation
 
 
 def summarise(conversion: Conversion) -> Summary:
+    """Return what sensors and external forces of the .mbs are used for."""
     simulation = conversion.state(Simulation)
-    known = [
-        *(
-            (one.point.sensor, Use(f"{one.kind} '{one.name}'", one.link, one.rotation))
-            for one in simulation.sensors
-        ),
-        *(
-            (
-                one.point.extforce,
-                Use("contact", ", ".join(one.links), spots=tuple(spot.at for spot in one.spots)),
+    uses: dict[str, Use] = {}
+    for sensor in simulation.sensors:
+        if sensor.point.sensor is not None:
+            text = f"{sensor.kind} '{sensor.name}'"
+            uses[sensor.point.sensor.name] = Use(text, sensor.link, sensor.rotation)
+    for contact in simulation.contacts:
+        if contact.point.extforce is not None:
+            spots = tuple(spot.centre for spot in contact.spots)
+            uses[contact.point.extforce.name] = Use(
+                "contact", ", ".join(contact.links), spots=spots
             )
-            for one in simulation.contacts
-        ),
-        *(
-            (one.point.extforce, Use(f"wrench, user model '{one.model.name}'"))
-            for one in simulation.wrenches
-        ),
-    ]
+    for wrench in simulation.wrenches:
+        if wrench.point.extforce is not None:
+            text = f"wrench, user model '{wrench.model.name}'"
+            uses[wrench.point.extforce.name] = Use(text)
     rows: list[tuple[str, ...]] = [
-        (one.name, one.link, ", ".join(joint.name for joint in one.joints))
-        for one in simulation.force_torques
+        (sensor.name, sensor.link, ", ".join(joint.name for joint in sensor.joints))
+        for sensor in simulation.force_torques
     ]
     head = ("sensor", "URDF link", "driven joints whose Qc it reads")
-    return Summary(
-        uses={named.name: use for named, use in known if named is not None},
-        tables=[("Force-torque sensors", head, rows)] if rows else [],
-    )
+    return Summary(uses=uses, tables=[("Force-torque sensors", head, rows)] if rows else [])

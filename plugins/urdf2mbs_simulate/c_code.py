@@ -17,8 +17,12 @@ import numpy as np
 
 from urdf2mbs.plugin import BASE, ConversionError
 from urdf2mbs_equations.files import FUNCTIONS
-from urdf2mbs_project.code.c import STATES
-from urdf2mbs_project.simulation import CONTACT_STATES, JOINT_STATES, state_numbers
+from urdf2mbs_project.simulation import (
+    CONTACT_STATES,
+    JOINT_STATES,
+    STATE_MODELS,
+    find_state_indices,
+)
 from urdf2mbs_simulate.compiler import HERE, Source, compile_library, folders_of
 from urdf2mbs_simulate.data import MbsData
 from urdf2mbs_simulate.equations import equations
@@ -252,7 +256,7 @@ class CCode(Code):
         """
         found = []
         for model in self.data._run.mbs.user_models if self.in_c else ():
-            for parameter in model.parameters if model.name not in STATES else ():
+            for parameter in model.parameters if model.name not in STATE_MODELS else ():
                 is_number = parameter.type == "scalar" or (
                     parameter.type == "state" and len(parameter.values) == 1
                 )
@@ -349,9 +353,9 @@ def find_state_scale(data: MbsData) -> Any:
     mbs, models, found = data._run.mbs, data.user_model, np.ones(data.Nux + 1)
     law = models.get("contact", {})
     bend = float(law.get("friction", 0.0)) * float(law.get("bristle", 0.0))
-    for number in state_numbers(mbs, CONTACT_STATES).values():
+    for number in find_state_indices(mbs, CONTACT_STATES).values():
         found[number : number + 3] = max(1.0, BRISTLE_PART * bend / ATOL)
-    for joint, number in state_numbers(mbs, JOINT_STATES).items():
+    for joint, number in find_state_indices(mbs, JOINT_STATES).items():
         stiffness = float(models.get("friction_stiffness", {}).get(joint, 0.0))
         friction = float(models.get("friction", {}).get(joint, 0.0))
         bend = friction / stiffness if stiffness > 0.0 else 0.0

@@ -377,7 +377,7 @@ def choose_tolerances(
 
 def _stuck(data: MbsData, code: CCode, time: float, y: Any, message: str) -> SimulationError:
     """It names the joint that accelerates most at a state, and the largest forces."""
-    from urdf2mbs_project.singular import find_singular
+    from urdf2mbs_project.singular import find_singular_joints
 
     code.accelerate(time, y)
     joint = max(data.joint_id, key=lambda name: abs(data.qdd[data.joint_id[name]]))
@@ -394,7 +394,7 @@ def _stuck(data: MbsData, code: CCode, time: float, y: Any, message: str) -> Sim
         if push.start <= time < push.stop:
             text += f"; the push on '{push.link}' is {np.linalg.norm(push.force):.3g} N"
     hint = "take softer contacts, stops and gains, smaller forces, or an implicit method: "
-    for found in find_singular(data._run.mbs)[:1]:
+    for found in find_singular_joints(data._run.mbs)[:1]:
         text += f"; at the start, nothing that has mass resists joint '{found.joint}'"
         hint = f"start elsewhere, {hint}"
     return SimulationError(

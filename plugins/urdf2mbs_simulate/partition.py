@@ -21,7 +21,12 @@ import numpy as np
 from urdf2mbs.plugin import some
 from urdf2mbs_equations.constraints import constant_gaps, constraints
 from urdf2mbs_equations.tree import Tree, is_fixed
-from urdf2mbs_project.singular import GOLDEN, find_singular, singular_at, size_of
+from urdf2mbs_project.singular import (
+    GOLDEN_RATIO,
+    estimate_size,
+    find_singular_joints,
+    find_singular_joints_at,
+)
 from urdf2mbs_simulate.data import MbsData
 from urdf2mbs_simulate.equations import SimulationError
 from urdf2mbs_simulate.model_code import Code
@@ -254,7 +259,7 @@ def _ranks_away(code: Code, groups: Sequence[Any]) -> list[int]:
 
 def _spread(joints: Any) -> Any:
     """Irregular numbers from -1 to 1, the same for a joint at all times."""
-    return 2.0 * (GOLDEN * np.asarray(joints) % 1.0) - 1.0
+    return 2.0 * (GOLDEN_RATIO * np.asarray(joints) % 1.0) - 1.0
 
 
 # --- joints without mass ---
@@ -266,7 +271,7 @@ def hold(data: MbsData, code: Code | None = None) -> None:
     They are those of the present pose, if a general pose has as many: of three joints that turn a
     rod, the one about the rod.
     """
-    if code is None and not any(found.always for found in find_singular(data._run.mbs)):
+    if code is None and not any(found.always for found in find_singular_joints(data._run.mbs)):
         return
     names, here, free = list(data.joint_id), data.q.copy(), data.qu[1:]
     found: list[list[str]] = []
@@ -280,9 +285,9 @@ def hold(data: MbsData, code: Code | None = None) -> None:
                 along = zip(code.dependent, column, strict=True)
                 moves[names[k - 1]] |= {names[d - 1]: float(x) for d, x in along if x}
         values = dict(zip(names, data.q[1:], strict=True))
-        found.append(
-            [one.joint for one in singular_at(data._run.mbs, values, moves, size_of(data._run.mbs))]
-        )
+        size = estimate_size(data._run.mbs)
+        singular = find_singular_joints_at(data._run.mbs, values, moves, size)
+        found.append([one.joint for one in singular])
         data.q[:] = here
     held = found[0] if len(found[0]) == len(found[1]) else found[1]
     if not held:

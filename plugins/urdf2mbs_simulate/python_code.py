@@ -19,7 +19,7 @@ import numpy as np
 from urdf2mbs.plugin import ConversionError
 from urdf2mbs_equations.files import FUNCTIONS, OWN
 from urdf2mbs_equations.python import PythonWriter
-from urdf2mbs_project.code import starters
+from urdf2mbs_project.code import generate_starter_files
 from urdf2mbs_simulate import data as model_data
 from urdf2mbs_simulate import names
 from urdf2mbs_simulate.equations import SimulationError, equations
@@ -84,7 +84,7 @@ def changes(data: model_data.MbsData, language: str, pattern: str) -> bool:
         words = text.decode("utf-8", "replace")
         return re.sub(COMMENTS[language], sign, words, flags=re.DOTALL).strip("\n")
 
-    written = starters(language, data._run.mbs)
+    written = generate_starter_files(language, data._run.mbs)
     return any(
         code(written.get(f"userfctR/{file.name}", b"none")) != code(file.read_bytes())
         for file in data.user_path.glob(pattern)

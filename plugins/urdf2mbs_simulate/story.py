@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from urdf2mbs.plugin import compute_placement as place
-from urdf2mbs_project.places import floating
+from urdf2mbs_project.places import find_floating_body
 
 if TYPE_CHECKING:
     from urdf2mbs_simulate.results import Results
@@ -49,7 +49,7 @@ class Story(NamedTuple):
 def tell(results: Results) -> Story | None:
     """None of what is bolted down, has no ground, or stands on nothing at the start."""
     motion, name, time = _Motion(results), results.data.mbs_name, results.time
-    root = floating(motion.mbs)
+    root = find_floating_body(motion.mbs)
     loaded = {body: push > motion.least for body, push in motion.pushes().items()}
     settled = time <= max(SETTLED, time[1])  # also of few frames
     standing = {body for body, when in loaded.items() if when[settled].any()}

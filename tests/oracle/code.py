@@ -13,7 +13,7 @@ import numpy as np
 from oracle import equations, followers, forces, ground, joints, sensors, start
 from oracle.case import Case
 from urdf2mbs.conversion import Conversion
-from urdf2mbs_project.simulation import CONTACT_STATES, force_of
+from urdf2mbs_project.simulation import CONTACT_STATES, get_force_name
 from urdf2mbs_simulate.c_code import CCode
 from urdf2mbs_simulate.memory import SensorInC, vector
 from urdf2mbs_simulate.python_code import PythonEquations, loaded
@@ -122,7 +122,7 @@ def _compare_ground(case: Case, code: CCode) -> None:
     python, data = case.data, code.data
     places = python.user_model.get(CONTACT_STATES, {}).values()
     for contact, states in zip(case.simulation.contacts, places, strict=True):
-        force = force_of(contact.point)
+        force = get_force_name(contact.point)
         number = python.extforce_id[force]
         for touch in ground.touches(case, force, contact.spots):
             python.ux[states] = data.ux[states] = touch.bent

@@ -52,7 +52,7 @@ def prove(case: Case) -> None:
     law = {"ground": options.ground, "friction": friction}
     case.compare("contact law", [*law.values()], [case.get("contact", k) for k in law], "", 1.0)
     up = _up(case)
-    axes = np.array([up, *case.simulation.across])
+    axes = np.array([up, *case.simulation.horizontal_axes])
     case.compare("the directions of bristles", np.eye(3), axes @ axes.T, "")
     for force, contact in contacts.items():
         _prove_places(case, force, contact.links, options)
@@ -132,18 +132,20 @@ def _arms(spots: Any, axes: Any, up: Any) -> Any:
     """(spots, 3): from the body's origin to where they touch (m)."""
     arms = []
     for spot in spots:
-        arm, axis = np.array(spot.at) @ axes, np.array(spot.axis) @ axes
+        arm, axis = np.array(spot.centre) @ axes, np.array(spot.axis) @ axes
         down = (up @ axis) * axis - up
         size = np.linalg.norm(down)
         forth = spot.radius * (down / size if size > 1e-9 else np.zeros(3))
-        arms.append(arm + np.cos(spot.turn) * forth + np.sin(spot.turn) * np.cross(axis, forth))
+        arms.append(
+            arm + np.cos(spot.rim_angle) * forth + np.sin(spot.rim_angle) * np.cross(axis, forth)
+        )
     return np.array(arms)
 
 
 def _prove_law(case: Case, touch: Touch, spots: Any) -> None:
     names = ("ground", "stiffness", "speed", "friction", "bristle", "bristle_time")
     ground, stiffness, speed, friction, length, time = (case.get("contact", n) for n in names)
-    up, across = _up(case), np.array(case.simulation.across)
+    up, across = _up(case), np.array(case.simulation.horizontal_axes)
     number = [contact.spots is spots for contact in case.simulation.contacts].index(True)
     states = [*case.data.user_model[CONTACT_STATES].values()][number]
     force, torque, moves = np.zeros(3), np.zeros(3), []

@@ -11,7 +11,7 @@ import numpy as np
 
 from oracle.case import TOLERANCE, Case
 from urdf2mbs.spatial import HERE, ZERO, Pose
-from urdf2mbs_project.gazebo import MOTION
+from urdf2mbs_project.sdf import MOTION
 from urdf2mbs_project.simulation import ForceTorque, PointSensor
 
 #: m, m/s^2: the elements that state one sensor round its digits.

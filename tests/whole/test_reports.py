@@ -77,16 +77,16 @@ def test_a_follower_of_ros2_control_is_coupled(reports: Path) -> None:
 
 def test_the_rotor_of_drake_counts(reports: Path) -> None:
     """1e-4 kg m^2 behind a gear of 100 beside the 0.022 kg m^2 of the arm."""
-    from urdf2mbs_project.mass import Mass
+    from urdf2mbs_project.mass import MassModel
     from urdf2mbs_project.simulation import Simulation
-    from urdf2mbs_project.stability import reduction_of
+    from urdf2mbs_project.stability import compute_reduction
 
     result = convert_report(
         reports, "drake_rotor", output={"project": "p"}, passes={"rotors": {"from_urdf": True}}
     )
-    mass = Mass(result.mbs)
+    mass = MassModel(result.mbs)
     simulation = result.conversion.state(Simulation)
-    reduced = reduction_of(mass, simulation)
+    reduced = compute_reduction(mass, simulation)
     matrix = reduced.T @ np.array(mass.matrix) @ reduced
     assert matrix.shape == (1, 1)
     assert matrix[0, 0] == pytest.approx(1.022, rel=1e-12)

@@ -20,10 +20,10 @@ import pytest
 from oracle.rich import PASSES, RICH, joint, limit, link
 from urdf2mbs import Result, convert
 from urdf2mbs.mbs.model import Body, Mbs
-from urdf2mbs_project.mass import Mass
-from urdf2mbs_project.passes.time_step import _slopes
+from urdf2mbs_project.mass import MassModel
+from urdf2mbs_project.passes.time_step import linearise_forces
 from urdf2mbs_project.simulation import Simulation
-from urdf2mbs_project.stability import reduction_of
+from urdf2mbs_project.stability import compute_reduction
 
 TEXTS = Path(__file__).with_name("said")
 BALL = '<geometry><sphere radius="0.1"/></geometry>'
@@ -246,15 +246,17 @@ def lines(result: Result) -> Iterator[str]:
         yield f"left out: {json.dumps(plain(result.report.left_out))}"
     yield from parts(result.mbs)
     if result.conversion.settings.project is not None:
-        mass = Mass(result.mbs)
+        mass = MassModel(result.mbs)
         models = {
             model.name: {of.name: float(of.values[0]) for of in model.parameters}
             for model in result.mbs.user_models
         }
-        reduction = reduction_of(mass, result.conversion.state(Simulation))
-        for slope in _slopes(result.conversion, mass, reduction, models):
-            numbers = [*map(number, (slope.stiffness, slope.damping, abs(slope.row).sum()))]
-            yield f"slope {slope.kind} {slope.name}: {numbers}"
+        reduction = compute_reduction(mass, result.conversion.state(Simulation))
+        simulation = result.conversion.state(Simulation)
+        for force in linearise_forces(simulation, mass, reduction, models):
+            row = abs(force.jacobian_row).sum()
+            numbers = [*map(number, (force.stiffness, force.damping, row))]
+            yield f"slope {force.kind} {force.name}: {numbers}"
 
 
 def parts(mbs: Mbs) -> Iterator[str]:

@@ -1,8 +1,9 @@
 """The code of a Robotran project, in Python (``python``) and in C (``c``).
 
-``templates`` holds the files that are written once and are the user's from then on, where they lie
-in the project; most user functions are there as a title and code.  In all of them ``NAME`` stands
-for the project's name.
+``templates`` has the starter files, which are written once and belong to the user from then on, at
+their paths in the project.  Most user functions are there as a title and code only; the head that
+they share is added here.  ``NAME`` stands for the name of the project, ``@WORD@`` for what the
+robot has.
 """
 
 from __future__ import annotations
@@ -13,20 +14,19 @@ from pathlib import Path
 from urdf2mbs.plugin import Mbs
 from urdf2mbs_equations import equations_fit
 
-#: Stands for the name of the project, alone or in NAME_robot.
+#: The word for the name of the project, alone or in NAME_robot.
 NAME = re.compile(r"(?<![A-Z])NAME(?![A-Z])")
 
 FOLDER = Path(__file__).parent
 
-#: The test whether equations fit the .mbs, by language; a project gets these files as they are.
+#: The files that check if equations fit the .mbs, by language; a project gets them unchanged.
 EQUATIONS_FIT = {
     "python": [Path(equations_fit.__file__)],
     "c": sorted(Path(equations_fit.__file__).parent.glob("equations_fit*.[ch]")),
 }
 
-YOURS = "Yours to change: urdf2mbs wrote this file once, and will not touch it again."
-#: What user functions begin with whose template is a title and code; in Python those that use the
-#: robot.
+OWNERSHIP_NOTE = "Yours to change: urdf2mbs wrote this file once, and will not touch it again."
+#: The head of a user function whose template is a title and code.
 INCLUDES = """\
 #include <math.h>
 
@@ -36,6 +36,7 @@ INCLUDES = """\
 #include "user_model.h"
 #include "NAME_robot.h"
 """
+#: The head of a user function in Python that uses the robot.
 IMPORTS = """\
 import os
 import sys
@@ -47,8 +48,8 @@ if "__file__" in globals():
 import NAME_robot as robot
 
 """
-#: What user_JointForces says where a controller holds the start position.
-HOLD = {
+#: The comment in user_JointForces if a controller holds the start position, by language.
+HOLD_COMMENT = {
     "python": """\
     #
     # The controller 'hold' pulls at the joints, too.  To end it, write in user_dirdyn_init:
@@ -66,8 +67,8 @@ HOLD = {
      *   mbs_data->user_model->hold_damping.@JOINT@ = 0.0;
 """,
 }
-#: What user_dirdyn_loop says where the robot has sensors.
-IMU = {
+#: The comment in user_dirdyn_loop if the robot has sensors, by language.
+IMU_COMMENT = {
     "python": """\
     # force, turn = robot.imu(mbs_data, "@SENSOR@")
     # mbs_data.set_output(force[2], "@SENSOR@_z")
@@ -82,56 +83,69 @@ IMU = {
 }
 
 
-def starters(language: str, mbs: Mbs) -> dict[str, bytes]:
-    """The files that are written once, by their path in the project."""
+def generate_starter_files(language: str, mbs: Mbs) -> dict[str, bytes]:
+    """Return the files that are written once, by their paths in the project.
+
+    Args:
+        language: ``python`` or ``c``.
+        mbs: The model; its first joint and sensor are the examples in comments.
+    """
+    hold_model = next((model for model in mbs.user_models if model.name == "hold_stiffness"), None)
+    if hold_model is None:
+        joints, hold_comment = list_plotted_joints(mbs), ""
+    else:
+        joints = [parameter.name for parameter in hold_model.parameters]
+        hold_comment = HOLD_COMMENT[language]
+    dependent_joints = list_dependent_joints(mbs)
+    joint = next((name for name in joints if name not in dependent_joints), "JOINT")
+    sensors = [point.sensor.name for point in mbs.points().values() if point.sensor is not None]
+    imu_comment = ""
+    if sensors:
+        imu_comment = IMU_COMMENT[language].replace("@SENSOR@", sensors[0])
+        imu_comment = imu_comment.replace("@NAME@", mbs.name)
+
     folder = FOLDER / "templates" / language
-    held = next((model for model in mbs.user_models if model.name == "hold_stiffness"), None)
-    moving = [parameter.name for parameter in held.parameters] if held else plotted(mbs)
-    joint = next((name for name in moving if name not in dependent(mbs)), "JOINT")
-    hold = HOLD[language] if held else ""
-    sensor = next((p.sensor.name for p in mbs.points().values() if p.sensor is not None), "")
-    imu = IMU[language].replace("@SENSOR@", sensor).replace("@NAME@", mbs.name) if sensor else ""
-    return {
-        file.relative_to(folder).as_posix().removesuffix(".in"): fill(file, mbs.name)
-        .replace("@HOLD@\n", hold)
-        .replace("@IMU@\n", imu)
-        .replace("@JOINT@", joint)
-        .encode()
-        for file in sorted(folder.rglob("*.in"))
-    }
+    starters: dict[str, bytes] = {}
+    for file in sorted(folder.rglob("*.in")):
+        text = fill_template(file, mbs.name)
+        text = text.replace("@HOLD@\n", hold_comment).replace("@IMU@\n", imu_comment)
+        text = text.replace("@JOINT@", joint)
+        starters[file.relative_to(folder).as_posix().removesuffix(".in")] = text.encode()
+    return starters
 
 
-def fill(file: Path, name: str) -> str:
-    """A template with the project's name in it."""
+def fill_template(file: Path, name: str) -> str:
+    """Return a template with the name of the project in it, and the head of user functions."""
     text = file.read_text("utf-8")
     title, _, code = text.partition("\n\n")
-    if not file.name.startswith("user_") or "\n" in title:
-        return NAME.sub(name, text)  # it is whole
+    has_head = not file.name.startswith("user_") or "\n" in title
+    if has_head:
+        return NAME.sub(name, text)
     if ".c" in file.suffixes:
         gap = "" if code.startswith("#include") else "\n"
-        text = f"/* {title}\n *\n * {YOURS} */\n{INCLUDES}{gap}{code}"
+        text = f"/* {title}\n *\n * {OWNERSHIP_NOTE} */\n{INCLUDES}{gap}{code}"
     else:
         imports = IMPORTS if "robot." in code else ""
-        text = f'"""{title}\n\n{YOURS}\n"""\n\n{imports}\n{code}'
+        text = f'"""{title}\n\n{OWNERSHIP_NOTE}\n"""\n\n{imports}\n{code}'
     return NAME.sub(name, text)
 
 
-def dependent(mbs: Mbs) -> list[str]:
-    """The joints that the partition takes for dependent ones."""
+def list_dependent_joints(mbs: Mbs) -> list[str]:
+    """List the joints that the partition takes for dependent ones."""
     joints = (joint for body in mbs.bodies for joint in body.joints)
     return [joint.name for joint in joints if joint.nature == "dependent"]
 
 
-def plotted(mbs: Mbs) -> list[str]:
-    """The joints that move, without the six of a floating base unless there are no others."""
+def list_plotted_joints(mbs: Mbs) -> list[str]:
+    """List the joints that move, without the six of a floating base unless it has no others."""
     moving = [
         joint.name for body in mbs.bodies for joint in body.joints if joint.nature != "driven"
     ]
-    base = [
+    base_joints = [
         joint.name
         for body in mbs.bodies
         if body.parent is None and len(body.joints) == 6
         for joint in body.joints
         if joint.nature == "independent"
     ]
-    return [name for name in moving if name not in base] or moving
+    return [name for name in moving if name not in base_joints] or moving

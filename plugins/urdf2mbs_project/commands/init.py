@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import yaml
-from lxml import etree
 
 from urdf2mbs.plugin import (
     STREAM,
@@ -22,36 +21,45 @@ from urdf2mbs.plugin import (
     ConfigError,
     Conversion,
     Lines,
-    Mesh,
     Pipeline,
-    Robot,
     add_fields,
     add_printing,
     choose_fields,
     counted,
-    files,
     is_name,
     path,
     print_json,
     printable,
-    read_text,
     report,
-    safe_parser,
     some,
     stem,
     typed,
     write_files,
 )
-from urdf2mbs_meshes.files import get_mesh_files
-from urdf2mbs_project.stance import find_stance, shapes
+from urdf2mbs_project.facts import RobotFacts, find_robot_facts
+from urdf2mbs_project.feet import list_geometries
 
 EXAMPLES = (
     "urdf2mbs init robot.urdf.xacro",
     "urdf2mbs init robot_descriptions:atlas_v4_description",
 )
 
+#: The options of the pass ``equations``: Robotran's own programs need equations in the project.
+EQUATIONS_OPTIONS = {"language": "project"}
+#: The comments beside ``base``, by the reason of the base; others are written as they are.
+BASE_COMMENTS = {
+    "own joint": "the URDF has a floating joint of its own",
+    "as asked": "as asked for",
+    "world": "the root is tied to 'world'; or floating",
+    "one limb": "the root carries one limb, as an arm does; or floating",
+    "two arms": "the root carries two limbs that rise above it; or floating",
+    "massless root": "the root has no mass; or floating",
+    "free root": "nothing ties the root to 'world'; or fixed",
+}
+
 
 def add_options(command: argparse.ArgumentParser) -> None:
+    """Add the options of the command."""
     command.add_argument(
         "robot", metavar="ROBOT", help="a .urdf or .xacro file, or robot_descriptions:NAME"
     )
@@ -63,266 +71,254 @@ def add_options(command: argparse.ArgumentParser) -> None:
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
+    """Write the config, and print what was found."""
     if arguments.robot == STREAM:
         raise ConfigError("usage", "a config names the robot's file, and standard input has none")
     fields = choose_fields(arguments)
-    config, found = init(arguments.robot, arguments.output, force=arguments.force, **fields)
+    config, facts = init(arguments.robot, arguments.output, force=arguments.force, **fields)
     if arguments.json:
-        packages = {name: str(folder) for name, folder in found.packages.items()}
-        whole = {**found._asdict(), "robot": found.robot.name, "packages": packages}
-        print_json({"config": str(config), "links": len(found.robot.links), **whole})
+        packages = {name: str(folder) for name, folder in facts.packages.items()}
+        data = {**facts._asdict(), "robot": facts.robot.name, "packages": packages}
+        print_json({"config": str(config), "links": len(facts.robot.links), **data})
     else:
-        print(in_words(config, found))
+        print(describe_facts(config, facts))
     return 0
-
-
-#: What a config says of equations: Robotran's own programs need them in the project.
-EQUATIONS = {"language": "project"}
-#: The controller that holds the start position (Hz).
-HOLD = {"frequency": 10, "damping_ratio": 0.3}
-
-
-class RobotFacts(NamedTuple):
-    """What can be found out about a robot before it is converted."""
-
-    robot: Robot
-    packages: dict[str, Path]
-    """The packages whose files the robot uses."""
-    packages_missing: list[str]
-    """The packages that meshes name, and that were not found."""
-    arguments: dict[str, str]
-    """The arguments that its xacro files declare, and their defaults as they are written."""
-    meshes: int
-    meshes_missing: list[str]
-    meshes_remedy: str
-    """What to do about the first missing mesh; empty if none is missing."""
-    feet: list[str]
-    why_no_feet: str
-    """Empty where there are feet, or where the robot is bolted down."""
-    passes: dict[str, Any]
-    """What its config says of passes: a start position, and what lets a robot stand."""
 
 
 def init(
     source: str, config: Path | None = None, *, force: bool = False, **fields: Any
 ) -> tuple[Path, RobotFacts]:
-    """Write a config for a robot; gives its file, and what was found.
-
-    ``fields`` are those of ``Config`` that say how to read the robot, such as ``packages``.
-    ``force``: a config that is there is replaced, also one that was edited.
+    """Write a config for a robot.
 
     The robot is converted before the config is written; the model is not kept.
 
-    :raises ConfigError: ``output-not-ours``, ``output-unwritable``, ``config-name``
-    :raises ConversionError: the robot cannot be converted
+    Args:
+        source: The file or name of the robot.
+        config: The file to write; None for the robot's name.
+        force: True to replace an existing config, even if it was edited.
+        fields: The fields of ``Config`` that say how to read the robot, such as ``packages``.
+
+    Returns:
+        The file, and the facts of the robot.
+
+    Raises:
+        ConfigError: ``output-not-ours``, ``output-unwritable``, ``config-name``.
+        ConversionError: The robot cannot be converted.
     """
     lines = Lines()
-    asked = typed(Config, {"source": source, "pipeline": "compact", **fields}, lines)
-    # what people changed in an .mbs that lies there is no fact of the robot
-    conversion = Pipeline(asked, lines, installed_plugins=False, fresh=True).run()
-    found = find(conversion)
+    given = typed(Config, {"source": source, "pipeline": "compact", **fields}, lines)
+    # Fresh, since what people changed in an existing .mbs is no fact of the robot.
+    conversion = Pipeline(given, lines, installed_plugins=False, fresh=True).run()
+    facts = find_robot_facts(conversion)
+    facts = facts._replace(passes={**facts.passes, "equations": EQUATIONS_OPTIONS})
     name = stem(conversion.settings.source)
     config = Path(f"{name}.yaml") if config is None else config
     if config.suffix.lower() not in (".yaml", ".yml"):
-        raise ConfigError(
-            "config-name", f"'{config}' is no name of a config", hint=f"such as {name}.yaml"
-        )
-    found = found._replace(passes={**found.passes, "equations": EQUATIONS})
-    write_files({config: _text(config, found, asked, conversion).encode()}, force=force)
-    return config, found
+        message = f"'{config}' is no name of a config"
+        raise ConfigError("config-name", message, hint=f"such as {name}.yaml")
+    write_files({config: _format_config(config, facts, given, conversion).encode()}, force=force)
+    return config, facts
 
 
-def find(conversion: Conversion) -> RobotFacts:
-    """What there is to know of the robot of a conversion."""
-    source, config = conversion.settings.source, conversion.settings.config
-    packages, expansion = conversion.packages, conversion.input.expansion
-    robot, _ = read_text(source, conversion.input.data, expansion, config.xacro_args)
-    geometries = [shape for link in robot.links.values() for shape in shapes(link)]
-    meshes = {shape.filename for shape in geometries if isinstance(shape, Mesh)}
-    missing = sorted(name for name in meshes if get_mesh_files(conversion).find(name) is None)
-    known = packages.list_found()
-    named = {
-        found[1] for name in missing if (found := re.match(r"(?:package|model)://([^/]+)", name))
-    }
-    stance = find_stance(conversion, conversion.report.get("posture-limit", {}).get("middle", {}))
-    passes: dict[str, Any] = {"posture": {"joints": stance.joints}} if stance.joints else {}
-    if (stance.feet or stance.rests) and any(body.mass for body in conversion.mbs.bodies):
-        if any(joint.nature == "independent" for _, joint in conversion.single_coordinates()):
-            passes["posture"] = {**passes.get("posture", {}), "hold": HOLD}
-        passes["contacts"] = {"links": ["*"]}
-        if stance.points:
-            points = {link: [[*at] for at in places] for link, places in stance.points.items()}
-            passes["contacts"]["points"] = points
-    return RobotFacts(
-        robot, known, sorted(named - known.keys()),
-        _arguments(expansion.files if expansion else []),
-        len(meshes), missing,
-        get_mesh_files(conversion).suggest_remedy(missing[0]) if missing else "",
-        stance.feet, stance.why_not, passes,
-    )  # fmt: skip
+# --- the config ---
 
 
-def _arguments(names: list[str]) -> dict[str, str]:
-    """The arguments that xacro files declare, and their defaults."""
-    found: dict[str, str] = {}
-    for file in names:
-        try:
-            root = etree.fromstring(files.read_bytes(Path(file)), safe_parser(recover=True))
-        except (OSError, etree.XMLSyntaxError):
-            continue
-        for element in () if root is None else root.iter("{*}arg"):
-            if "xacro" in str(etree.QName(element).namespace):
-                found.setdefault(element.get("name") or "", element.get("default") or "")
-    found.pop("", None)
-    return found
+class _Setting(NamedTuple):
+    """A line of the config."""
+
+    key: str
+    value: str
+    """In YAML."""
+    comment: str
 
 
-def _text(config: Path, found: RobotFacts, asked: Config, conversion: Conversion) -> str:
-    """The text of the config; ``asked`` is the config by which the robot was just converted."""
-    robot, source = found.robot, asked.source
-    moving = sum(joint.moves for joint in robot.joints.values())
-    base = "floating" if conversion.base.floating else "fixed"
-    own = conversion.base.inserted is None and conversion.base.reason == "own joint"
-    holds_source = config.absolute().with_suffix("") in conversion.settings.source.parents
-    named = is_name(source)
-    folder = f"{config.stem}_robotran" if holds_source else config.stem
-    file = _flow(f"{config.stem}.mbs")
-    settings = [
-        ("source", _flow(source if named else _relative(Path(source), config)), ""),
-        ("output", _flow({"project": folder, "language": "both"}),
-         f"a whole Robotran project; or only the file: {file}"),
-        ("base", "auto" if own else base, _why(conversion)),
-        ("pipeline", "compact", "the fewest joints; or faithful: a body for every link"),
-    ]  # fmt: skip
-    if conversion.settings.config.trust_xacro:
-        settings.append(("trust_xacro", "true", "its xacro may do whatever Python can"))
-    width = max(len(f"{key}: {value}") for key, value, _ in settings[1:])
+def _format_config(config: Path, facts: RobotFacts, given: Config, conversion: Conversion) -> str:
+    """Return the text of the config.
+
+    Args:
+        config: Its file.
+        facts: The facts of the robot.
+        given: The config by which the robot was just converted.
+        conversion: That conversion.
+    """
+    robot = facts.robot
+    n_moving = sum(joint.moves for joint in robot.joints.values())
+    settings = _choose_settings(config, given, conversion)
+    width = max(len(f"{setting.key}: {setting.value}") for setting in settings[1:])
     lines = [
         f"# {printable(robot.name)}: {counted(len(robot.links), 'link')}, "
-        f"{counted(moving, 'moving joint')}, "
+        f"{counted(n_moving, 'moving joint')}, "
         f"{report(conversion).mass:.4g} kg. Paths are relative to this file.",
         f"#   urdf2mbs run {config.name}       convert it",
         f"#   urdf2mbs report {config.name}    look at it",
     ]
-    for key, value, comment in settings:
-        line = f"{key}: {value}"
-        lines.append(f"{line:{width}}  # {comment}" if comment else line)
-    lines += _packages(config, found)
-    lines += _args(found, asked.xacro_args)
-    lines += _passes(found, conversion)
+    for setting in settings:
+        line = f"{setting.key}: {setting.value}"
+        lines.append(f"{line:{width}}  # {setting.comment}" if setting.comment else line)
+    lines += _format_packages(config, facts)
+    lines += _format_xacro_arguments(facts, given.xacro_args)
+    lines += _format_passes(facts, conversion)
     return "\n".join(lines) + "\n"
 
 
-def _relative(path: Path, config: Path) -> str:
-    """A path as a config in its folder states it; another drive's stays absolute."""
+def _choose_settings(config: Path, given: Config, conversion: Conversion) -> list[_Setting]:
+    """Choose the fields of the config, with a comment for each."""
+    source = given.source
+    # The folder of the project must not be that of the robot's file.
+    has_source = config.absolute().with_suffix("") in conversion.settings.source.parents
+    folder = f"{config.stem}_robotran" if has_source else config.stem
+    base = "floating" if conversion.base.floating else "fixed"
+    if conversion.base.inserted is None and conversion.base.reason == "own joint":
+        base = "auto"
+    output = _format_yaml({"project": folder, "language": "both"})
+    file = _format_yaml(f"{config.stem}.mbs")
+    settings = [
+        _Setting(
+            "source",
+            _format_yaml(source if is_name(source) else _relative_path(Path(source), config)),
+            "",
+        ),
+        _Setting("output", output, f"a whole Robotran project; or only the file: {file}"),
+        _Setting("base", base, _explain_base(conversion)),
+        _Setting("pipeline", "compact", "the fewest joints; or faithful: a body for every link"),
+    ]
+    if conversion.settings.config.trust_xacro:
+        settings.append(_Setting("trust_xacro", "true", "its xacro may do whatever Python can"))
+    return settings
+
+
+def _explain_base(conversion: Conversion) -> str:
+    """Return why the base is fixed or floating."""
+    reason = conversion.base.reason
+    if reason == "fixed by another program":
+        return f"{conversion.robot.fixed_by} ties it to 'world'; or floating"
+    return BASE_COMMENTS.get(reason, reason)
+
+
+def _format_packages(config: Path, facts: RobotFacts) -> list[str]:
+    """Return the lines of ``packages``, with comments for those that were not found."""
+    if not facts.packages and not facts.packages_missing:
+        return []
+    lines = ["", "packages:" if facts.packages else "# packages:"]
+    for name, folder in facts.packages.items():
+        lines.append(f"  {_format_yaml(name)}: {_format_yaml(_relative_path(folder, config))}")
+    lines += [
+        f"#   {_format_yaml(name)}: DIR   # meshes name it, and it was not found"
+        for name in facts.packages_missing
+    ]
+    return lines
+
+
+def _format_xacro_arguments(facts: RobotFacts, given: Mapping[str, str]) -> list[str]:
+    """Return the lines of ``xacro_args``, with comments for the defaults of the others."""
+    if not facts.arguments and not given:
+        return []
+    lines = ["", "xacro_args:" if given else "# xacro_args:   # and their defaults"]
+    for name, value in given.items():
+        lines.append(f"  {_format_yaml(name)}: {_format_argument(value)}")
+    for name, default in facts.arguments.items():
+        if name not in given:
+            # A default with $(...) has a value only in the file that declares it.
+            value = "VALUE" if "$(" in default else _format_argument(default)
+            lines.append(f"#   {_format_yaml(name)}: {value}")
+    return lines
+
+
+def _format_passes(facts: RobotFacts, conversion: Conversion) -> list[str]:
+    """Return the lines of ``passes``, with comments that offer further options."""
+    comments = {
+        "joints": "zero is beyond the limits of some"
+        + "; its feet are below its hips" * bool(facts.feet),
+        "hold": "Hz; a controller holds the start position",
+    }
+    lines = ["", "passes:"]
+    posture = facts.passes.get("posture", {})
+    if posture:
+        lines.append("  posture:")
+    for key, value in posture.items():
+        lines.append(f"    {key}: {_format_yaml(value)}   # {comments[key]}")
+    if "contacts" in facts.passes:
+        contacts = _format_yaml(facts.passes["contacts"])
+        lines.append(f"  contacts: {contacts}   # the ground; all that is solid touches")
+    equations = _format_yaml(facts.passes["equations"])
+    lines.append(f"  equations: {equations}   # of motion, which Robotran's programs need")
+
+    codes = {diagnostic.code for diagnostic in conversion.diagnostics}
+    has_shapes = any(list_geometries(link) for link in facts.robot.links.values())
+    if "no-mass" in codes and has_shapes:
+        lines += [
+            "# No link has a mass. Uncomment to estimate masses from the geometry:",
+            "#   estimate-inertia: {total_mass: 10}   # kg",
+        ]
+    if "rotors-left-out" in codes:
+        lines += [
+            "# The URDF states motors. Uncomment to count their inertia, which joints feel, too:",
+            "#   rotors: {from_urdf: true}   # a constraint for each joint with a motor",
+        ]
+    elif "no-mass" in codes and not has_shapes:
+        lines.append("# NO DYNAMICS: no link has a mass, nor a shape to estimate one from.")
+    return lines
+
+
+def _relative_path(path: Path, config: Path) -> str:
+    """Return a path relative to the folder of a config; absolute if it is on another drive."""
     try:
         return Path(os.path.relpath(path.absolute(), config.absolute().parent)).as_posix()
     except ValueError:
         return path.absolute().as_posix()
 
 
-def _flow(value: object) -> str:
-    """YAML in one line."""
+def _format_yaml(value: object) -> str:
+    """Return a value as YAML in one line."""
     text = yaml.safe_dump(
         value, default_flow_style=True, sort_keys=False, width=10**9, allow_unicode=True
     )
     return text.removesuffix("\n").removesuffix("...").rstrip()
 
 
-def _why(conversion: Conversion) -> str:
-    return {
-        "own joint": "the URDF has a floating joint of its own",
-        "as asked": "as asked for",
-        "fixed by another program": f"{conversion.robot.fixed_by} ties it to 'world'; or floating",
-        "world": "the root is tied to 'world'; or floating",
-        "one limb": "the root carries one limb, as an arm does; or floating",
-        "two arms": "the root carries two limbs that rise above it; or floating",
-        "massless root": "the root has no mass; or floating",
-        "free root": "nothing ties the root to 'world'; or fixed",
-    }.get(conversion.base.reason, conversion.base.reason)
+def _format_argument(value: str) -> str:
+    """Return the value of an argument in YAML; numbers, yes and no need no quotes here."""
+    return value if re.fullmatch(r"[\w.+-]*\w", value) else _format_yaml(value)
 
 
-def _packages(config: Path, found: RobotFacts) -> list[str]:
-    if not found.packages and not found.packages_missing:
-        return []
-    lines = ["", "packages:" if found.packages else "# packages:"]
-    lines += [f"  {_flow(n)}: {_flow(_relative(p, config))}" for n, p in found.packages.items()]
-    lines += [
-        f"#   {_flow(name)}: DIR   # meshes name it, and it was not found"
-        for name in found.packages_missing
-    ]
+# --- messages ---
+
+
+def describe_facts(config: Path, facts: RobotFacts) -> str:
+    """Return what was found and written, and what to do next."""
+    return "\n".join([*_describe_files(config, facts), "", _propose_next(config, facts)])
+
+
+def _describe_files(config: Path, facts: RobotFacts) -> list[str]:
+    """Return lines about the config, the feet, and the files that were not found."""
+    parts = [f"wrote {config}: {counted(len(facts.robot.links), 'link')}"]
+    if facts.packages:
+        parts.append(counted(len(facts.packages), "package"))
+    if facts.arguments:
+        parts.append(counted(len(facts.arguments), "xacro argument"))
+    if facts.meshes:
+        n_found = facts.meshes - len(facts.meshes_missing)
+        parts.append(f"{n_found} of {counted(facts.meshes, 'mesh')} found")
+    lines = [", ".join(parts)]
+    if facts.feet:
+        lines.append(f"  feet: {', '.join(facts.feet)}")
+    shapeless = facts.passes.get("contacts", {}).get("points")
+    if shapeless:
+        lines.append(
+            f"  no shape was found of {some(shapeless, 3)}: a box of its inertia stands in"
+        )
+    if facts.why_no_feet:
+        ground = "; all that is solid touches the ground" * ("contacts" in facts.passes)
+        lines.append(f"  no feet: {facts.why_no_feet}{ground}")
+    if facts.meshes_missing:
+        lines.append(f"  not found: {some(facts.meshes_missing, 3)}")
+        lines.append(f"    {facts.meshes_remedy}")
     return lines
 
 
-def _args(found: RobotFacts, given: Mapping[str, str]) -> list[str]:
-    if not found.arguments and not given:
-        return []
-    lines = ["", "xacro_args:" if given else "# xacro_args:   # and their defaults"]
-    lines += [f"  {_flow(name)}: {_argument(value)}" for name, value in given.items()]
-    return lines + [  # a default with $(...) has a value only in the file that declares it
-        f"#   {_flow(name)}: {'VALUE' if '$(' in default else _argument(default)}"
-        for name, default in found.arguments.items()
-        if name not in given
-    ]
-
-
-def _argument(value: str) -> str:
-    """An argument's value in YAML; a config takes numbers and yes or no as they are written."""
-    return value if re.fullmatch(r"[\w.+-]*\w", value) else _flow(value)
-
-
-def _passes(found: RobotFacts, conversion: Conversion) -> list[str]:
-    """A start position within the limits, and what lets a robot with feet stand."""
-    codes = {said.code for said in conversion.diagnostics}
-    about = {
-        "joints": "zero is beyond the limits of some"
-        + "; its feet are below its hips" * bool(found.feet),
-        "hold": "Hz; a controller holds the start position",
-    }
-    posture = found.passes.get("posture", {})
-    lines = ["  posture:"] * bool(posture)
-    lines += [f"    {key}: {_flow(value)}   # {about[key]}" for key, value in posture.items()]
-    if "contacts" in found.passes:
-        ground = _flow(found.passes["contacts"])
-        lines.append(f"  contacts: {ground}   # the ground; all that is solid touches")
-    equations = _flow(found.passes["equations"])
-    lines.append(f"  equations: {equations}   # of motion, which Robotran's programs need")
-    lines = ["", "passes:", *lines]
-    offered: list[str] = []
-    if "no-mass" in codes and any(shapes(link) for link in found.robot.links.values()):
-        offered += [
-            "# No link has a mass. Uncomment to estimate masses from the geometry:",
-            "#   estimate-inertia: {total_mass: 10}   # kg",
-        ]
-    if "rotors-left-out" in codes:
-        offered += [
-            "# The URDF states motors. Uncomment to count their inertia, which joints feel, too:",
-            "#   rotors: {from_urdf: true}   # a constraint for each joint with a motor",
-        ]
-    if offered:
-        return [*lines, *offered]
-    if "no-mass" in codes:
-        return [*lines, "# NO DYNAMICS: no link has a mass, nor a shape to estimate one from."]
-    return lines
-
-
-def in_words(config: Path, found: RobotFacts) -> str:
-    """What was found and written, and what to do next."""
-    there = found.meshes - len(found.meshes_missing)
-    text = f"wrote {config}: {counted(len(found.robot.links), 'link')}"
-    text += f", {counted(len(found.packages), 'package')}" * bool(found.packages)
-    text += f", {counted(len(found.arguments), 'xacro argument')}" * bool(found.arguments)
-    text += f", {there} of {counted(found.meshes, 'mesh')} found" * bool(found.meshes)
-    text += f"\n  feet: {', '.join(found.feet)}" * bool(found.feet)
-    if bare := found.passes.get("contacts", {}).get("points"):
-        text += f"\n  no shape was found of {some(bare, 3)}: a box of its inertia stands in"
-    text += f"\n  no feet: {found.why_no_feet}" * bool(found.why_no_feet)
-    if found.why_no_feet and "contacts" in found.passes:
-        text += "; all that is solid touches the ground"
-    if found.meshes_missing:
-        text += f"\n  not found: {some(found.meshes_missing, 3)}\n    {found.meshes_remedy}"
-    text += f"\n\nNext: urdf2mbs run {config}; "
-    links = found.robot.links.values()
-    if not any(link.inertial and link.inertial.mass for link in links):
+def _propose_next(config: Path, facts: RobotFacts) -> str:
+    """Return the commands to use next."""
+    text = f"Next: urdf2mbs run {config}; "
+    if not any(link.inertial and link.inertial.mass for link in facts.robot.links.values()):
         return text + f"no link has a mass, and nothing moves: see the end of {config}"
     return text + f"then: urdf2mbs simulate {config} -o moves.html"

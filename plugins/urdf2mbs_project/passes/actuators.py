@@ -1,7 +1,7 @@
-"""Actuators: the joints that a motor moves are marked as ``actuated``.
+"""Actuators: mark the joints that a motor moves as ``actuated``.
 
-Beyond the method.  Robotran's inverse dynamics computes the forces of actuated joints.  Which
-those are is taken from ``<transmission>`` and ``<ros2_control>``, or from the config.
+Beyond the method.  Robotran's inverse dynamics computes the forces of actuated joints.  They are
+those that ``<transmission>`` and ``<ros2_control>`` name, or the config.
 """
 
 from __future__ import annotations
@@ -10,6 +10,8 @@ from urdf2mbs.plugin import Conversion, Pass, Placed, choose
 
 
 class Actuators(Pass):
+    """Mark the joints that a motor moves."""
+
     reads = ("robot", "bodies", "joints")
     writes = ("joints",)
 
@@ -19,26 +21,27 @@ class Actuators(Pass):
     """Also actuate the joints of ``<transmission>`` and ``<ros2_control>``."""
 
     def run(self, conversion: Conversion) -> None:
-        chosen = _from_urdf(conversion) if self.from_urdf else set()
-        if not chosen and not self.joints:
+        """Mark the joints."""
+        actuated = _find_motor_joints(conversion) if self.from_urdf else set()
+        if not actuated and not self.joints:
             return
         joints = {
             step.joint.name: step.coordinates for step in conversion.steps() if step.coordinates
         }
-        what = "actuators: no joint that moves"
-        chosen.update(choose(self.joints, joints, "actuators-joints", what))
+        message = "actuators: no joint that moves"
+        actuated.update(choose(self.joints, joints, "actuators-joints", message))
         for name, coordinates in joints.items():
-            # a joint that follows another has no motor of its own
-            if name in chosen:
+            if name in actuated:
                 for joint in coordinates:
+                    # A joint that follows another has no motor.
                     joint.actuated = joint.nature == "independent"
 
 
-def _from_urdf(conversion: Conversion) -> set[str]:
-    """All joints that a transmission or a control interface names."""
-    driven: set[str] = set()
+def _find_motor_joints(conversion: Conversion) -> set[str]:
+    """Find the joints that a transmission or a control interface names."""
+    names: set[str] = set()
     for extension in conversion.robot.extensions:
         if extension.motors:
-            driven.update(extension.motors)
+            names.update(extension.motors)
             conversion.state(Placed).elements.append(extension)
-    return driven
+    return names

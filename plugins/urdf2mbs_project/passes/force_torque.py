@@ -1,17 +1,21 @@
-"""Force-torque: a sensor at a fixed joint becomes six driven joints, whose forces are the wrench.
+"""Force-torque: turn fixed joints into sensors, each of six driven joints.
 
-Beyond the method.  Robotran computes the force ``Qc`` that holds each driven joint.  So three
-shifts and three turns, held at zero, measure the force and torque of one side on the other.  A
-sensor costs six joints, so the pass makes only the sensors that the config names.
+Beyond the method.  Robotran computes the force ``Qc`` that a driven joint needs.  So three
+prismatic and three revolute joints, driven at zero, measure the force and torque of one side on the
+other.  A sensor costs six joints, so the pass makes only the sensors that the config names.
 """
 
 from __future__ import annotations
 
-from urdf2mbs.plugin import ConfigError, Conversion, Pass, Placed, choose, free_name, nearest
-from urdf2mbs_project.gazebo import FORCE_TORQUE
+from collections.abc import Mapping
+
+from urdf2mbs.plugin import ConfigError, Conversion, Pass, Placed, Step, choose, free_name, nearest
+from urdf2mbs_project.sdf import FORCE_TORQUE
 
 
 class ForceTorque(Pass):
+    """Turn the fixed joints that the config names into force-torque sensors."""
+
     reads = ("robot", "bodies")
     writes = ("bodies",)
 
@@ -19,6 +23,7 @@ class ForceTorque(Pass):
     """Patterns of the fixed joints that are force-torque sensors."""
 
     def run(self, conversion: Conversion) -> None:
+        """Name the sensor of each chosen step; ``decompose-joints`` makes its joints."""
         sensors = [
             (sensor, extension)
             for extension in conversion.robot.extensions
@@ -27,44 +32,54 @@ class ForceTorque(Pass):
         ]
         if not sensors and not self.joints:
             return
-        named: dict[str, str] = {}
+        sensor_names: dict[str, str] = {}
         for sensor, _ in sensors:
-            named.setdefault(sensor.on, sensor.name)
-        joints = conversion.robot.joints
+            sensor_names.setdefault(sensor.on, sensor.name)
         steps = {step.joint.name: step for step in conversion.steps() if not step.joint.moves}
-        for pattern in self.joints:
-            joint = joints.get(pattern)
-            if joint is not None and pattern not in steps:
-                why = (
-                    f"it is {joint.type}, not fixed" if joint.moves
-                    else "nothing that has mass hangs on it, so that it measures nothing"
-                )  # fmt: skip
-                raise ConfigError(
-                    "force-torque-joint", f"force-torque: '{pattern}': {why}",
-                    hint=nearest(pattern, steps),
-                )  # fmt: skip
-        what = "force-torque: no fixed joint"
-        names = choose(self.joints, steps, "force-torque-joint", what)
-        chosen = {name: named.get(name, name) for name in names}
-        taken: set[str] = set()
-        for joint_name, name in chosen.items():
-            # several joints may have sensors of one name; the code finds a sensor by its name
-            own = free_name(f"{joint_name}_{name}" if name in taken else name, taken)
-            taken.add(own)
-            steps[joint_name].measured = own
+        self._check_joints(conversion, steps)
+        message = "force-torque: no fixed joint"
+        chosen = choose(self.joints, steps, "force-torque-joint", message)
+        used_names: set[str] = set()
+        for joint_name in chosen:
+            # The code finds a sensor by its name, and several joints may have sensors of one name.
+            name = sensor_names.get(joint_name, joint_name)
+            full_name = f"{joint_name}_{name}" if name in used_names else name
+            unique_name = free_name(full_name, used_names)
+            used_names.add(unique_name)
+            steps[joint_name].measured = unique_name
         used = [extension for sensor, extension in sensors if sensor.on in chosen]
         conversion.state(Placed).elements += used
-        left = [name for name in named if name in steps and name not in chosen]
-        if left:
-            conversion.note(
-                "force-torque",
-                f"force-torque sensors at fixed joints are left out: {', '.join(left)}; "
-                "'passes: {force-torque: {joints: [NAME]}}' makes them, at six driven joints each",
-            )
-        moving = [name for name in named if joints[name].moves]
-        if moving:
-            conversion.note(
-                "force-torque",
-                f"force-torque sensors at joints that move are left out: {', '.join(moving)}; "
-                "they need fixed joints",
-            )
+        _note_unused_sensors(conversion, [name for name in sensor_names if name not in chosen])
+
+    def _check_joints(self, conversion: Conversion, steps: Mapping[str, Step]) -> None:
+        """Raise ConfigError if an option names a joint that cannot be a sensor."""
+        for name in self.joints:
+            joint = conversion.robot.joints.get(name)
+            if joint is None or name in steps:
+                continue
+            if joint.moves:
+                reason = f"it is {joint.type}, not fixed"
+            else:
+                reason = "nothing that has mass is attached to it, so that it measures nothing"
+            message = f"force-torque: '{name}': {reason}"
+            raise ConfigError("force-torque-joint", message, hint=nearest(name, steps))
+
+
+def _note_unused_sensors(conversion: Conversion, joint_names: list[str]) -> None:
+    """Note which sensors of the URDF become none, by the joints that they are on."""
+    joints = conversion.robot.joints
+    steps = {step.joint.name for step in conversion.steps() if not step.joint.moves}
+    fixed = [name for name in joint_names if name in steps]
+    if fixed:
+        message = (
+            f"force-torque sensors at fixed joints are left out: {', '.join(fixed)}; "
+            "'passes: {force-torque: {joints: [NAME]}}' makes them, at six driven joints each"
+        )
+        conversion.note("force-torque", message)
+    moving = [name for name in joint_names if joints[name].moves]
+    if moving:
+        message = (
+            f"force-torque sensors at joints that move are left out: {', '.join(moving)}; "
+            "they need fixed joints"
+        )
+        conversion.note("force-torque", message)

@@ -1,8 +1,8 @@
 """Mimic: joints that follow others (``<mimic>``) become dependent, each with a constraint.
 
-Beyond the method.  In a Robotran project the generated ``user_cons_hJ`` holds the constraint
+Beyond the method.  In a Robotran project the generated ``user_cons_hJ`` has the constraint
 ``q_follower - multiplier q_leader - offset = 0``; the ``<user_constraint>`` in the .mbs only
-describes it.  In a plain .mbs nothing can hold the constraint.  There the joints stay independent,
+describes it.  A plain .mbs cannot express the constraint.  There the joints stay independent,
 with a warning, unless the option says otherwise.
 """
 
@@ -14,6 +14,7 @@ import msgspec
 
 from urdf2mbs.plugin import (
     Conversion,
+    MbsJoint,
     OnPurpose,
     Pass,
     Placed,
@@ -28,6 +29,8 @@ Nature = Literal["dependent", "independent", "driven"]
 
 
 class Mimic(Pass):
+    """Couple the joints that follow others."""
+
     reads = ("robot", "bodies", "joints")
     writes = ("couplings", "joints", "posture", "forces")
 
@@ -36,75 +39,87 @@ class Mimic(Pass):
     (moved by user code; its inertia is not felt). The first that fits counts."""
 
     def run(self, conversion: Conversion) -> None:
-        robot = conversion.robot
+        """Couple each follower that is not independent to the joint at the end of its chain."""
         simulation = conversion.state(Simulation)
         coordinates = {step.joint.name: step.coordinates for step in conversion.steps()}
+        natures = self._choose_natures(conversion)
+        independent = {name for name, nature in natures.items() if nature == "independent"}
+        for name, nature in natures.items():
+            if name in independent:
+                continue
+            leader, multiplier, offset = follow(conversion.robot, name, independent)
+            own_joints, leader_joints = coordinates.get(name, []), coordinates.get(leader, [])
+            if len(own_joints) == 1 and not leader_joints and not multiplier:
+                _lock(conversion, own_joints[0], name, leader, offset)
+            elif len(own_joints) != 1 or len(leader_joints) != 1:
+                _warn_of_leader(conversion, name, leader)
+            else:
+                coupling = Coupling(own_joints[0], leader_joints[0], multiplier, offset)
+                coupling.update_follower()
+                coupling.follower.nature = nature
+                conversion.state(Placed).joints.setdefault("mimic", set()).add(name)
+                if nature == "driven":
+                    _drive(conversion, coupling, name, leader)
+                else:
+                    _constrain(conversion, coupling, name)
+        couplings = [*simulation.couplings, *simulation.driven]
+        if couplings:
+            conversion.report["mimic"] = [
+                msgspec.structs.asdict(coupling) for coupling in couplings
+            ]
+
+    def _choose_natures(self, conversion: Conversion) -> dict[str, Nature]:
+        """Choose the nature of each follower: by the options, else dependent in a project."""
         followers = [
             name
-            for name, joint in robot.joints.items()
+            for name, joint in conversion.robot.joints.items()
             if joint.mimic is not None and joint.moves and name not in conversion.frozen
         ]
         choose(self.joints, followers, "mimic-joints", "mimic: no joint that mimics another")
-        natures = self._natures(conversion, followers)
-        free = {name for name, nature in natures.items() if nature == "independent"}
-        for name, nature in natures.items():
-            if name in free:
-                continue
-            leader, multiplier, offset = follow(robot, name, free)
-            own, others = coordinates.get(name, []), coordinates.get(leader, [])
-            if len(own) == 1 and not others and not multiplier:
-                own[0].nature, own[0].q, own[0].symbols = "driven", offset, ("q",)
-                conversion.note(
-                    "mimic-held",
-                    f"joint '{name}' follows '{leader}' with the multiplier 0, and is held at "
-                    f"{offset!r}",
-                    joint=name,
-                )
-                continue
-            if len(own) != 1 or len(others) != 1:
-                link = robot.joints[leader].child
-                conversion.warn(
-                    "mimic-leader",
-                    f"joint '{name}' follows '{leader}', which does not move in the .mbs by one "
-                    f"coordinate: '{name}' stays independent",
-                    joint=name,
-                    hint=f"'passes: {{prune-massless: {{keep: [{link}]}}}}' keeps its link"
-                    if leader in conversion.frozen
-                    else None,
-                )
-                continue
-            coupling = Coupling(own[0], others[0], multiplier, offset)
-            coupling.follow()
-            conversion.state(Placed).joints.setdefault("mimic", set()).add(name)
-            own[0].nature = nature
-            if nature == "driven":
-                _drive(conversion, coupling, name, leader)
-            else:
-                simulation.couplings.append(coupling)
-                conversion.mbs.user_constraints.append(
-                    UserConstraint(f"{name}_mimic", (own[0].name, others[0].name))
-                )
-        couplings = [*simulation.couplings, *simulation.driven]
-        if couplings:
-            conversion.report["mimic"] = [msgspec.structs.asdict(c) for c in couplings]
-
-    def _natures(self, conversion: Conversion, followers: list[str]) -> dict[str, Nature]:
-        """What each follower is: as the options say, else dependent in a project."""
         in_project = conversion.settings.project is not None
         natures: dict[str, Nature] = dict.fromkeys(
             followers, "dependent" if in_project else "independent"
         )
+        # The first pattern is applied last, so that it overrules the others.
         for pattern, nature in reversed(self.joints.items()):
-            natures |= dict.fromkeys((n for n in followers if fits(n, [pattern])), nature)
+            fitting = [name for name in followers if fits(name, [pattern])]
+            natures |= dict.fromkeys(fitting, nature)
         return natures
 
 
+def _lock(conversion: Conversion, joint: MbsJoint, name: str, leader: str, offset: float) -> None:
+    """Lock a follower whose multiplier is 0 at its offset (rad or m)."""
+    joint.nature, joint.q, joint.symbols = "driven", offset, ("q",)
+    message = f"joint '{name}' follows '{leader}' with the multiplier 0, and is held at {offset!r}"
+    conversion.note("mimic-held", message, joint=name)
+
+
+def _warn_of_leader(conversion: Conversion, name: str, leader: str) -> None:
+    """Warn of a follower that stays independent, since its leader is not one coordinate."""
+    message = (
+        f"joint '{name}' follows '{leader}', which does not move in the .mbs by one coordinate: "
+        f"'{name}' stays independent"
+    )
+    hint = None
+    if leader in conversion.frozen:
+        link = conversion.robot.joints[leader].child
+        hint = f"'passes: {{prune-massless: {{keep: [{link}]}}}}' keeps its link"
+    conversion.warn("mimic-leader", message, joint=name, hint=hint)
+
+
+def _constrain(conversion: Conversion, coupling: Coupling, name: str) -> None:
+    """Add a coupling as a constraint."""
+    conversion.state(Simulation).couplings.append(coupling)
+    joints = (coupling.follower.name, coupling.leader.name)
+    conversion.mbs.user_constraints.append(UserConstraint(f"{name}_mimic", joints))
+
+
 def _drive(conversion: Conversion, coupling: Coupling, name: str, leader: str) -> None:
+    """Add a coupling that user code drives, and warn of what it neglects."""
     conversion.state(Simulation).driven.append(coupling)
     conversion.state(OnPurpose).driven.append(coupling.follower)
-    conversion.warn(
-        "mimic-driven",
+    message = (
         f"joint '{name}' is driven by '{leader}': it moves as it should, but '{leader}' does not "
-        "feel its inertia",
-        joint=name, hint="'dependent' is exact",
-    )  # fmt: skip
+        "feel its inertia"
+    )
+    conversion.warn("mimic-driven", message, joint=name, hint="'dependent' is exact")

@@ -231,7 +231,7 @@ def make_project(arguments: argparse.Namespace) -> Path:
     A robot alone is converted, and stands, as ``init`` proposes.
     """
     from urdf2mbs.plugin import Progress, absolute, stem
-    from urdf2mbs_project.commands.init import find
+    from urdf2mbs_project.facts import find_robot_facts
     from urdf2mbs_simulate.project import make, with_project
 
     config, lines = robot_or_config(arguments)
@@ -255,7 +255,7 @@ def make_project(arguments: argparse.Namespace) -> Path:
             # an .mbs that lies beside the robot is neither read nor written
             model = absolute(folder) / "dataR" / f"{stem(Path(config.source))}.mbs"
             before = run(msgspec.structs.replace(config, output=str(model)), fresh=True)
-            found = find(before)
+            found = find_robot_facts(before)
             config = msgspec.structs.replace(config, passes=found.passes)
             if found.feet and not arguments.json:
                 print(f"the robot stands on {', '.join(found.feet)}, as init proposes")

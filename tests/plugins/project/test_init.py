@@ -16,7 +16,7 @@ from urdf2mbs.config.model import load
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.testing import TINY
-from urdf2mbs_project.commands.init import in_words, init
+from urdf2mbs_project.commands.init import describe_facts, init
 
 ROOT = Path(__file__).resolve().parents[3]
 ENTRY = [one for one in CONVERTIBLE if one.values[0].listed]
@@ -26,7 +26,7 @@ def started(robot: RealRobot, folder: Path) -> tuple[str, Path]:
     config = folder / "robot.yaml"
     packages = {name: str(path) for name, path in robot.packages.items()}
     written = init(str(robot.source), config, packages=packages, xacro_args=robot.args)
-    return in_words(*written), config
+    return describe_facts(*written), config
 
 
 @pytest.mark.slow

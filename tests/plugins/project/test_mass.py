@@ -8,8 +8,8 @@ from mbs.models import few
 from oracle.pin import to_pinocchio
 from plugins.project.test_singular import mass_matrix, trees
 from urdf2mbs.mbs.model import Body, Joint, Mbs
-from urdf2mbs_project.mass import Mass
-from urdf2mbs_project.places import floating, point_at, way
+from urdf2mbs_project.mass import MassModel
+from urdf2mbs_project.places import compute_point_position, find_floating_body, list_joints_to_base
 
 pin = pytest.importorskip("pinocchio")
 
@@ -19,7 +19,7 @@ pin = pytest.importorskip("pinocchio")
 def test_mass_matrix_and_velocities_are_those_of_pinocchio(mbs: Mbs) -> None:
     for number, joint in enumerate(mbs.joints().values(), start=1):
         joint.nature, joint.q = "independent", 0.37 * number
-    model, mass = to_pinocchio(mbs), Mass(mbs)
+    model, mass = to_pinocchio(mbs), MassModel(mbs)
     data = model.createData()
     q = np.array([placed.joint.q for placed in mass.placement.joints])
     np.testing.assert_allclose(mass.matrix, mass_matrix(model, q), rtol=0, atol=1e-11)
@@ -28,15 +28,21 @@ def test_mass_matrix_and_velocities_are_those_of_pinocchio(mbs: Mbs) -> None:
     for body in mbs.bodies:
         frame = model.getFrameId(f"{body.name}/p")
         wanted = pin.getFrameJacobian(model, data, frame, pin.LOCAL_WORLD_ALIGNED).reshape(6, -1)
-        at = point_at(mass.placement, mbs, body.name, "p")
-        found = np.vstack([mass.point(body.name, at), mass.turn(body.name)])
+        at = compute_point_position(mass.placement, mbs, body.name, "p")
+        found = np.vstack(
+            [mass.compute_point_jacobian(body.name, at), mass.compute_rotation_jacobian(body.name)]
+        )
         np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-12)
         moving = mass.moves[:, mass.placement.last_joints[body.name]].nonzero()[0]
-        assert way(mass.placement, body.name) == sorted(moving, reverse=True)
-    assert way(mass.placement, None) == []
-    assert not mass.point(None, (1.0, 2.0, 3.0)).any()
-    assert not mass.turn(None).any()
-    assert mass.point(None, (1.0, 2.0, 3.0)).shape == mass.turn(None).shape == (3, len(q))
+        assert list_joints_to_base(mass.placement, body.name) == sorted(moving, reverse=True)
+    assert list_joints_to_base(mass.placement, None) == []
+    assert not mass.compute_point_jacobian(None, (1.0, 2.0, 3.0)).any()
+    assert not mass.compute_rotation_jacobian(None).any()
+    assert (
+        mass.compute_point_jacobian(None, (1.0, 2.0, 3.0)).shape
+        == mass.compute_rotation_jacobian(None).shape
+        == (3, len(q))
+    )
 
 
 def test_a_body_floats_by_three_free_shifts_on_the_base() -> None:
@@ -48,6 +54,6 @@ def test_a_body_floats_by_three_free_shifts_on_the_base() -> None:
         return Body(f"b{natures}", parent, None, [*joints, Joint("r", "R1")])
 
     arm, whole = body("ii"), body("iii")
-    assert floating(Mbs("m", bodies=[arm, whole])) is whole
+    assert find_floating_body(Mbs("m", bodies=[arm, whole])) is whole
     for other in ([arm], [body("iid")], [arm, body("iii", arm.name)]):
-        assert floating(Mbs("m", bodies=other)) is None
+        assert find_floating_body(Mbs("m", bodies=other)) is None

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from oracle.pin import to_pinocchio
 from urdf2mbs.mbs.model import Body, Joint, Mbs, Point
-from urdf2mbs_project.singular import Rule, find_singular
+from urdf2mbs_project.singular import FollowerRule, find_singular_joints
 
 pin = pytest.importorskip("pinocchio")
 
@@ -92,7 +92,7 @@ ZERO_BELOW, ABOVE = 1e-11, 1e-9
 @settings(max_examples=150)
 @given(trees())
 def test_singular_where_pinocchio_says_so(mbs: Mbs) -> None:
-    found = find_singular(mbs)
+    found = find_singular_joints(mbs)
     anywhere, initially = least(mbs)
     for smallest, singular in (
         (anywhere, any(one.always for one in found)),
@@ -103,7 +103,7 @@ def test_singular_where_pinocchio_says_so(mbs: Mbs) -> None:
 
 
 @st.composite
-def coupled(draw: Any) -> tuple[Mbs, dict[str, Rule]]:
+def coupled(draw: Any) -> tuple[Mbs, dict[str, FollowerRule]]:
     """A tree some of whose joints follow others, as ``<mimic>`` has it."""
     mbs = draw(trees())
     moving = [j for body in mbs.bodies for j in body.joints if j.nature != "driven"]
@@ -113,12 +113,13 @@ def coupled(draw: Any) -> tuple[Mbs, dict[str, Rule]]:
         if leaders and joint not in leaders and draw(st.sampled_from((True, True, False))):
             leader = draw(st.sampled_from(leaders))
             multiplier = draw(st.sampled_from((1.0, -1.0, 2.0, -0.5, 0.0)))
-            rules[joint.name] = Rule(leader.name, multiplier, draw(st.sampled_from((0.0, 0.3))))
+            offset = draw(st.sampled_from((0.0, 0.3)))
+            rules[joint.name] = FollowerRule(leader.name, multiplier, offset)
             joint.nature, joint.q = "dependent", rules[joint.name].offset
     return mbs, rules
 
 
-def reduced(mbs: Mbs, rules: dict[str, Rule]) -> tuple[float, float]:
+def reduced(mbs: Mbs, rules: dict[str, FollowerRule]) -> tuple[float, float]:
     """``least`` of the mass matrix of the joints that follow no other: B^T M B, where B has the
     speeds of all joints for each of those."""
     model = to_pinocchio(mbs)
@@ -126,7 +127,7 @@ def reduced(mbs: Mbs, rules: dict[str, Rule]) -> tuple[float, float]:
     free = [name for name in names if name not in rules]
     turn, offset = np.zeros((model.nv, len(free))), np.zeros(model.nv)
     for row, name in enumerate(names):
-        rule = rules.get(name, Rule(name, 1.0, 0.0))
+        rule = rules.get(name, FollowerRule(name, 1.0, 0.0))
         turn[row, free.index(rule.leader)], offset[row] = rule.multiplier, rule.offset
     random = np.random.default_rng(7)
     least = [
@@ -139,9 +140,9 @@ def reduced(mbs: Mbs, rules: dict[str, Rule]) -> tuple[float, float]:
 @settings(max_examples=80)
 @given(coupled())
 def test_couplings_leave_it_singular_where_pinocchio_says_so(
-    case: tuple[Mbs, dict[str, Rule]],
+    case: tuple[Mbs, dict[str, FollowerRule]],
 ) -> None:
-    found = find_singular(*case)
+    found = find_singular_joints(*case)
     anywhere, initially = reduced(*case)
     for least, singular in (
         (anywhere, any(one.always for one in found)),
@@ -154,11 +155,11 @@ def test_couplings_leave_it_singular_where_pinocchio_says_so(
 @settings(max_examples=60)
 @given(coupled(), st.sampled_from((1e-9, 1e9)))
 def test_a_robot_of_any_size_has_the_same_singular_joints(
-    case: tuple[Mbs, dict[str, Rule]], length: float
+    case: tuple[Mbs, dict[str, FollowerRule]], length: float
 ) -> None:
     mbs, rules = case
     assume(any(any(b.com or ()) or any(p.coordinates) for b in mbs.bodies for p in b.points))
-    before = find_singular(mbs, rules)
+    before = find_singular_joints(mbs, rules)
     joints = mbs.joints()
     units = {name: length if joint.type[0] == "T" else 1.0 for name, joint in joints.items()}
     for body in mbs.bodies:
@@ -169,8 +170,9 @@ def test_a_robot_of_any_size_has_the_same_singular_joints(
     for name, joint in joints.items():
         joint.q = joint.q and joint.q * units[name]
     for name, (leader, multiplier, offset) in rules.items():
-        rules[name] = Rule(leader, multiplier * units[name] / units[leader], offset * units[name])
-    assert find_singular(mbs, rules) == before
+        multiplier *= units[name] / units[leader]
+        rules[name] = FollowerRule(leader, multiplier, offset * units[name])
+    assert find_singular_joints(mbs, rules) == before
 
 
 def scaled(numbers: Any, factor: float) -> Any:
@@ -180,13 +182,13 @@ def scaled(numbers: Any, factor: float) -> Any:
 @settings(max_examples=80)
 @given(trees())
 def test_locking_the_joints_that_are_found_makes_it_regular(mbs: Mbs) -> None:
-    found = find_singular(mbs)
+    found = find_singular_joints(mbs)
     locked = {one.joint for one in found if one.always}
     for number, name in enumerate(mbs.numbers()):
         joint = next(j for body in mbs.bodies for j in body.joints if j.name == name)
         if name in locked:  # at no special position
             joint.nature, joint.q = "driven", 0.7 + 0.37 * number
-    assert not any(one.always for one in find_singular(mbs))
+    assert not any(one.always for one in find_singular_joints(mbs))
     assert least(mbs)[0] > ABOVE
 
 
@@ -202,7 +204,7 @@ def test_turns_about_different_axes_may_be_about_one(middle: Joint, always: bool
     last = "R2" if middle.type == "R3" else "R3"
     body = Body("solid", None, None, [Joint("a", "R1"), middle, Joint("c", last)])
     body.mass, body.inertia = 1.0, (1.0, 0.0, 0.0, 2.0, 0.0, 2.5)
-    found = find_singular(Mbs("gimbal", bodies=[body]))
+    found = find_singular_joints(Mbs("gimbal", bodies=[body]))
     assert [(one.joint, one.always) for one in found] == [("a", always)]
 
 
@@ -232,15 +234,15 @@ def chain(*parts: tuple[str, float, tuple[float, float, float]]) -> Mbs:
     ],
 )  # fmt: skip
 def test_why_a_joint_is_singular_and_what_moves_along(parts: Any, told: Any) -> None:
-    found = find_singular(chain(*parts))
-    assert [(one.joint, one.why, one.others) for one in found] == told
+    found = find_singular_joints(chain(*parts))
+    assert [(one.joint, one.why, one.moves_with) for one in found] == told
     assert all(one.always for one in found)
 
 
 def test_without_any_mass_all_joints_that_move_are_singular() -> None:
     mbs = chain(("R1", 0.0, (0, 0, 0)), ("R2", 0.0, (0, 0, 0)), ("R3", 0.0, (0, 0, 0)))
     mbs.bodies[1].joints[0].nature = "driven"
-    found = find_singular(mbs, {"j2": Rule("j0", 1.0, 0.0)})
+    found = find_singular_joints(mbs, {"j2": FollowerRule("j0", 1.0, 0.0)})
     assert [(one.joint, one.why) for one in found] == [("j0", "moves-nothing")]
 
 
@@ -252,7 +254,8 @@ def test_a_follower_starts_where_its_rule_says(offset: float, singular: list[str
     other = Body("other", None, None, [Joint("l", "R1")])
     for solid in (body, other):
         solid.mass, solid.inertia = 1.0, (1.0, 0.0, 0.0, 2.0, 0.0, 2.5)
-    found = find_singular(Mbs("r", bodies=[body, other]), {"b": Rule("l", 1.0, offset)})
+    rules = {"b": FollowerRule("l", 1.0, offset)}
+    found = find_singular_joints(Mbs("r", bodies=[body, other]), rules)
     assert [one.joint for one in found if not one.always] == singular
 
 
@@ -266,8 +269,8 @@ def test_followers_hold_two_axes_parallel_at_every_position(
     body.mass, body.inertia = 1.0, (1.0, 0.0, 0.0, 2.0, 0.0, 2.5)
     leader = Body("other", "solid", None, [Joint("e", "R1")], 1.0, (0.0, 1.0, 0.0))
     leader.inertia = body.inertia
-    found = find_singular(
-        Mbs("r", bodies=[body, leader]), {"follow": Rule("lead", multiplier, 0.0)}
+    found = find_singular_joints(
+        Mbs("r", bodies=[body, leader]), {"follow": FollowerRule("lead", multiplier, 0.0)}
     )
     assert ("a", always) in [(one.joint, one.always) for one in found]
 
@@ -279,7 +282,7 @@ def test_an_angle_in_few_digits_is_as_good_as_singular(angle: float, singular: b
     middle = Joint("b", "R3", "driven", angle)  # turns the last axis onto the first
     body = Body("solid", None, None, [Joint("a", "R1"), middle, Joint("c", "R2")])
     body.mass, body.inertia = 1.0, (1.0, 0.0, 0.0, 2.0, 0.0, 2.5)
-    assert bool(find_singular(Mbs("gimbal", bodies=[body]))) == singular
+    assert bool(find_singular_joints(Mbs("gimbal", bodies=[body]))) == singular
 
 
 @pytest.mark.parametrize("size", [1e-8, 1.0, 1e8])
@@ -293,7 +296,8 @@ def test_a_rod_of_any_size_turns_freely_about_its_own_axis(
     body = Body("rod", None, None, joints, size)
     xx, xy, xz, yy, yz, zz = (float(tensor[i]) for i in zip(*np.triu_indices(3), strict=True))
     body.inertia = (xx, xy, xz, yy, yz, zz)
-    assert [one.joint for one in find_singular(Mbs("rod", bodies=[body]))] == ["a"] * singular
+    found = find_singular_joints(Mbs("rod", bodies=[body]))
+    assert [one.joint for one in found] == ["a"] * singular
 
 
 @pytest.mark.parametrize(("inertia", "turns"), [(1e-6, True), (1e-12, True), (1e-35, False)])
@@ -302,7 +306,7 @@ def test_a_small_inertia_is_one_and_dust_is_none(inertia: float, turns: bool) ->
     own = (inertia, 0.0, 0.0, inertia, 0.0, inertia)
     body = Body("b", None, None, [Joint("j", "R1", "independent")], mass=1.0, inertia=own)
     body.com = (1.0, 0.0, 0.0)
-    assert (find_singular(Mbs("r", bodies=[body])) == []) is turns
+    assert (find_singular_joints(Mbs("r", bodies=[body])) == []) is turns
 
 
 def test_rigid_bodies_without_inertia_need_no_mass_matrix(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -313,8 +317,8 @@ def test_rigid_bodies_without_inertia_need_no_mass_matrix(monkeypatch: pytest.Mo
     held = Joint("held", "R1", "driven", 0.4)
     sensor = Body("sensor", "trunk", None, [held], mass=0.1, com=(0.0, 0.0, 0.1))
     mbs = Mbs("robot", bodies=[root, trunk, sensor])
-    monkeypatch.setattr("urdf2mbs_project.singular.singular_at", None)
-    assert find_singular(mbs) == []
+    monkeypatch.setattr("urdf2mbs_project.singular.find_singular_joints_at", None)
+    assert find_singular_joints(mbs) == []
     held.nature = "independent"
     with pytest.raises(TypeError):
-        find_singular(mbs)
+        find_singular_joints(mbs)

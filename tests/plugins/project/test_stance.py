@@ -15,8 +15,8 @@ from urdf2mbs.disk.files import model_of
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.mbs.kinematics import compute_placement
 from urdf2mbs_project.commands.init import init
+from urdf2mbs_project.feet import is_foot_name
 from urdf2mbs_project.simulation import Simulation
-from urdf2mbs_project.stance import _is_foot
 from urdf2mbs_simulate.runtime import MbsData
 
 EVEN = SOLID.replace("0.1 -0.2 0.3", "0 0 0")
@@ -185,5 +185,5 @@ def test_simulate_starts_as_init_proposes(here: Path, capsys: pytest.CaptureFixt
 
 def test_a_toe_is_a_foot_however_it_is_written() -> None:
     """Toes of human-gazebo are called so; theirs were not, and an upper arm was a foot."""
-    assert all(map(_is_foot, ["RightToe", "l_toe", "TOE_1", "leftSole", "LeftFoot", "FL_foot"]))
-    assert not any(map(_is_foot, ["mistletoe", "console", "RightToes", "Thigh"]))
+    assert all(map(is_foot_name, ["RightToe", "l_toe", "TOE_1", "leftSole", "LeftFoot", "FL_foot"]))
+    assert not any(map(is_foot_name, ["mistletoe", "console", "RightToes", "Thigh"]))

@@ -17,7 +17,7 @@ from urdf2mbs.mbs.model import (
     UserModel,
 )
 from urdf2mbs.spatial import ZERO
-from urdf2mbs_project.code import c, python
+from urdf2mbs_project.code import c, list_plotted_joints, python
 from urdf2mbs_project.simulation import (
     CONTACT_STATES,
     JOINT_STATES,
@@ -26,7 +26,7 @@ from urdf2mbs_project.simulation import (
     Simulation,
     Spot,
 )
-from urdf2mbs_project.stability import Slope, fastest, longest_steps
+from urdf2mbs_project.stability import SpringDamper, compute_longest_steps, find_fastest_mode
 
 FLOATING = [f"base_{kind}" for kind in ("T1", "T2", "T3", "R1", "R2", "R3")]
 
@@ -61,7 +61,7 @@ def robot() -> tuple[Mbs, Simulation]:
 
 def test_states_of_friction_are_named_by_their_places() -> None:
     """A joint without a state has no friction."""
-    files = {name: data.decode() for name, data in c.generated(*robot()).items()}
+    files = {name: data.decode() for name, data in c.generate_c_files(*robot()).items()}
     rows = re.findall(r"Contact (\w+) = \{\w+_spots, (.*)\};", files["r_tables.h"])
     assert rows == [("touch1", "2, 2, 3.0"), ("touch2", "2, 5, 3.0")]
     assert "{.at = {0.0, 0.0, 0.0}, .rim = {0.5, 0.0}},\n" in files["r_tables.h"]
@@ -69,7 +69,7 @@ def test_states_of_friction_are_named_by_their_places() -> None:
         "1, qd[a_swing_id]"
     ]
     assert "h[1] = q[still_id] - 2.0 * q[lift_id];\n" in files["r_robot.c"]
-    module = python.robot_module(*robot()).decode()
+    module = python.generate_robot_module(*robot()).decode()
     assert "CONTACT_STATE = 2\n" in module
     assert '"a_swing": 1,' in module
 
@@ -78,14 +78,16 @@ def test_a_body_with_another_name_keeps_its_states() -> None:
     """The .mbs reserves ``base``, so a body of this name is called ``base_body`` in the end."""
     mbs, simulation = robot()
     mbs.bodies[0].name = "base_body"
-    rows = re.findall(r"_spots, (\d+, \d+)", c.generated(mbs, simulation)["r_tables.h"].decode())
+    rows = re.findall(
+        r"_spots, (\d+, \d+)", c.generate_c_files(mbs, simulation)["r_tables.h"].decode()
+    )
     assert rows == ["2, 2", "2, 5"]
 
 
 def test_each_thing_has_one_number_in_c() -> None:
     """Where two things would have one name, the kind stands behind the second."""
     mbs, simulation = robot()
-    header = c.generated(mbs, simulation)["user_all_id.h"].decode()
+    header = c.generate_c_files(mbs, simulation)["user_all_id.h"].decode()
     found = re.findall(r"#define (\w+)_id (\d+)\n", header)
     assert dict(found) == {
         "lift": "1", "still": "2", "a_swing": "3", "a": "1", "b": "3", "a_foot1": "2",
@@ -97,13 +99,13 @@ def test_each_thing_has_one_number_in_c() -> None:
     assert heads == ["joints", "bodies", "sensors", "external", "links", "points"]
     (sensor,) = [point.sensor for point in mbs.points().values() if point.sensor]
     sensor.name = "b"
-    files = c.generated(mbs, simulation)
+    files = c.generate_c_files(mbs, simulation)
     assert b"#define b_sensor_id 1\n" in files["user_all_id.h"]
     assert (b"case b_sensor_id:" in files["r_robot.c"]) == bool(simulation.sensors)
 
 
 def test_states_are_no_numbers_of_user_models_in_c() -> None:
-    files = c.generated(*robot())
+    files = c.generate_c_files(*robot())
     structs = re.findall(r"struct (\w+) \{", files["user_model.h"].decode())
     assert structs == ["joint_forces", "friction"]
     source = files["user_model.c"].decode()
@@ -125,7 +127,7 @@ def test_states_are_no_numbers_of_user_models_in_c() -> None:
         )
     ]
     assert body == " ".join(["{", *values, *states, "}"])
-    files = c.generated(Mbs("r"), Simulation())
+    files = c.generate_c_files(Mbs("r"), Simulation())
     assert "double none;" in files["user_model.h"].decode()
     assert "list" not in files["user_model.c"].decode().split("UserModel *um)\n")[-1]
 
@@ -148,7 +150,7 @@ def test_what_is_plotted(bodies: Any, names: list[str]) -> None:
         for _, of in bodies
     ]
     made = [Body(str(k), parent, None, joints[k]) for k, (parent, _) in enumerate(bodies)]
-    assert python.plotted(Mbs("r", bodies=made)) == names
+    assert list_plotted_joints(Mbs("r", bodies=made)) == names
 
 
 @pytest.mark.parametrize(
@@ -160,10 +162,10 @@ def test_what_is_plotted(bodies: Any, names: list[str]) -> None:
 )  # fmt: skip
 def test_a_table_in_python_is_its_value(value: Any) -> None:
     space: dict[str, Any] = {}
-    text = f"TABLE = {python._table(value)}"
+    text = f"TABLE = {python._format_table(value)}"
     exec(text, space)
     assert space["TABLE"] == value
-    assert python._table([-0.0]) == "[\n    0.0,\n]"
+    assert python._format_table([-0.0]) == "[\n    0.0,\n]"
     assert all(len(line) < 100 or "long" in line for line in text.splitlines())
 
 
@@ -172,18 +174,24 @@ def test_the_fastest_mode_of_a_joint_beside_light_and_heavy_ones(mass: float, ra
     """A direction without mass has no mode."""
     matrix = np.diag([0.0, mass, 1e9])
     stiffnesses = (("none", 1.0), ("own", mass * rate**2), ("far", 1.0))
-    slopes = [Slope("spring", n, np.eye(3)[k], s, 0.0) for k, (n, s) in enumerate(stiffnesses)]
-    mode = fastest(matrix, slopes)
-    assert abs(mode.rate) == pytest.approx(rate, rel=1e-9)
-    assert mode.step == pytest.approx(longest_steps(np.array([rate * 1j]))[0], rel=1e-9)
+    forces = [
+        SpringDamper("spring", name, np.eye(3)[k], stiffness, 0.0)
+        for k, (name, stiffness) in enumerate(stiffnesses)
+    ]
+    mode = find_fastest_mode(matrix, forces)
+    assert abs(mode.eigenvalue) == pytest.approx(rate, rel=1e-9)
+    assert mode.step == pytest.approx(compute_longest_steps(np.array([rate * 1j]))[0], rel=1e-9)
     assert mode.shares == pytest.approx([0.0, 1.0, 0.0], abs=1e-9)
 
 
 def test_the_shares_of_a_mode_are_those_of_its_forces() -> None:
     row = np.ones(1)
-    slopes = [Slope("hold", "a", row, 100.0, 2.0), Slope("spring", "b", row, 50.0, 0.0)]
-    mode = fastest(np.ones((1, 1)), slopes)
+    forces = [
+        SpringDamper("hold", "a", row, 100.0, 2.0),
+        SpringDamper("spring", "b", row, 50.0, 0.0),
+    ]
+    mode = find_fastest_mode(np.ones((1, 1)), forces)
     rate = np.roots([1.0, 2.0, 150.0])[0]
-    assert abs(mode.rate) == pytest.approx(abs(rate), rel=1e-9)
-    assert mode.rate.real == pytest.approx(-1.0, rel=1e-9)
+    assert abs(mode.eigenvalue) == pytest.approx(abs(rate), rel=1e-9)
+    assert mode.eigenvalue.real == pytest.approx(-1.0, rel=1e-9)
     assert mode.shares == pytest.approx([1.0, 50.0 / abs(100.0 + 2.0 * rate)], rel=1e-9)

@@ -17,7 +17,7 @@ from urdf2mbs.cli import main
 from urdf2mbs.config.model import parse
 from urdf2mbs.mbs.kinematics import compute_placement
 from urdf2mbs.testing import TINY
-from urdf2mbs_project.places import point_at
+from urdf2mbs_project.places import compute_point_position
 from urdf2mbs_simulate.dirdyn import choose_code, close
 from urdf2mbs_simulate.push import parse as parse_push
 from urdf2mbs_simulate.python_code import changes, loaded
@@ -153,7 +153,10 @@ def test_a_loop_stays_closed_and_keeps_its_energy(tmp_path: Path, language: str)
         placed = compute_placement(
             data._run.mbs, {name: q[number] for name, number in data.joint_id.items()}
         )
-        ends = [point_at(placed, data._run.mbs, *end) for end in (cut.endpoint1, cut.endpoint2)]
+        ends = [
+            compute_point_position(placed, data._run.mbs, *end)
+            for end in (cut.endpoint1, cut.endpoint2)
+        ]
         assert np.allclose(*ends, rtol=0, atol=1e-8)
     assert np.abs(results.q[-1] - results.q[0])[1:].max() > 0.1
     truth = Truth(data)

@@ -30,7 +30,7 @@ def contacts(result: Result) -> list[Contact]:
 
 def points(result: Result) -> list[tuple[float, ...]]:
     """The points that touch, each in its body; not what is round."""
-    return [spot.at for one in contacts(result) for spot in one.spots if not spot.radius]
+    return [spot.centre for one in contacts(result) for spot in one.spots if not spot.radius]
 
 
 def heights(result: Result, up: Vec = (0.0, 0.0, 1.0)) -> list[float]:
@@ -101,10 +101,10 @@ def test_what_of_shapes_may_touch(tmp_path: Path) -> None:
     fine = ";".join(f"{0.1 * cos(t)} {0.1 * sin(t)} {z}" for t in turns for z in (0, 1))
     assert len(points(on_body(tmp_path, MESH, fine))) < 60
     (ball,) = contacts(on_body(tmp_path, '<geometry><sphere radius="0.1"/>'))
-    assert [(spot.at, spot.radius) for spot in ball.spots] == [((0.0, 0.0, 0.0), 0.1)]
+    assert [(spot.centre, spot.radius) for spot in ball.spots] == [((0.0, 0.0, 0.0), 0.1)]
     capsule = '<geometry><capsule radius="0.1" length="0.4"/>'
     (rod,) = contacts(on_body(tmp_path, capsule))
-    assert sorted((spot.at, spot.radius) for spot in rod.spots) == [
+    assert sorted((spot.centre, spot.radius) for spot in rod.spots) == [
         ((0.0, 0.0, -0.2), 0.1),
         ((0.0, 0.0, 0.2), 0.1),
     ]
@@ -113,8 +113,8 @@ def test_what_of_shapes_may_touch(tmp_path: Path) -> None:
     assert len(wheel.spots) == 16
     for spot in wheel.spots:
         assert spot.axis == pytest.approx((0.0, -1.0, 0.0))
-        assert abs(spot.at[1]) == pytest.approx(0.2)
-    assert wheel.bound == pytest.approx(0.3)
+        assert abs(spot.centre[1]) == pytest.approx(0.2)
+    assert wheel.bounding_radius == pytest.approx(0.3)
 
 
 def test_a_sheet_touches_by_the_corners_of_its_box(tmp_path: Path) -> None:
@@ -128,11 +128,13 @@ def test_a_sheet_touches_by_the_corners_of_its_box(tmp_path: Path) -> None:
 def test_no_corner_is_far_outside_the_hull(seed: int, count: int, size: float) -> None:
     """What is left out is at most 3 mm, or a twentieth of a small body, below what touches
     along a corner's own normal; elsewhere it may be a little more."""
-    from urdf2mbs_project.passes.contacts import thin
+    from urdf2mbs_project.spots import thin_spots
 
     random = np.random.default_rng(seed)
     cloud = size * random.normal(size=(count, 3)) * (1.0, 0.5, 0.3)
-    kept = np.array([spot.at for spot in thin([Spot(tuple(at)) for at in cloud.tolist()])])
+    kept = np.array(
+        [spot.centre for spot in thin_spots([Spot(tuple(at)) for at in cloud.tolist()])]
+    )
     assert len(kept) <= count
     allowed = min(0.003, 0.05 * np.ptp(cloud, axis=0).max()) + 1e-6
     for way in random.normal(size=(50, 3)):
@@ -182,7 +184,7 @@ def test_all_that_is_solid_and_moves_touches() -> None:
         convert_text(text, passes={"contacts": {"links": ["*"]}}, pipeline="compact")
     )
     assert found.links == ["arm", "tip"]
-    assert [spot.at for spot in found.spots] == [(0.0, 0.0, 0.0), (0.0, 0.0, 1.0)]
+    assert [spot.centre for spot in found.spots] == [(0.0, 0.0, 0.0), (0.0, 0.0, 1.0)]
     named = {"contacts": {"links": ["bare"]}}
     with pytest.raises(ConfigError, match="no shape to take points of"):
         convert_text(text, passes=named)
@@ -291,7 +293,7 @@ def test_a_centre_of_mass_stands_in_for_a_lost_mesh(tmp_path: Path) -> None:
     body = next(one for one in contacts(result) if "body" in one.links)
     centre = result.conversion.robot.links["body"].inertial
     assert centre is not None
-    assert [spot.at for spot in body.spots] == [pytest.approx(centre.origin.pose.xyz, abs=1e-9)]
+    assert [spot.centre for spot in body.spots] == [pytest.approx(centre.origin.pose.xyz, abs=1e-9)]
 
 
 def test_a_mesh_that_cannot_be_used_is_told(tmp_path: Path) -> None:

@@ -5,7 +5,7 @@ import pytest
 from proving import models
 from urdf2mbs.mbs.kinematics import compute_placement
 from urdf2mbs.testing import TINY, convert_text
-from urdf2mbs_project.places import point_at
+from urdf2mbs_project.places import compute_point_position
 
 ARM = [{"link": "body"}, {"link": "arm", "at": [0, 0, 0.3]}]
 
@@ -34,7 +34,8 @@ def test_wrenches_and_springs_have_points_names_and_numbers() -> None:
     assert numbers["link_damping"] == {"band": 5, "arm_spring": 0}
     placement = compute_placement(mbs)
     one, two = (
-        point_at(placement, mbs, *end) for end in (mbs.links[0].endpoint1, mbs.links[0].endpoint2)
+        compute_point_position(placement, mbs, *end)
+        for end in (mbs.links[0].endpoint1, mbs.links[0].endpoint2)
     )
     rest = sum((a - b) ** 2 for a, b in zip(one, two, strict=True)) ** 0.5
     assert numbers["link_length"] == pytest.approx({"band": rest, "arm_spring": 0.5})

@@ -10,10 +10,10 @@ from plugins.project.passes.test_time_step import BIPED, WIDE, convert_project, 
 from proving import models
 from urdf2mbs import convert
 from urdf2mbs.testing import TINY, convert_text
-from urdf2mbs_project.mass import Mass
+from urdf2mbs_project.mass import MassModel
 from urdf2mbs_project.passes.hold_gains import MAX_DAMPING, MAX_STIFFNESS
 from urdf2mbs_project.simulation import Simulation
-from urdf2mbs_project.stability import felt, reduction_of
+from urdf2mbs_project.stability import compute_effective_inertias, compute_reduction
 
 
 def test_the_gains_of_hold() -> None:
@@ -23,7 +23,7 @@ def test_the_gains_of_hold() -> None:
     }  # fmt: skip
     mbs = convert_text(TINY, passes={"posture": {"hold": options}}).mbs
     found = models(mbs)
-    moved = dict(zip(mbs.numbers(), np.diag(Mass(mbs).matrix), strict=True))
+    moved = dict(zip(mbs.numbers(), np.diag(MassModel(mbs).matrix), strict=True))
     k, d = found["hold_stiffness"], found["hold_damping"]
     assert found["hold"] == {"on": 1.0}
     assert (k["wrist_pitch"], d["wrist_pitch"]) == (7.0, 0.25)
@@ -36,7 +36,7 @@ def test_a_leg_carries_the_robot_and_an_arm_itself() -> None:
     passes = {"posture": {"hold": {}}, "contacts": {"links": ["*_foot"]}}
     mbs = convert(BIPED, passes=passes, pipeline="compact").mbs
     found = models(mbs)
-    moved = dict(zip(mbs.numbers(), np.diag(Mass(mbs).matrix), strict=True))
+    moved = dict(zip(mbs.numbers(), np.diag(MassModel(mbs).matrix), strict=True))
     k = {name: value / (20 * pi) ** 2 for name, value in found["hold_stiffness"].items()}
     assert k["left_ankle"] > 100 * moved["left_ankle"]
     assert k["left_shoulder"] == pytest.approx(moved["left_shoulder"], rel=0.05)
@@ -67,9 +67,10 @@ def test_a_leader_carries_what_follows_it(tmp_path: Path) -> None:
 def test_the_gains_are_bounded_by_what_a_joint_feels() -> None:
     options = {"frequency": 1000.0, "damping_ratio": 1000.0}
     result = convert_text(TINY, passes={"posture": {"hold": options}})
-    found, mass = models(result.mbs), Mass(result.mbs)
+    found, mass = models(result.mbs), MassModel(result.mbs)
     names = [placed.joint.name for placed in mass.placement.joints]
-    feels = dict(zip(names, felt(mass, reduction_of(mass, Simulation())), strict=True))
+    inertias = compute_effective_inertias(mass, compute_reduction(mass, Simulation()))
+    feels = dict(zip(names, inertias, strict=True))
     assert found["hold_damping"].keys() == {"shoulder", "wrist_roll", "wrist_pitch"}
     for name, damping in found["hold_damping"].items():
         assert damping == pytest.approx(MAX_DAMPING * feels[name], rel=0.05)

@@ -18,9 +18,16 @@ from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.spatial import Pose, from_rpy
 from urdf2mbs.testing import convert_text
 from urdf2mbs.urdf.model import ClosingJoint
-from urdf2mbs_project.mass import Mass
-from urdf2mbs_project.passes.loops import SINGULAR, Cut, _from_sdf, _jacobian, independent_columns
-from urdf2mbs_project.places import point_at
+from urdf2mbs_project.mass import MassModel
+from urdf2mbs_project.passes.loops import (
+    SINGULAR,
+    Cut,
+    _compute_jacobian,
+    _name_cuts,
+    _replace_sdf_joint,
+    choose_independent_columns,
+)
+from urdf2mbs_project.places import compute_point_position
 from urdf2mbs_project.simulation import Simulation
 
 ROOT = Path(__file__).resolve().parents[4]
@@ -70,7 +77,7 @@ def test_a_ball_makes_two_joints_of_a_four_bar_dependent(passes: dict[str, Any],
     assert cut.kind == "ball"
     placement = compute_placement(mbs)
     for end in (cut.endpoint1, cut.endpoint2):
-        assert point_at(placement, mbs, *end) == pytest.approx((1, 0, 1))
+        assert compute_point_position(placement, mbs, *end) == pytest.approx((1, 0, 1))
     assert "loop-open" not in codes(result)
 
 
@@ -186,15 +193,15 @@ def test_the_rows_of_a_cut_are_its_derivatives(kind: str, tmp_path: Path) -> Non
 
     def state() -> tuple[Any, ...]:
         for coupling in conversion.state(Simulation).couplings:
-            coupling.follow()
+            coupling.update_follower()
         placement = compute_placement(mbs)
-        one, two = (np.array(point_at(placement, mbs, *end)) for end in ends)
+        one, two = (np.array(compute_point_position(placement, mbs, *end)) for end in ends)
         turned = [np.array(placement.bodies[body].rot).reshape(3, 3) for body, _ in ends]
         return two - one, *turned
 
     gap, *turned = state()
     placement = compute_placement(mbs)
-    found = _jacobian(conversion, Mass(mbs))
+    found = _compute_jacobian(conversion, MassModel(mbs))
     assert len(found) == {"rod": 1, "ball": 3, "solid": 6}[kind]
     wanted = np.zeros_like(found)
     for k, (placed, *_) in enumerate(placement.joints):
@@ -250,7 +257,7 @@ def test_columns_are_as_many_as_the_rank_and_independent() -> None:
         matrix = np.vstack([own, random.integers(-1, 2, size=(2, 4)) @ own])
         matrix = matrix[random.permutation(6)]
         order = list(random.permutation(6))
-        chosen = independent_columns(matrix, order)
+        chosen = choose_independent_columns(matrix, order)
         rank = np.linalg.matrix_rank(matrix, tol=1e-9)
         assert len(chosen) == rank
         assert np.linalg.matrix_rank(matrix[:, chosen], tol=1e-9) == rank
@@ -261,7 +268,7 @@ def test_columns_are_as_many_as_the_rank_and_independent() -> None:
         (np.zeros((0, 3)), []), ([[0.0, 0.0]], []),
     ):  # fmt: skip
         matrix = np.array(rows)
-        assert independent_columns(matrix, range(matrix.shape[1])) == chosen
+        assert choose_independent_columns(matrix, range(matrix.shape[1])) == chosen
 
 
 def test_a_cut_has_a_name_of_its_own() -> None:
@@ -295,12 +302,12 @@ def test_the_ends_of_the_cuts_of_a_joint_in_gazebo() -> None:
         ("universal", [y, (0.0, 1.0, 1.0)], [], []), ("screw", [y], [], []),
     ):  # fmt: skip
         cuts: dict[str, Cut] = {}
-        doubtful: set[str] = set()
         closing = ClosingJoint("pin", kind, "coupler", "right", pose, list(axes))
-        why = _from_sdf(conversion, closing, cuts, doubtful)
-        assert bool(why) != bool(wanted)
+        replacement = _replace_sdf_joint(conversion, closing)
+        optional = _name_cuts(conversion, closing, replacement.cuts, cuts)
+        assert bool(replacement.reason) != bool(wanted)
         assert list(cuts) == [["pin"], ["pin_1", "pin_2"]][len(wanted) - 1][: len(wanted)]
-        assert sorted(doubtful) == rest
+        assert sorted(optional) == rest
         for cut, (form, there, here) in zip(cuts.values(), wanted, strict=True):
             assert (cut.kind, cut.ends[0].link, cut.ends[1].link) == (form, "coupler", "right")
             # the coupler is 1 m above the base, the rocker 1 m beside it

@@ -16,7 +16,7 @@ from urdf2mbs import convert
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
 from urdf2mbs.testing import TINY, convert_text
-from urdf2mbs_project.code import FOLDER, starters
+from urdf2mbs_project.code import FOLDER, generate_starter_files
 
 #: All twelve user functions of MBsysPy, and what is called in each file.
 FUNCTIONS = {
@@ -121,7 +121,7 @@ def test_user_joint_forces_says_how_hold_ends(tmp_path: Path) -> None:
     ):
         assert says in (project / "userfctR" / file).read_text()
         language = "python" if file.endswith("py") else "c"
-        assert b"hold" not in starters(language, Mbs("r"))[f"userfctR/{file}"]
+        assert b"hold" not in generate_starter_files(language, Mbs("r"))[f"userfctR/{file}"]
     data = MbsData(project / "dataR" / "robot.mbs")
     data.user_model["joint_forces"] = {}
     data.q[1:] = 0.7

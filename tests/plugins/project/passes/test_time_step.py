@@ -19,10 +19,10 @@ from urdf2mbs import Result
 from urdf2mbs.mbs.model import Connection
 from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.testing import convert_text
-from urdf2mbs_project.mass import Mass
+from urdf2mbs_project.mass import MassModel
 from urdf2mbs_project.passes.time_step import _describe_duration, _round_down
 from urdf2mbs_project.simulation import Simulation
-from urdf2mbs_project.stability import longest_steps, reduction_of
+from urdf2mbs_project.stability import compute_longest_steps, compute_reduction
 from urdf2mbs_simulate.c_code import CCode
 from urdf2mbs_simulate.python_code import loaded
 from urdf2mbs_simulate.runtime import MbsData
@@ -78,7 +78,7 @@ def messages(result: Result) -> dict[str, str]:
 
 
 def test_the_bound_of_runge_and_kutta() -> None:
-    found = longest_steps(np.array([-1.0, 1j, -10.0, 0.0, -100 + 100j]))
+    found = compute_longest_steps(np.array([-1.0, 1j, -10.0, 0.0, -100 + 100j]))
     assert found[0] == pytest.approx(2.785293563, rel=1e-8)
     assert found[1] == pytest.approx(sqrt(8.0), rel=1e-6)
     assert found[2] == pytest.approx(0.2785293563, rel=1e-8)
@@ -86,7 +86,7 @@ def test_the_bound_of_runge_and_kutta() -> None:
     # a step beyond the bound grows, and none below it does
     for angle in np.linspace(pi / 2, pi, 40):
         way = np.exp(1j * angle)
-        (bound,) = longest_steps(np.array([way]))
+        (bound,) = compute_longest_steps(np.array([way]))
         z = way * bound * np.linspace(0.01, 1.3, 400)
         grows = np.abs(1 + z + z**2 / 2 + z**3 / 6 + z**4 / 24) > 1 + 1e-9
         assert np.array_equal(grows, np.abs(z) > bound * (1 + 1e-6))
@@ -108,7 +108,7 @@ def test_the_step_is_that_of_the_derivatives_of_the_accelerations(tmp_path: Path
         ways = np.eye(len(y))
         system = np.array([(code.accelerate(0.0, y + tiny * w) - still) / tiny for w in ways]).T
     rates = np.linalg.eigvals(system)
-    assert step_of(project) == pytest.approx(0.4 * longest_steps(rates).min(), rel=0.02)
+    assert step_of(project) == pytest.approx(0.4 * compute_longest_steps(rates).min(), rel=0.02)
     assert step_of(project) < 2e-4
     module = (project / "userfctR" / "robot_robot.py").read_text()
     assert "of joint 'first'.\n" in module or "of joint 'second'.\n" in module
@@ -125,7 +125,7 @@ def test_a_stop_counts_as_hit(tmp_path: Path) -> None:
         options = {"joint-parameters": {"stop_frequency": frequency}} | passes
         stiffness = (2 * pi * frequency) ** 2 * 2 + (1e6 / 0.01 if passes else 0.0)
         rates = np.roots([1.0, 2 * pi * frequency, stiffness])
-        wanted = min(0.4 * longest_steps(rates).min(), 1e-4)
+        wanted = min(0.4 * compute_longest_steps(rates).min(), 1e-4)
         assert (wanted < 9.9e-5) == bool(passes)
         found = convert_project(text, tmp_path, **options).conversion.state(Simulation).time_step
         assert found == pytest.approx(wanted, rel=0.05)
@@ -248,7 +248,7 @@ def test_a_closed_loop_stays_closed(kind: str) -> None:
     mbs.cuts.append(cut)
     for name, one in mbs.joints().items():
         one.nature = "dependent" if name.startswith("a_to_c") else one.nature
-    reduction = reduction_of(Mass(mbs), Simulation())
+    reduction = compute_reduction(MassModel(mbs), Simulation())
     still = State(evaluator.system, evaluator.vector({}))
     rows = opening(kind, 0.3, *(still.place(evaluator.bodies[name].node) for name in "cd"))[1]
     assert reduction.any(axis=1).sum() > reduction.shape[1]
