@@ -31,7 +31,8 @@ def test_a_file_whose_name_is_no_identifier_is_told(config: Path, capsys: Any) -
     robot, output = config.parent / "tiny.urdf", config.parent / "my-robot.mbs"
     assert main(["convert", "-v", str(robot), "-o", str(output)]) == 0
     assert b"<mbsname>my_robot</mbsname>" in output.read_bytes()
-    assert "note[mbs-name]: the model is called 'my_robot' in the .mbs" in capsys.readouterr().err
+    note = "note[mbs-name]: the model and its equations are called 'my_robot' in the .mbs"
+    assert note in capsys.readouterr().err
     assert main(["convert", "-v", str(robot), "-o", str(config.parent / "mine.mbs")]) == 0
     assert "mbs-name" not in capsys.readouterr().err
 
