@@ -27,7 +27,8 @@ import numpy as np
 from lxml import etree
 from scipy.spatial import ConvexHull
 
-from urdf2mbs.config.model import Project, config_of
+from urdf2mbs.config.load import config_of
+from urdf2mbs.config.model import Project
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.urdf.packages import Packages
 from urdf2mbs_meshes.files import MeshFiles

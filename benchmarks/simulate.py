@@ -19,7 +19,8 @@ from typing import Any
 import msgspec
 
 from robots import REAL, ROBOTS
-from urdf2mbs.config.model import Project, config_of
+from urdf2mbs.config.load import config_of
+from urdf2mbs.config.model import Project
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs_project.facts import HOLD_OPTIONS, find_robot_facts
 from urdf2mbs_simulate.project import make, simulate

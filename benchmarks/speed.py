@@ -43,15 +43,15 @@ Contenders = dict[str, "Callable[[], object]"]
 def in_process(source: Path, folder: Path) -> Contenders:
     from urdf2webots.importer import convertUrdfFile
 
-    from urdf2mbs.config.model import Lines
-    from urdf2mbs.engine import resolve
+    from urdf2mbs.config.lines import Lines
+    from urdf2mbs.engine import order
     from urdf2mbs.engine.plugins import Plugins
 
     out = folder / "robot.mbs"
     proto = folder / "Robot.proto"
     unchecked = [
         name
-        for name in resolve.preset("faithful", Plugins(installed=False), Lines())[0]
+        for name in order.expand_preset("faithful", Plugins(installed=False), Lines())[0]
         if name != "check"
     ]
 

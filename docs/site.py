@@ -17,7 +17,7 @@ from typing import Any
 from urdf2mbs import hookspecs, plugin
 from urdf2mbs.commands import commands_of, parser
 from urdf2mbs.engine.plugins import Plugins
-from urdf2mbs.engine.registered import GROUP
+from urdf2mbs.hookspecs import GROUP
 from urdf2mbs_setup.commands.schema import schema
 
 DOCS = Path(__file__).resolve().parent
@@ -208,10 +208,10 @@ def _options(name: str) -> list[str]:
     (found, *_) = Plugins(installed=False).passes[name]
     reads, writes = (
         ", ".join(f"`{section}`" for section in sections) or "nothing"
-        for sections in (found.kind.reads, found.kind.writes)
+        for sections in (found.load().reads, found.load().writes)
     )
     told = [f"{_whose(found.plugin)} Reads {reads}; writes {writes}.", ""]
-    options = schema(Plugins(installed=False))["$defs"][f"{name}.{found.kind.__name__}"]
+    options = schema(Plugins(installed=False))["$defs"][f"{name}.{found.load().__name__}"]
     return told + (_table("option", options) if options["properties"] else ["It has no options."])
 
 
@@ -224,7 +224,7 @@ def _passes() -> str:
              "[Passes](../passes.md) says what a pass is, and how to write one.", "",
              "| pass | | plugin | reads | writes |", "|---|---|---|---|---|"]  # fmt: skip
     for name, found in sorted(Plugins(installed=False).passes.items()):
-        kind = found[0].kind
+        kind = found[0].load()
         row = " | ".join(
             ", ".join(f"`{section}`" for section in sections) or "-"
             for sections in (kind.reads, kind.writes)

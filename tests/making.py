@@ -7,8 +7,8 @@ from typing import Any
 
 import msgspec
 
-from urdf2mbs.config.model import Lines
-from urdf2mbs.engine import resolve
+from urdf2mbs.config.lines import Lines
+from urdf2mbs.engine import order
 from urdf2mbs.engine.plugins import Plugins
 from urdf2mbs.messages.diagnostics import Diagnostic
 from urdf2mbs.plugin import Pass, hookimpl
@@ -32,7 +32,7 @@ def read_robot(
 
 def passes_of(preset: str) -> list[str]:
     """The names of the passes of a built-in preset, in their order."""
-    return resolve.preset(preset, Plugins(installed=False), Lines())[0]
+    return order.expand_preset(preset, Plugins(installed=False), Lines())[0]
 
 
 def make(

@@ -12,7 +12,7 @@ from urdf2mbs.config.model import Config
 from urdf2mbs.engine.plugins import Plugins
 from urdf2mbs.ranges import LARGEST_TOLERANCE
 
-PASSES = {name: found[0].kind for name, found in Plugins(installed=False).passes.items()}
+PASSES = {name: found[0].load() for name, found in Plugins(installed=False).passes.items()}
 
 
 def numbers(kind: Any, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:

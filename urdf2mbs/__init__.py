@@ -1,7 +1,7 @@
 """URDF and xacro robots to Robotran ``.mbs`` multibody systems, provably the same robot."""
 
-# Python imports these names when they are first used, so that help comes at once.  A type checker
-# and an editor read them in ``__init__.pyi``.
+# Python imports these names when they are first used, so that help needs none of them.  A type
+# checker and an editor read them in ``__init__.pyi``.  Plugins add more by ``urdf2mbs_api``.
 
 #: The names of each module.
 _NAMES = {
@@ -22,9 +22,9 @@ def __getattr__(name: str) -> object:
     else:
         value = None
         if not name.startswith("_") and find_spec(f"urdf2mbs.{name}") is None:
-            from urdf2mbs.engine.plugins import of_ours
+            from urdf2mbs.engine.plugins import load_plugins
 
-            value = of_ours(name)
+            value = load_plugins().load_name(name)
         if value is None:
             raise AttributeError(f"module 'urdf2mbs' has no attribute '{name}'")
     globals()[name] = value
@@ -32,6 +32,7 @@ def __getattr__(name: str) -> object:
 
 
 def __dir__() -> list[str]:
-    from urdf2mbs.engine.plugins import our_names
+    from urdf2mbs.engine.plugins import load_plugins
 
-    return [*globals(), *(name for names in _NAMES.values() for name in names), *our_names()]
+    own_names = [name for names in _NAMES.values() for name in names]
+    return [*globals(), *own_names, *load_plugins().api]

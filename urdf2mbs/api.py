@@ -8,12 +8,15 @@ from typing import Any
 
 import msgspec
 
-from urdf2mbs.config.model import Config, Lines, config_of
-from urdf2mbs.conversion import Conversion, Names
+from urdf2mbs.config.lines import Lines
+from urdf2mbs.config.load import config_of
+from urdf2mbs.config.model import Config
+from urdf2mbs.conversion import Conversion, Intent, Names
 from urdf2mbs.disk import files
+from urdf2mbs.engine.order import join
 from urdf2mbs.engine.output import write
 from urdf2mbs.engine.pipeline import Pipeline
-from urdf2mbs.engine.plugins import of_ours, plugins_of
+from urdf2mbs.engine.plugins import load_plugins
 from urdf2mbs.mbs.model import LinkFrame, Mbs
 from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.messages.diagnostics import ConfigError, Diagnostic
@@ -183,11 +186,10 @@ def verify(
     fields["output"] = {"project": files.project_of(Path(other))}
     if made is None:
         mbs = read_mbs(files.read_model(other), other)
-        certified = of_ours("certified")
-        known = certified(other) if certified else ({}, [])
-        verdict = _verify_robot(robot, mbs, known, None, frames, tolerance, fields)
+        intent = load_plugins().hook.urdf2mbs_intent(model=Path(other)) or Intent()
+        verdict = _verify_robot(robot, mbs, intent, None, frames, tolerance, fields)
     else:
-        verdict = _verify_robot(robot, made.mbs, ({}, []), made.robot, frames, tolerance, fields)
+        verdict = _verify_robot(robot, made.mbs, Intent(), made.robot, frames, tolerance, fields)
         verdict.made_of = other
     verdict.model = other
     return _count_frames(verdict, frames)
@@ -338,22 +340,17 @@ def _count_frames(verdict: Verdict, frames: bool) -> Verdict:
 def _verify_robot(
     source: str,
     mbs: Mbs,
-    certified: tuple[dict[str, Any], list[str]],
+    intent: Intent,
     other: Robot | None,
     frames: bool,
     tolerance: float,
     fields: dict[str, Any],
 ) -> Verdict:
-    """Compare a URDF with an .mbs; ``other`` is the robot that the .mbs was just made of.
-
-    ``certified``: the options of the passes that changed the robot on purpose, and the joints that
-    are driven on purpose, though the URDF has them follow others.
-    """
-    changing, driven = certified
+    """Compare a URDF with an .mbs; ``other`` is the robot that the .mbs was just made of."""
     base = fields.get("base", "auto")
     floats = "floating" if find_floating_joints(mbs) else "fixed"
-    passes = plugins_of((), installed=False).join(_ROBOT)
-    asked = {name: options for name, options in changing.items() if name in passes}
+    passes = join(_ROBOT, load_plugins(installed=False))
+    asked = {name: options for name, options in intent.passes.items() if name in passes}
     given = {"source": source, "pipeline": passes, "passes": asked}
     fields = {**fields, "base": floats if base == "auto" else base}
     conversion = Pipeline(*config_of(given, **fields), installed_plugins=False).run()
@@ -362,7 +359,7 @@ def _verify_robot(
     expectation = Expectation(
         gravity=gravity,
         massless=[*found.locked],
-        driven=driven,
+        driven=intent.driven,
         user_models=None if other is None else mbs.user_models,
         shapes=mbs,
     )

@@ -1,9 +1,9 @@
-"""The state that the passes share: what is known so far of one robot's conversion."""
+"""The state that the passes of one conversion share."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any, Literal, TypeVar
@@ -25,27 +25,30 @@ S = TypeVar("S")
 
 
 class Settings(msgspec.Struct, frozen=True):
-    """What the user asked for: the config, and the paths in it from the root."""
+    """The config of one conversion, and its paths as absolute ones."""
 
     source: Path
     output: Path
     config: Config
     packages: dict[str, Path] = {}
+    """The folders of ROS packages, by name."""
+    xacro_args: dict[str, str] = {}
+    """The arguments of xacro: those of the config, and those that a robot's name implies."""
     project: Path | None = None
-    """The Robotran project folder that the output is part of, if one is asked for."""
+    """The folder of the Robotran project that the output is part of; None: an .mbs alone."""
     languages: tuple[str, ...] = ("python",)
-    """What the project's code is written in: ``python``, ``c``, or both."""
+    """The languages of the project's code: ``python``, ``c``, or both."""
     folder: Path = Path()
     """The folder of the config; the paths in the config are relative to it."""
     fresh: bool = False
-    """Whether to start over, and forget what people changed in the .mbs."""
+    """Whether to start over, without what people changed in the .mbs."""
 
 
 class Step(msgspec.Struct):
-    """One URDF joint on the way from a parent body to a body.
+    """One URDF joint of the chain from a parent body to a body.
 
-    A shift ``xyz`` (m), then ``turns`` about current axes, then the joint's own motion
-    along or about ``axis``, all in the frame reached so far.
+    A translation ``xyz`` (m), then ``turns`` about current axes, then the motion of the joint along
+    or about ``axis``; each in the frame that the ones before it lead to.
     """
 
     joint: Joint
@@ -64,12 +67,12 @@ class Step(msgspec.Struct):
 
     @classmethod
     def of(cls, joint: Joint) -> Step:
-        """The joint just as the URDF states it."""
+        """Return the step of a joint as the URDF states it."""
         return cls(joint, joint.origin.xyz, rpy_turns(joint.origin.rpy), joint.axis)
 
 
 class Segment(msgspec.Struct):
-    """What becomes one body: the links that move as one, and the joints that lead to it.
+    """The links that become one body, and the joints that lead to it.
 
     The first segment of a conversion is the ground; it has no steps and no parent.
     """
@@ -82,11 +85,11 @@ class Segment(msgspec.Struct):
     parts: dict[str, Pose]
     """Every link that is rigid with the body, and its constant pose in the body frame."""
     holder: model.Body | model.Base
-    """What has its points and shapes: its body in the making, or the base."""
+    """The body, or the base of the ground: it has the points and shapes."""
 
     @property
     def body(self) -> model.Body:
-        """The body in the making; the ground has none."""
+        """The body of the .mbs; the ground has none."""
         if isinstance(self.holder, model.Base):
             raise ValueError("the ground has no body: it is the base")
         return self.holder
@@ -100,19 +103,26 @@ class Names(msgspec.Struct):
     joints: dict[str, list[str]] = {}
     """URDF joint: all the joints that it became."""
     coordinates: dict[str, list[str]] = {}
-    """Moving URDF joint: the joints that move with its coordinates (one; three of a planar
-    joint, two shifts and a turn; six of a floating one)."""
+    """Moving URDF joint: the joints that move with its coordinates (one; three of a planar joint,
+    two translations and a rotation; six of a floating one)."""
 
 
 def fits(name: str, patterns: Iterable[str]) -> bool:
-    """True if a name fits one of the patterns of an option."""
+    """Return whether a name matches one of the patterns of an option."""
     return any(fnmatchcase(name, pattern) for pattern in patterns)
 
 
 def choose(patterns: Iterable[str], names: Collection[str], code: str, what: str) -> list[str]:
-    """The names that the patterns of an option fit, in the order of the patterns.
+    """Return the names that match the patterns of an option, in the order of the patterns.
 
-    Raises ConfigError of that ``code`` where a pattern fits none: ``what`` is called so.
+    Args:
+        patterns: The patterns, as of a shell.
+        names: The names to choose from.
+        code: The code of the error.
+        what: The subject of the error, such as ``"no link"``.
+
+    Raises:
+        ConfigError: A pattern matches no name.
     """
     chosen: dict[str, None] = {}
     for pattern in patterns:
@@ -125,29 +135,31 @@ def choose(patterns: Iterable[str], names: Collection[str], code: str, what: str
 
 
 class File(bytes):
-    """A file that a conversion makes; plain bytes are a file of kind ``ours``."""
+    """The bytes of a file to write; plain bytes are a file of kind ``ours``."""
 
     kind: Literal["ours", "starter", "obsolete", "orphans", "base"]
-    """``ours``: written anew by each conversion.  ``starter``: written only where there is nothing
-    yet, and the user's from then on.  ``obsolete``: an earlier conversion wrote it, and it fits no
-    more; removed if nobody has changed it.  ``orphans`` and ``base`` of a merge: written with the
+    """``ours``: replaced by each conversion.  ``starter``: written only if it does not exist, and
+    the user's from then on.  ``obsolete``: written by an earlier conversion, and of no use for this
+    one; removed if nobody has changed it.  ``orphans`` and ``base`` of a merge: written with the
     output, before it and after it."""
     replaces: bytes | None
-    """The edited file, as a merge has read it.  The new file holds the work of people, too, and is
+    """The edited file, as a merge has read it.  The new file contains people's edits, too, and is
     not recorded as ours."""
 
     def __new__(
-        cls, data: bytes = b"",
+        cls,
+        data: bytes = b"",
         kind: Literal["ours", "starter", "obsolete", "orphans", "base"] = "ours",
-        *, replaces: bytes | None = None,
-    ) -> File:  # fmt: skip
+        *,
+        replaces: bytes | None = None,
+    ) -> File:
         file = super().__new__(cls, data)
         file.kind, file.replaces = kind, replaces
         return file
 
 
 class Use(msgspec.Struct, frozen=True):
-    """What a sensor or an external force of the .mbs is for."""
+    """The purpose of a sensor or an external force of the .mbs."""
 
     what: str
     """Such as "contact", or "imu 'head'"."""
@@ -156,11 +168,11 @@ class Use(msgspec.Struct, frozen=True):
     rotation: Rot = IDENTITY
     """The axes of a sensor in the body frame, since a point has none."""
     spots: tuple[Vec, ...] = ()
-    """Where an external force may push, if not at its own point (m, in the body frame)."""
+    """Points where an external force may act, if not at its own (m, in the body frame)."""
 
 
 class Summary(msgspec.Struct):
-    """What a plugin has to say of a conversion that is done."""
+    """What a plugin reports of a finished conversion."""
 
     lines: list[str] = []
     """For the command line."""
@@ -169,7 +181,16 @@ class Summary(msgspec.Struct):
     tables: list[tuple[str, tuple[str, ...], list[tuple[str, ...]]]] = []
     """For a page: the title, the heads of the columns, and the rows."""
     next_steps: list[str] = []
-    """For the end of ``run``: what to do with the files, a line for each."""
+    """For the end of ``run``: commands and steps that use the files, one in each line."""
+
+
+class Intent(msgspec.Struct):
+    """What an earlier conversion changed on purpose, as recorded beside its .mbs."""
+
+    passes: dict[str, dict[str, Any]] = {}
+    """The options of the passes that changed the robot."""
+    driven: list[str] = []
+    """The joints that are driven, although the URDF has them follow others."""
 
 
 class Input(msgspec.Struct):
@@ -178,29 +199,33 @@ class Input(msgspec.Struct):
     data: bytes = b""
     """The file of the robot, as it was read."""
     expansion: Expansion | None = None
-    """What xacro made of the file; None where there is no xacro in it."""
+    """The file with xacro expanded; None if it has no xacro."""
 
 
 class Base(msgspec.Struct):
-    """What insert-base decided."""
+    """The decision of insert-base."""
 
     floating: bool = False
     reason: str = ""
-    """Why the base floats or not, in a word or two."""
+    """The reason for it, in a word or two."""
     inserted: str | None = None
-    """The joint, and with it the link above it, that was added to the robot."""
+    """The joint that was added to the robot, together with its parent link."""
 
 
 class Checked(msgspec.Struct):
-    """What was found of the robot and the .mbs; for reading, but by ``check``."""
+    """The result of ``check``; all other passes only read it."""
 
     changed: list[RobotChange] = []
-    """What passes and hooks have changed of the robot since ``expand`` read it."""
+    """The changes of the robot by passes and hooks since ``expand`` read it."""
     proof: Proof | None = None
     proven: bytes | None = None
-    """The very bytes that were compared."""
+    """The bytes that were compared."""
     rejected: Path | None = None
-    """Where the .mbs goes instead, as it is not the same robot."""
+    """The path of the .mbs instead of the output, if it is not the same robot."""
+
+
+def _ignore(text: str) -> None:
+    """Show nothing of a pass that takes long."""
 
 
 class Conversion(msgspec.Struct, eq=False):
@@ -222,19 +247,21 @@ class Conversion(msgspec.Struct, eq=False):
     frames: dict[str, model.LinkFrame] = {}
     """Where each URDF link's frame is, by link name (filled by assign-names)."""
     frozen: dict[str, str] = {}
-    """Moving URDF joints that are not in the .mbs, and why; held at zero."""
+    """Moving URDF joints that are not in the .mbs, and why; they are locked at zero."""
     meshes: dict[str, str] = {}
     """Mesh files as the URDF names them, and the stem that each one's .wrl gets."""
     files: dict[Path, bytes] = {}
-    """What is written once all passes are done; each may be a ``File``."""
+    """The files to write once all passes are done; each may be a ``File``."""
     checked: Checked = msgspec.field(default_factory=Checked)
     diagnostics: list[Diagnostic] = []
     report: dict[str, Any] = {}
-    """What passes add to the report, each under its own name; no pass reads it."""
+    """The parts of the report by passes, each under its name; no pass reads it."""
     states: dict[type, Any] = {}
-    """What plugins know, by class."""
-    pipeline: Any = None
-    """What runs the passes; None in a test of one pass."""
+    """The data of plugins, by class."""
+    hook: Any = None
+    """The hooks of all plugins; None in a test of one pass."""
+    progress: Callable[[str], None] = _ignore
+    """Shows what a pass that takes long is doing; by default, nothing is shown."""
 
     def __setattr__(self, name: str, value: Any) -> None:
         """Set a field; refuse what is not a field, which would be lost without a word."""
@@ -254,35 +281,21 @@ class Conversion(msgspec.Struct, eq=False):
         return packages
 
     @property
-    def hook(self) -> Any:
-        """The hooks of all plugins."""
-        return self.pipeline.plugins.hook
-
-    def find(self, name: str) -> Any:
-        """What a plugin has under a name (``urdf2mbs_api``); None: there is no such plugin."""
-        return self.pipeline and self.pipeline.plugins.find(name)
-
-    def progress(self, text: str) -> None:
-        """Say what a pass that takes long is at."""
-        if self.pipeline:
-            self.pipeline.progress(text)
-
-    @property
     def written(self) -> Path:
-        """Where the .mbs goes."""
+        """The path of the .mbs."""
         return self.checked.rejected or self.settings.output
 
     def state(self, kind: type[S]) -> S:
-        """The plugin's own object of this class; made when it is asked for first.
+        """Return the object of a class in which a plugin keeps its data; create it at first.
 
-        A method ``sections()`` of the class gives what of the object belongs to sections that
-        passes read and write: section by section, what changes when the section does.  Each item
-        of a list counts by itself, so that one more changes none of the others.
+        A method ``sections()`` of the class may return what of the object belongs to the sections
+        that passes read and write: for each section, the values that change with it.  The items of
+        a list are compared one by one, so that an added item changes none of the others.
         """
         if kind not in self.states:
             self.states[kind] = kind()
-        found: S = self.states[kind]
-        return found
+        state: S = self.states[kind]
+        return state
 
     @property
     def output_folder(self) -> Path:
@@ -317,7 +330,7 @@ class Conversion(msgspec.Struct, eq=False):
         return path
 
     def files_of(self, *kinds: str) -> dict[Path, bytes]:
-        """The files of these kinds."""
+        """Return the files of these kinds."""
         return {
             path: data
             for path, data in self.files.items()
@@ -326,27 +339,27 @@ class Conversion(msgspec.Struct, eq=False):
 
     @property
     def expanded(self) -> bytes | None:
-        """The URDF that xacro made of the source; None where there is no xacro in it."""
+        """The URDF of the source with xacro expanded; None if it has no xacro."""
         return None if self.input.expansion is None else self.input.expansion.text
 
     def regroup(self, segments: dict[str, Segment]) -> None:
-        """Make these the segments, the ground first; their bodies are the bodies of ``mbs``."""
+        """Replace the segments, the ground first; their bodies become the bodies of ``mbs``."""
         self.segments = segments
         self.mbs.bodies = [
             segment.body for segment in segments.values() if segment.parent is not None
         ]
 
     def steps(self) -> Iterator[Step]:
-        """The URDF's joints on their way into the .mbs."""
+        """Yield the steps of all segments, from the ground outwards."""
         for segment in self.segments.values():
             yield from segment.steps
 
     def single_coordinates(self) -> list[tuple[Step, model.Joint]]:
-        """The URDF's joints that move by one coordinate, each with its joint of the .mbs."""
+        """Return the URDF's joints with one coordinate, each with its joint of the .mbs."""
         return [(step, step.coordinates[0]) for step in self.steps() if len(step.coordinates) == 1]
 
     def parts(self) -> dict[str, tuple[Segment, Pose]]:
-        """Each link that is part of a segment, with its constant pose in it."""
+        """Return each link that is part of a segment, with its constant pose in it."""
         return {
             link: (segment, pose)
             for segment in self.segments.values()
@@ -356,10 +369,20 @@ class Conversion(msgspec.Struct, eq=False):
     def add_point(
         self, name: str, link: str, at: Vec, code: str, what: str
     ) -> tuple[str | None, model.Point]:
-        """Make an anchor point at a place of a link (m, in its frame).
+        """Add an anchor point at a position on a link.
 
-        Returns the name of the body (None: the base) and the point.  Raises ConfigError of that
-        ``code`` where the link is part of no segment: ``what`` is at this link.
+        Args:
+            name: The name of the point.
+            link: The link.
+            at: The position, in m, in the frame of the link.
+            code: The code of the error.
+            what: The subject of the error, which is at this link.
+
+        Returns:
+            The name of the body (None: the base) and the point.
+
+        Raises:
+            ConfigError: The link is part of no segment.
         """
         for segment in self.segments.values():
             if link in segment.parts:
@@ -375,14 +398,21 @@ class Conversion(msgspec.Struct, eq=False):
 
     @property
     def ground(self) -> Segment:
+        """The first segment: the base and the links that are rigid with it."""
         return next(iter(self.segments.values()))
 
     def warn(
-        self, code: str, message: str, *, link: str | None = None, joint: str | None = None,
-        hint: str | None = None, line: int | None = None,
+        self,
+        code: str,
+        message: str,
+        *,
+        link: str | None = None,
+        joint: str | None = None,
+        hint: str | None = None,
+        line: int | None = None,
         level: Literal["warning", "note"] = "warning",
-    ) -> None:  # fmt: skip
-        """Say that something of the robot is not in the .mbs as one would expect.
+    ) -> None:
+        """Warn that something of the robot is not in the .mbs as a user would expect.
 
         Args:
             code: The code of the message; the plugin's ``urdf2mbs_codes`` has it.
@@ -405,21 +435,27 @@ class Conversion(msgspec.Struct, eq=False):
     def note(
         self, code: str, message: str, *, link: str | None = None, joint: str | None = None
     ) -> None:
-        """Say what was decided."""
+        """Add a note: a decision that the user may want to know."""
         self.warn(code, message, link=link, joint=joint, level="note")
 
     def settle(self, code: str, *, link: str | None = None, joint: str | None = None) -> int:
-        """Take back warnings and notes of an earlier pass that no longer hold.
+        """Remove warnings and notes of an earlier pass that no longer hold.
 
-        Those of ``code``; with ``link`` or ``joint``, only those that are about it.  Gives how
-        many there were.
+        Args:
+            code: The code of the messages.
+            link: The link that they are about; None: any.
+            joint: The joint that they are about; None: any.
+
+        Returns:
+            The number of messages that were removed.
         """
-        kept = [
-            said
-            for said in self.diagnostics
-            if said.code != code
-            or (link or said.link, joint or said.joint) != (said.link, said.joint)
+        remaining = [
+            diagnostic
+            for diagnostic in self.diagnostics
+            if diagnostic.code != code
+            or (link or diagnostic.link, joint or diagnostic.joint)
+            != (diagnostic.link, diagnostic.joint)
         ]
-        settled = len(self.diagnostics) - len(kept)
-        self.diagnostics[:] = kept
-        return settled
+        count = len(self.diagnostics) - len(remaining)
+        self.diagnostics[:] = remaining
+        return count

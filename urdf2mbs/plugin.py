@@ -17,6 +17,7 @@ EXPORTS: dict[str, dict[str, tuple[str, ...]]] = {
     "A plugin: its hooks, passes and commands": {
         "hookspecs": (
             "Command",
+            "GROUP",
             "Pass",
             "PassEntry",
             "always",
@@ -29,6 +30,7 @@ EXPORTS: dict[str, dict[str, tuple[str, ...]]] = {
         "conversion": (
             "Conversion",
             "File",
+            "Intent",
             "Names",
             "Segment",
             "Settings",
@@ -63,16 +65,20 @@ EXPORTS: dict[str, dict[str, tuple[str, ...]]] = {
     "Configs": {
         "config.model": (
             "Config",
-            "Key",
-            "Lines",
             "Project",
             "Range",
             "Sweep",
-            "config_of",
+        ),
+        "config.lines": (
+            "Key",
+            "Lines",
             "dotted",
-            "expand",
+        ),
+        "config.load": (
+            "config_of",
             "typed",
         ),
+        "config.paths": ("expand",),
     },
     "Numbers of options": {
         "ranges": (
@@ -85,13 +91,13 @@ EXPORTS: dict[str, dict[str, tuple[str, ...]]] = {
         "engine.pipeline": ("Pipeline",),
         "engine.plugins": (
             "Plugins",
-            "of_plugin",
+            "load_pass",
         ),
-        "engine.registered": (
-            "GROUP",
-            "Registered",
-            "version_of",
+        "engine.order": (
+            "ConfiguredPass",
+            "list_method",
         ),
+        "engine.entry_points": ("version_of",),
     },
     "Writing files": {
         "engine.output": (
@@ -101,10 +107,10 @@ EXPORTS: dict[str, dict[str, tuple[str, ...]]] = {
         ),
     },
     "Results in words": {
+        "engine.summaries": ("of_plugins",),
         "summary": (
             "Report",
             "left_out",
-            "of_plugins",
             "report",
             "verdict",
         ),

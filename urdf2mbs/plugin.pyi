@@ -25,18 +25,19 @@ from urdf2mbs.commands.settings import without_config as without_config
 from urdf2mbs.commands.streams import STREAM as STREAM
 from urdf2mbs.commands.streams import is_stream as is_stream
 from urdf2mbs.commands.streams import saving as saving
+from urdf2mbs.config.lines import Key as Key
+from urdf2mbs.config.lines import Lines as Lines
+from urdf2mbs.config.lines import dotted as dotted
+from urdf2mbs.config.load import config_of as config_of
+from urdf2mbs.config.load import typed as typed
 from urdf2mbs.config.model import Config as Config
-from urdf2mbs.config.model import Key as Key
-from urdf2mbs.config.model import Lines as Lines
 from urdf2mbs.config.model import Project as Project
 from urdf2mbs.config.model import Range as Range
 from urdf2mbs.config.model import Sweep as Sweep
-from urdf2mbs.config.model import config_of as config_of
-from urdf2mbs.config.model import dotted as dotted
-from urdf2mbs.config.model import expand as expand
-from urdf2mbs.config.model import typed as typed
+from urdf2mbs.config.paths import expand as expand
 from urdf2mbs.conversion import Conversion as Conversion
 from urdf2mbs.conversion import File as File
+from urdf2mbs.conversion import Intent as Intent
 from urdf2mbs.conversion import Names as Names
 from urdf2mbs.conversion import Segment as Segment
 from urdf2mbs.conversion import Settings as Settings
@@ -62,15 +63,17 @@ from urdf2mbs.disk.record import checksum as checksum
 from urdf2mbs.disk.record import is_ours as is_ours
 from urdf2mbs.disk.record import was_ours as was_ours
 from urdf2mbs.disk.xml import safe_parser as safe_parser
+from urdf2mbs.engine.entry_points import version_of as version_of
+from urdf2mbs.engine.order import ConfiguredPass as ConfiguredPass
+from urdf2mbs.engine.order import list_method as list_method
 from urdf2mbs.engine.output import check_ours as check_ours
 from urdf2mbs.engine.output import write as write_output
 from urdf2mbs.engine.output import write_files as write_files
 from urdf2mbs.engine.pipeline import Pipeline as Pipeline
 from urdf2mbs.engine.plugins import Plugins as Plugins
-from urdf2mbs.engine.plugins import of_plugin as of_plugin
-from urdf2mbs.engine.registered import GROUP as GROUP
-from urdf2mbs.engine.registered import Registered as Registered
-from urdf2mbs.engine.registered import version_of as version_of
+from urdf2mbs.engine.plugins import load_pass as load_pass
+from urdf2mbs.engine.summaries import of_plugins as of_plugins
+from urdf2mbs.hookspecs import GROUP as GROUP
 from urdf2mbs.hookspecs import Command as Command
 from urdf2mbs.hookspecs import Pass as Pass
 from urdf2mbs.hookspecs import PassEntry as PassEntry
@@ -159,7 +162,6 @@ from urdf2mbs.states import OnPurpose as OnPurpose
 from urdf2mbs.states import Placed as Placed
 from urdf2mbs.summary import Report as Report
 from urdf2mbs.summary import left_out as left_out
-from urdf2mbs.summary import of_plugins as of_plugins
 from urdf2mbs.summary import report as report
 from urdf2mbs.summary import verdict as verdict
 from urdf2mbs.urdf import inertia as inertia
@@ -249,6 +251,7 @@ __all__ = [
     "Command",
     "Config",
     "ConfigError",
+    "ConfiguredPass",
     "Connection",
     "Conversion",
     "ConversionError",
@@ -263,6 +266,7 @@ __all__ = [
     "File",
     "Geometry",
     "Inertial",
+    "Intent",
     "JointModels",
     "Key",
     "Lines",
@@ -294,7 +298,6 @@ __all__ = [
     "Project",
     "Range",
     "Reading",
-    "Registered",
     "Report",
     "Robot",
     "Rot",
@@ -365,6 +368,8 @@ __all__ = [
     "is_stream",
     "is_xacro",
     "left_out",
+    "list_method",
+    "load_pass",
     "lump",
     "mbs",
     "model_of",
@@ -374,7 +379,6 @@ __all__ = [
     "nearest",
     "not_installed",
     "noting",
-    "of_plugin",
     "of_plugins",
     "packages",
     "parser",

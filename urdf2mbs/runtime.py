@@ -2,6 +2,6 @@
 
 import sys
 
-from urdf2mbs.engine.plugins import of_ours
+from urdf2mbs.engine.plugins import load_plugins
 
-sys.modules[__name__] = of_ours("runtime")
+sys.modules[__name__] = load_plugins().load_name("runtime")

@@ -7,7 +7,7 @@ from typing import Any
 
 import msgspec
 
-from urdf2mbs.conversion import Conversion, Names, Summary
+from urdf2mbs.conversion import Conversion, Names
 from urdf2mbs.mbs.model import LinkFrame
 from urdf2mbs.messages.diagnostics import Diagnostic, counted
 from urdf2mbs.proof.verdict import NOT_CHECKED, Proof
@@ -150,21 +150,6 @@ def left_out(conversion: Conversion) -> dict[str, dict[str, dict[str, Any]]]:
         if joint.moves and parts:
             left_out[joint.name] = parts
     return left_out
-
-
-def of_plugins(conversion: Conversion) -> Summary:
-    """Return what the plugins have to say of a conversion; warn of those that fail."""
-    whole = Summary()
-    summaries, failures = conversion.pipeline.plugins.summaries(conversion)
-    # a page and the command line ask both
-    messages = {diagnostic.message for diagnostic in conversion.diagnostics}
-    conversion.diagnostics += [failure for failure in failures if failure.message not in messages]
-    for summary in summaries:
-        whole.lines += summary.lines
-        whole.uses |= summary.uses
-        whole.tables += summary.tables
-        whole.next_steps += summary.next_steps
-    return whole
 
 
 def _floating(conversion: Conversion) -> tuple[str, list[str]]:

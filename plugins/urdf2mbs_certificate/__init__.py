@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING
 from urdf2mbs.plugin import PassEntry, hookimpl, in_project
 
 if TYPE_CHECKING:
-    from urdf2mbs.plugin import Conversion
+    from pathlib import Path
+
+    from urdf2mbs.plugin import Conversion, Intent
 
 
 def _is_there(conversion: Conversion, given: bool) -> bool:
@@ -17,8 +19,10 @@ def _is_there(conversion: Conversion, given: bool) -> bool:
 
 
 @hookimpl
-def urdf2mbs_api() -> dict[str, str]:
-    return {"certified": "urdf2mbs_certificate.passes.certificate:certified"}
+def urdf2mbs_intent(model: Path) -> Intent | None:
+    from urdf2mbs_certificate.passes.certificate import read_intent
+
+    return read_intent(model)
 
 
 @hookimpl

@@ -1,6 +1,15 @@
 """For the pages of a CI: ``lint``, and findings as SARIF."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
 from urdf2mbs.plugin import Command, PassEntry, hookimpl
+
+if TYPE_CHECKING:
+    import argparse
+    from collections.abc import Callable
+    from contextlib import AbstractContextManager
 
 
 @hookimpl
@@ -17,5 +26,17 @@ def urdf2mbs_commands() -> list[Command]:
 
 
 @hookimpl
-def urdf2mbs_api() -> dict[str, str]:
-    return {"findings": "urdf2mbs_ci.findings"}
+def urdf2mbs_options(command: str, parser: argparse.ArgumentParser) -> None:
+    if command == "verify":
+        from urdf2mbs_ci.findings import add_options
+
+        add_options(parser)
+
+
+@hookimpl
+def urdf2mbs_observe_verify(
+    robot: str, arguments: argparse.Namespace
+) -> AbstractContextManager[Callable[[Any], bool]]:
+    from urdf2mbs_ci.findings import observe_verify
+
+    return observe_verify(robot, arguments)

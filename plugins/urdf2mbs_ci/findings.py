@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -50,8 +50,13 @@ class Findings:
     def __init__(self, source: str) -> None:
         self.said: list[Diagnostic] = []
         self.source = source
-        self.files: list[str] = []
-        """The files that were read."""
+        self.read_files: Collection[str] = ()
+        """The files that were read so far."""
+
+    @property
+    def files(self) -> list[str]:
+        """The files of the robot that were read."""
+        return [file for file in self.read_files if not file.lower().endswith(".mbs")]
 
     def placed(self) -> list[Diagnostic]:
         """The findings, with the line of the URDF or xacro file as far as it is known."""
@@ -102,7 +107,8 @@ def collecting(sarif: Path | None, source: str) -> Iterator[Findings]:
     written as SARIF at the end, if asked for."""
     found = Findings(source)
     failure = None
-    with noting() as files:
+    with noting() as read_files:
+        found.read_files = read_files
         try:
             yield found
         except ConversionError as error:
@@ -110,11 +116,34 @@ def collecting(sarif: Path | None, source: str) -> Iterator[Findings]:
                 raise  # the command line is wrong, and not the robot
             found.said += [*error.earlier, error.diagnostic()]
             failure = error
-    found.files = [file for file in files if not file.lower().endswith(".mbs")]
     if sarif is not None:
         write_files({sarif: (json.dumps(found.sarif(), indent=1) + "\n").encode()})
     if failure is not None:
         raise failure
+
+
+@contextmanager
+def observe_verify(robot: str, arguments: argparse.Namespace) -> Iterator[Callable[[Any], bool]]:
+    """Collect what ``verify`` finds; with ``--ci``, print a line for each finding.
+
+    Args:
+        robot: The file of the robot.
+        arguments: The options of ``verify``.
+
+    Yields:
+        A function that takes the verdict, and returns whether it has printed it.
+    """
+    with collecting(arguments.sarif, robot) as findings:
+
+        def take(verdict: Any) -> bool:
+            findings.said += [*verdict.diagnostics, *differences(verdict.differences)]
+            if not arguments.ci or arguments.json:
+                return False
+            findings.tell(arguments.verbose)
+            print(verdict.verdict)
+            return True
+
+        yield take
 
 
 def differences(found: Iterable[Difference]) -> list[Diagnostic]:

@@ -48,12 +48,19 @@ def urdf2mbs_carry_out(
 
 
 @hookimpl
+def urdf2mbs_expand_sweep(config: Config, lines: Lines) -> list[tuple[Config, str]]:
+    from urdf2mbs_many import sweep
+
+    members = sweep.members(config, lines)
+    return [(member.config, sweep.in_words(member.values)) for member in members]
+
+
+@hookimpl
 def urdf2mbs_api() -> dict[str, str]:
     package = "urdf2mbs_many"
     return {
         "Outcome": f"{package}.job:Outcome",
         "convert_many": f"{package}.convert:convert_many",
-        "sweep": f"{package}.sweep",
     }
 
 

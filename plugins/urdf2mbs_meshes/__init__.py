@@ -27,9 +27,10 @@ def urdf2mbs_passes() -> list[PassEntry]:
 
 
 @hookimpl
-def urdf2mbs_api() -> dict[str, str]:
-    """Return the function that other plugins may call."""
-    return {"warn_of_missing_meshes": "urdf2mbs_meshes.missing:warn_of_missing_meshes"}
+def urdf2mbs_find_faults(conversion: Conversion) -> None:
+    from urdf2mbs_meshes.missing import warn_of_missing_meshes
+
+    warn_of_missing_meshes(conversion)
 
 
 @hookimpl

@@ -26,12 +26,18 @@ def urdf2mbs_api() -> dict[str, str]:
         "Push": f"{package}.push:Push",
         "Results": f"{package}.results:Results",
         "Robot": f"{package}.robot:Robot",
-        "compiler": f"{package}.compiler:compiler",
         "load_equations": f"{package}.robot:load_equations",
         "modes": f"{package}.project:modes",
         "runtime": f"{package}.runtime",
         "simulate": f"{package}.project:simulate",
     }
+
+
+@hookimpl
+def urdf2mbs_doctor() -> dict[str, str]:
+    from urdf2mbs_simulate.compiler import compiler
+
+    return {"C compiler": compiler() or "none: simulations need one (pip install ziglang)"}
 
 
 @hookimpl

@@ -14,7 +14,7 @@ import pytest
 
 from urdf2mbs.cli import main
 from urdf2mbs.commands.progress import Progress
-from urdf2mbs.config.model import load
+from urdf2mbs.config.load import load
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.hookspecs import hookimpl
 from urdf2mbs.mbs.reader import read_mbs

@@ -12,8 +12,11 @@ from urdf2mbs import convert
 from urdf2mbs.commands import parse as read_words
 from urdf2mbs.commands import parser
 from urdf2mbs.commands.settings import ALONE, FLAGS, RUNNING, choose_fields, field_docs
-from urdf2mbs.config.model import Config, Lines, config_of, expand, load, parse, typed
-from urdf2mbs.config.yaml_text import word
+from urdf2mbs.config.lines import Lines
+from urdf2mbs.config.load import config_of, load, parse, typed
+from urdf2mbs.config.model import Config
+from urdf2mbs.config.paths import expand
+from urdf2mbs.config.yaml_text import parse_value
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY
 
@@ -56,19 +59,19 @@ passes: {check: {tolerance: 1e-6}}
         ("source: x\nzzz: 1", 2, "unknown-key", "known: source, output"),
         ("source: x\ndiagnostics:\n  base: eror", 3, "config-type", "error, ignore, note, warning"),
         ("source: x\nbase: float", 2, "config-type", "auto, fixed, floating"),
-        ("source: x\nstrict: 1", 2, "config-type", "true or false is wanted, and this is 1"),
-        ("source: 3", 1, "config-type", "'source': a word is wanted, and this is 3"),
-        ("source: x\ngravity: [1, 2]", 2, "config-type", "'gravity': a list of 3"),
-        ("source: x\ngravity: [0, 0, down]", 2, "config-type", "'gravity.2': a number"),
+        ("source: x\nstrict: 1", 2, "config-type", "expected true or false, got 1"),
+        ("source: 3", 1, "config-type", "'source': expected a word, got 3"),
+        ("source: x\ngravity: [1, 2]", 2, "config-type", "'gravity': expected a list of 3"),
+        ("source: x\ngravity: [0, 0, down]", 2, "config-type", "'gravity.2': expected a number"),
         ("source: x\ngravity: [0, 0, 1.0e+300]", 2, "value-range",
-         "'gravity.2' is 1e+300: a number from -1000 to 1000 is wanted"),
-        ("source: x\ngravity: [0, 0, .nan]", 2, "config-type", "and this is nan"),
+         "'gravity.2': expected a number from -1000 to 1000, got 1e+300"),
+        ("source: x\ngravity: [0, 0, .nan]", 2, "config-type", "got nan"),
         ("source: x\npackages:\n  a: 1\n", 3, "config-type", "'packages.a'"),
         ("source: x\npasses:\n  a: b\n", 3, "config-type", "'passes.a'"),
         ("source: x\noutput: {projekt: y}", 2, "unknown-key", "'project'?"),
-        ("source: x\noutput: {project: ''}", 2, "config-type", "'output.project': this is empty"),
-        ("source: ''", 1, "config-type", "'source': this is empty"),
-        ("source: x\nplugins: ['']", 2, "config-type", "'plugins.0': this is empty"),
+        ("source: x\noutput: {project: ''}", 2, "config-type", "'output.project': the value is"),
+        ("source: ''", 1, "config-type", "'source': the value is empty"),
+        ("source: x\nplugins: ['']", 2, "config-type", "'plugins.0': the value is empty"),
         ("source: x\npackages: {'': p}", 2, "config-type", "'packages': a key is empty"),
         ("source: x\nsource: y", 2, "config-key-doubled", "'source'"),
         ("passes:\n  a: {b: 1,\n    b: 2}", 3, "config-key-doubled", "'passes.a.b'"),
@@ -162,18 +165,18 @@ class Options(msgspec.Struct, forbid_unknown_fields=True, rename="kebab"):
     ("options", "line", "code", "said"),
     [
         ("{words: a}", 3, "config-key-missing", "'passes.p.must'"),
-        ("{must: 1.5}", 3, "config-type", "'passes.p.must': a whole number is wanted"),
+        ("{must: 1.5}", 3, "config-type", "'passes.p.must': expected a whole number"),
         ("{must: -1}", 3, "config-type", "'passes.p': must is below zero"),
         ("{must: 1, wods: a}", 3, "unknown-key", "'passes.p.wods'"),
         ("\n    must: 1\n    rules:\n      - name: 1", 6, "config-type", "'passes.p.rules.0.name'"),
         ("\n    must: 1\n    rules:\n      - nam: a", 6, "unknown-key", "'passes.p.rules.0.nam'"),
         ("\n    must: 1\n    for-each:\n      x: 3", 6, "config-type", "'passes.p.for-each.x'"),
         ("{must: 1, for-each: {a: {}, b: {by-link: {c: 1, '...': x}}}}", 3, "config-type",
-         "'passes.p.for-each.b.by-link....': a number is wanted, and this is 'x'"),
-        ("{must: 1, for-each: {a: {by-link: 3}}}", 3, "config-type", "lines or nothing is wanted"),
+         "'passes.p.for-each.b.by-link....': expected a number, got 'x'"),
+        ("{must: 1, for-each: {a: {by-link: 3}}}", 3, "config-type", "lines or nothing, got 3"),
         ("{must: 1, deep-words: {a.b: [{}, {k: 1, l: x}]}}", 3, "config-type",
          "'passes.p.deep-words.a.b.1.l'"),
-        ("[]", 3, "config-type", "'passes.p' wants 'key: value' lines"),
+        ("[]", 3, "config-type", "'passes.p': expected 'key: value' lines"),
     ],
 )  # fmt: skip
 def test_options_of_a_pass(options: str, line: int, code: str, said: str) -> None:
@@ -189,7 +192,7 @@ def test_options_of_a_pass(options: str, line: int, code: str, said: str) -> Non
 
 def test_words_of_the_command_line_and_numbers_with_an_exponent() -> None:
     texts = ("1.5", "[a, b]", "a b", "{", "true", "*", "1e", "1e1x", "1e1", "1E+1", "-2e-3")
-    assert [word(text) for text in texts] == [
+    assert [parse_value(text) for text in texts] == [
         1.5, ["a", "b"], "a b", "{", True, "*", "1e", "1e1x", 10.0, 10.0, -0.002,
     ]  # fmt: skip
     config, _ = parse("source: a.urdf\ngravity: [0, 0, 1e1]\nxacro_args: {a: 1e1}\n", None)

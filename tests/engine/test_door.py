@@ -10,7 +10,7 @@ import urdf2mbs
 from presets import PRESETS
 from urdf2mbs import convert, plugin
 from urdf2mbs.cli import main
-from urdf2mbs.config.model import config_of
+from urdf2mbs.config.load import config_of
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
@@ -147,9 +147,9 @@ def test_a_preset_of_a_plugin_extends_compact(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("preset", "said"),
     [
-        ("[]", "wants 'key: value' lines"),
+        ("[]", "expected 'key: value' lines"),
         ("{}", "neither 'pipeline' nor 'extends'"),
-        ("{'pipeline': [1]}", "a word is wanted"),
+        ("{'pipeline': [1]}", "expected a word"),
         ("{'pipeline': [], 'pases': {}}", "unknown key 'pases'"),
     ],
 )

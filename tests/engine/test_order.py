@@ -1,5 +1,6 @@
 """Each order of the passes gives the same file, or is refused: what a pass changed is seen."""
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -7,17 +8,18 @@ import pytest
 
 from making import make, passes_of
 from presets import PRESETS
-from urdf2mbs.config.model import Config, Key, Lines
-from urdf2mbs.engine.order import check_order
+from urdf2mbs.config.lines import Lines
+from urdf2mbs.config.model import Config
+from urdf2mbs.engine.order import ConfiguredPass, check_order
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.engine.plugins import Plugins
 from urdf2mbs.engine.sections import SECTIONS
-from urdf2mbs.hookspecs import Pass
+from urdf2mbs.hookspecs import Pass, PassEntry
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
 from urdf2mbs.testing import convert_text, run_pass
 
 CONFIGS = Path(__file__).resolve().parents[2] / "configs"
-BUILT_IN = {name: found[0].kind for name, found in Plugins(installed=False).passes.items()}
+BUILT_IN = {name: found[0].load() for name, found in Plugins(installed=False).passes.items()}
 
 
 def test_sections_are_the_words_of_the_passes() -> None:
@@ -53,13 +55,30 @@ E = make("e", lambda c, o: None, writes=("posture",))
     ],
 )
 def test_places_of_passes_of_plugins(passes: list[type[Pass]], code: str, said: str) -> None:
-    keys: list[Key] = [()] * len(passes)
+    steps = [
+        ConfiguredPass(
+            PassEntry(kind.name, "", (), kind=kind), {}, (), Lines(), swapped=False, named=False
+        )
+        for kind in passes
+    ]
     if not code:
-        check_order(passes, [], Lines(), keys)
+        check_order(steps, [], Lines())
         return
     with pytest.raises(ConfigError) as wrong:
-        check_order(passes, [], Lines(), keys)
+        check_order(steps, [], Lines())
     assert (wrong.value.code, said in wrong.value.message) == (code, True), wrong.value.message
+
+
+def test_one_error_names_all_passes_that_need_what_is_left_out() -> None:
+    text = '<robot name="r"><link name="world"/></robot>'
+    with pytest.raises(ConfigError, match="need-not-given") as wrong:
+        convert_text(text, without=["emit"])
+    hint = str(wrong.value.hint)
+    needing = re.search(r"without: \[(.*)\]", hint)
+    assert needing is not None, hint
+    assert "check" in needing[1].split(", ")
+    result = convert_text(text, without=["emit", *needing[1].split(", ")])
+    assert not result.conversion.files
 
 
 LATE = """

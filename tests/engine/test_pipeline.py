@@ -94,7 +94,7 @@ class Watcher:
 
 
 def pipeline_of(folder: Path, text: str = "") -> Pipeline:
-    from urdf2mbs.config.model import load
+    from urdf2mbs.config.load import load
 
     (folder / "tiny.urdf").write_text(TINY)
     (folder / "c.yaml").write_text(f"source: tiny.urdf\n{text}")

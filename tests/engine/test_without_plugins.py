@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from urdf2mbs.engine.registered import find_own_plugins
+from urdf2mbs.engine.entry_points import find_own_plugins
 from urdf2mbs.testing import TINY
 
 #: The names of our own plugins.

@@ -14,7 +14,7 @@ import pytest
 from codes import CATALOGUE
 from urdf2mbs.api import convert, verify
 from urdf2mbs.cli import main
-from urdf2mbs.config.model import load
+from urdf2mbs.config.load import load
 from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.testing import TINY

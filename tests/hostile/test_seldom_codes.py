@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from urdf2mbs.config.model import Lines
+from urdf2mbs.config.lines import Lines
 from urdf2mbs_many.convert import jobs_of
 
 
@@ -45,7 +45,8 @@ def test_a_cluster_whose_workers_cannot_convert(
         as_completed=lambda futures, loop: iter(list(futures)),
     )  # fmt: skip
     monkeypatch.setitem(sys.modules, "distributed", module)  # type: ignore[arg-type]
-    from urdf2mbs.config.model import Config, typed
+    from urdf2mbs.config.load import typed
+    from urdf2mbs.config.model import Config
     from urdf2mbs_many.cluster import on_cluster
 
     config = typed(Config, {"source": str(tiny)}, Lines())

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from urdf2mbs.config.model import Config
-from urdf2mbs.engine.levels import judge, weigh
+from urdf2mbs.engine.levels import apply_levels, raise_errors
 from urdf2mbs.engine.plugins import Plugins
 from urdf2mbs.messages.diagnostics import (
     ConfigError,
@@ -42,10 +42,10 @@ def test_errors_that_were_found_before_stand_first_and_warnings_do_not() -> None
     error.earlier = [Diagnostic("error", "first", "f"), Diagnostic("warning", "w", "w")]
     assert str(error) == "error[first]: f\nerror[last]: l"
     assert (error.exit_code, ConfigError("c", "m").exit_code) == (1, 2)
-    judge([Diagnostic("warning", "w", "w"), Diagnostic("note", "n", "n")])
+    raise_errors([Diagnostic("warning", "w", "w"), Diagnostic("note", "n", "n")])
     one = Diagnostic("error", "one", "1", file="f", line=2, hint="h")
     with pytest.raises(ConversionError) as caught:
-        judge([Diagnostic("error", "zero", "0"), Diagnostic("warning", "w", "w"), one])
+        raise_errors([Diagnostic("error", "zero", "0"), Diagnostic("warning", "w", "w"), one])
     assert caught.value.diagnostic() == one
     assert [said.code for said in caught.value.earlier] == ["zero"]
     assert memory_full_error("reading").code == "memory-full"
@@ -59,16 +59,16 @@ def test_a_hint_does_not_recommend_the_level_that_is_set() -> None:
     ]
     plugins = Plugins(installed=False)
     config = Config(source="r", diagnostics={"a": "error", "b": "note", "d": "ignore"})
-    found = [(one.level, one.code, one.hint) for one in weigh(said, config, plugins)]
+    found = [(one.level, one.code, one.hint) for one in apply_levels(said, config, plugins)]
     assert found == [("error", "a", None), ("note", "b", "mend it"), ("warning", "c", "--level")]
     strict = Config(source="r", strict=True, diagnostics={"b": "warning"})
-    levels = [one.level for one in weigh(said, strict, plugins)]
+    levels = [one.level for one in apply_levels(said, strict, plugins)]
     assert levels == ["error", "warning", "error", "error"]
 
 
 def test_a_warning_without_a_hint_says_what_its_code_says_to_do() -> None:
     said = [Diagnostic("warning", "massless-leaf", "m"), Diagnostic("note", "base", "m")]
-    hints = [one.hint for one in weigh(said, Config(source="r"), Plugins(installed=False))]
+    hints = [one.hint for one in apply_levels(said, Config(source="r"), Plugins(installed=False))]
     assert hints == ["give the links mass; 'keep' keeps the joints, but not to simulate", None]
 
 

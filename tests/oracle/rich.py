@@ -5,7 +5,7 @@ from typing import Any
 
 import msgspec
 
-from urdf2mbs.config.model import config_of
+from urdf2mbs.config.load import config_of
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.pipeline import Pipeline
 

@@ -54,7 +54,7 @@ def run_config(folder: Path, plugin: str | None, capsys: Any, config: str = "") 
         (HOOKS + "@hookimpl\ndef urdf2mbs_before_pass(robot): pass\n",
          r"mine.py: .*\{'robot'\}.*\n.*before_pass\(pass_, conversion\)"),
         (PASS + "None\n", r"urdf2mbs_passes returned nothing; expected a list\n.*of the classes"),
-        (PASS + "['a']\n", r"gave 'a', which is no subclass of Pass"),
+        (PASS + "['a']\n", r"returned 'a'; expected a subclass of Pass"),
         (PASS + "[][0]\n", r"mine.py:4: .*urdf2mbs_passes failed: IndexError"),
         (PASS + "[make('', run)]\n", r"pass '': its name"),
         (CLASS + "  pass\n" + LIST + "[A]\n", r"no method 'run'\n.*run\(self, conversion\)"),
@@ -97,7 +97,7 @@ def test_files_of_one_name_do_not_mix(tmp_path: Path, capsys: Any) -> None:
     for file in (*files, files[0]):
         assert run_pass("a", file).robot.name == file.parent.name
         (found,) = Plugins([file], installed=False).passes["a"]
-        assert (found.kind.summary(), found.file) == (f"{file.parent.name}.", str(file))
+        assert (found.load().summary(), found.file) == (f"{file.parent.name}.", str(file))
     assert main(["explain", "--plugin", str(files[0]), "--plugin", str(files[1])]) == 2
     assert re.search(r"plugin-doubled\].*one/mine.py and .*two/mine.py", capsys.readouterr().err)
 

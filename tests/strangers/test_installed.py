@@ -10,8 +10,8 @@ import pytest
 
 from installed import install
 from urdf2mbs.cli import main
+from urdf2mbs.engine.entry_points import find_installed_plugins
 from urdf2mbs.engine.plugins import Plugins
-from urdf2mbs.engine.registered import installed_plugins
 from urdf2mbs.testing import TINY, convert_text, run_pass
 
 
@@ -96,8 +96,8 @@ def test_a_package_that_only_importlib_metadata_can_see_is_found(
             return [found]
 
     def seen() -> set[str]:
-        installed_plugins.cache_clear()
-        return {entry.name for entry, _ in installed_plugins(tuple(sys.path))}
+        find_installed_plugins.cache_clear()
+        return {entry.name for entry, _ in find_installed_plugins(tuple(sys.path))}
 
     assert "rename" not in seen()
     with monkeypatch.context() as patch:
@@ -106,4 +106,4 @@ def test_a_package_that_only_importlib_metadata_can_see_is_found(
     with monkeypatch.context() as patch:
         patch.setattr(sys, "meta_path", [*sys.meta_path, Finder()])
         assert "rename" in seen()
-    installed_plugins.cache_clear()
+    find_installed_plugins.cache_clear()

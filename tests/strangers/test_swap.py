@@ -22,7 +22,7 @@ STAND_IN = """
 from urdf2mbs.plugin import hookimpl
 from urdf2mbs.engine.plugins import Plugins
 
-Original = Plugins(installed=False).passes["{name}"][0].kind
+Original = Plugins(installed=False).passes["{name}"][0].load()
 
 class StandIn(Original):
     name = "{name}"

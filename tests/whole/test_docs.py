@@ -28,7 +28,8 @@ from robots import FOLDER
 from urdf2mbs import hookspecs
 from urdf2mbs.cli import main
 from urdf2mbs.commands import commands_of
-from urdf2mbs.config.model import Config, load, parse
+from urdf2mbs.config.load import load, parse
+from urdf2mbs.config.model import Config
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine import sections
 from urdf2mbs.engine.output import write_files
@@ -52,7 +53,7 @@ PAGES = [
 #: The plugin that is installed while the pages are followed.
 INSTALLED = ROOT / "tests" / "door" / "list_masses.py"
 BUILT_IN: dict[str, type[Pass]] = {
-    name: found[0].kind for name, found in Plugins(installed=False).passes.items()
+    name: found[0].load() for name, found in Plugins(installed=False).passes.items()
 }
 
 

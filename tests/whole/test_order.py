@@ -8,8 +8,10 @@ import pytest
 from making import passes_of
 from oracle.rich import PASSES, RICH
 from touches import NAME, record
-from urdf2mbs.config.model import Config, Lines, typed
-from urdf2mbs.engine.order import find_stale
+from urdf2mbs.config.lines import Lines
+from urdf2mbs.config.load import typed
+from urdf2mbs.config.model import Config
+from urdf2mbs.engine.contract import find_stale
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.engine.plugins import Plugins
 from urdf2mbs.engine.sections import IMPLIED, compare, take_snapshot
@@ -19,7 +21,7 @@ from urdf2mbs.messages.diagnostics import ConfigError
 CONFIGS = Path(__file__).resolve().parents[2] / "configs"
 
 
-BUILT_IN = {name: found[0].kind for name, found in Plugins(installed=False).passes.items()}
+BUILT_IN = {name: found[0].load() for name, found in Plugins(installed=False).passes.items()}
 
 
 PRESETS = ("faithful", "compact")

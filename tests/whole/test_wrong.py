@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from urdf2mbs.cli import main
-from urdf2mbs.config.model import load
+from urdf2mbs.config.load import load
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.testing import TINY

@@ -19,7 +19,7 @@ from typing import Any, NoReturn
 
 from urdf2mbs.commands.colours import screens
 from urdf2mbs.disk.files import absolute
-from urdf2mbs.engine.plugins import Plugins, plugins_of
+from urdf2mbs.engine.plugins import Plugins, load_plugins
 from urdf2mbs.hookspecs import Command
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, memory_full_error, nearest
 
@@ -39,7 +39,7 @@ CORE = [
 
 def commands_of(plugins: Plugins | None = None) -> dict[str, Command]:
     """Every command by its name: the core's, and then those of each plugin."""
-    plugins = plugins or plugins_of((), installed=True)
+    plugins = plugins or load_plugins(installed=True)
     return {**{command.name: command for command in CORE}, **plugins.commands}
 
 
@@ -112,7 +112,7 @@ def parse(words: Sequence[str]) -> argparse.Namespace:
     name = words[0] if words else ""
     known = {command.name: command for command in CORE}
     if name not in known:
-        known = commands_of(plugins_of((), installed="--no-plugins" not in words))
+        known = commands_of(load_plugins(installed="--no-plugins" not in words))
     may_ask_for_help = any(HELP.fullmatch(word) for word in words)
     installed = "--no-plugins" not in words
     whole = parser(known, words[:1], texts=may_ask_for_help or not words, installed=installed)
@@ -208,7 +208,7 @@ def _add_options(own: argparse.ArgumentParser, command: Command, *, installed: b
     )  # fmt: skip
     module.add_options(own)
     if command in CORE:
-        hook = plugins_of((), installed=installed).hook
+        hook = load_plugins(installed=installed).hook
         hook.urdf2mbs_options(command=command.name, parser=own)
 
 

@@ -12,8 +12,9 @@ from typing import Any
 import msgspec
 
 from urdf2mbs.conversion import Conversion
+from urdf2mbs.engine.summaries import of_plugins
 from urdf2mbs.messages.diagnostics import Diagnostic, counted
-from urdf2mbs.summary import Report, of_plugins
+from urdf2mbs.summary import Report
 
 
 def tell(conversion: Conversion, found: Report, done: str, verbose: bool, shown: str = "") -> None:

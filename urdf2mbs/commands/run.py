@@ -13,11 +13,12 @@ from contextlib import ExitStack
 from urdf2mbs.commands.printing import near, next_steps, print_json, tell, tell_diagnostics
 from urdf2mbs.commands.progress import Progress
 from urdf2mbs.commands.settings import add_converting, path, read_config
-from urdf2mbs.config.model import Config, Lines
+from urdf2mbs.config.lines import Lines
+from urdf2mbs.config.model import Config
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.output import plan, write
 from urdf2mbs.engine.pipeline import Pipeline
-from urdf2mbs.engine.plugins import plugins_of
+from urdf2mbs.engine.plugins import load_plugins
 from urdf2mbs.messages.diagnostics import ConfigError, printable, some
 from urdf2mbs.summary import Report, report
 
@@ -50,7 +51,7 @@ def carry_out_many(
     Raises:
         ConfigError: ``plugin-missing``, no plugin does.
     """
-    hook = plugins_of((), installed=not arguments.no_plugins).hook
+    hook = load_plugins(installed=not arguments.no_plugins).hook
     code: int | None = hook.urdf2mbs_carry_out(
         command=command, configs=configs, arguments=arguments
     )
@@ -67,7 +68,7 @@ def convert_one(config: Config, lines: Lines, arguments: argparse.Namespace) -> 
         config, lines, installed_plugins=not arguments.no_plugins,
         fresh=arguments.fresh or arguments.force,
     )  # fmt: skip
-    hook = plugins_of((), installed=not arguments.no_plugins).hook
+    hook = load_plugins(installed=not arguments.no_plugins).hook
     observers = [found for found in hook.urdf2mbs_observe(arguments=arguments) if found is not None]
     with Progress(arguments) as progress, ExitStack() as ends:
         pipeline.watch(progress)

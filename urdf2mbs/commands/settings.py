@@ -11,7 +11,9 @@ from typing import Annotated, Any, Literal, NamedTuple, get_args, get_origin, ge
 
 import msgspec
 
-from urdf2mbs.config.model import Config, Lines, config_of, load
+from urdf2mbs.config.lines import Lines
+from urdf2mbs.config.load import config_of, load
+from urdf2mbs.config.model import Config
 from urdf2mbs.disk import files
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.urdf.reader import is_name
@@ -72,7 +74,7 @@ def choose_fields(arguments: argparse.Namespace, fields: Iterable[str] = FLAGS) 
 def _value(flag: _Flag, given: Any) -> Any:
     if get_origin(flag.kind) is not dict:
         return given
-    from urdf2mbs.config.yaml_text import word
+    from urdf2mbs.config.yaml_text import parse_value
 
     sign = ":=" if ":=" in flag.form else "="
     values: dict[str, Any] = {}
@@ -82,7 +84,7 @@ def _value(flag: _Flag, given: Any) -> Any:
         if not found or not name or ("." in flag.form and not pass_):
             raise ConfigError("usage", f"{flag.flag} {text}: it reads {flag.flag} {flag.form}")
         if "." in flag.form:
-            values.setdefault(pass_, {})[option] = word(value)
+            values.setdefault(pass_, {})[option] = parse_value(value)
         elif list[str] in get_args(get_args(flag.kind)[1]):
             values.setdefault(name, []).append(value)
         else:
@@ -91,9 +93,8 @@ def _value(flag: _Flag, given: Any) -> Any:
 
 
 def read_config(file: Path, arguments: argparse.Namespace) -> tuple[Config, Lines]:
-    """A config file, with what the command line changes of it."""
-    config, lines = load(file)
-    config, _ = config_of(config, **choose_fields(arguments, RUNNING))
+    """Read a config file, with the values that the command line overrides."""
+    config, lines = load(file, **choose_fields(arguments, RUNNING))
     if getattr(arguments, "no_plugins", False) and config.plugins:
         left_out = ", ".join(config.plugins)
         print(f"{file}: --no-plugins leaves out its plugins: {left_out}", file=sys.stderr)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
-from contextlib import nullcontext
+from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -30,7 +30,7 @@ from urdf2mbs.commands.settings import (
 )
 from urdf2mbs.commands.streams import STREAM
 from urdf2mbs.disk import files
-from urdf2mbs.engine.plugins import of_ours
+from urdf2mbs.engine.plugins import load_plugins
 from urdf2mbs.messages.diagnostics import ConfigError, counted, printable
 
 if TYPE_CHECKING:
@@ -76,27 +76,23 @@ def add_options(command: argparse.ArgumentParser) -> None:
         action="store_true",
         help="a link's frame that is elsewhere in the .mbs is a difference, too",
     )
-    findings = of_ours("findings")
-    if findings is not None:
-        findings.add_options(command)
     command.add_argument("--tolerance", type=float, default=1e-9, help="relative (%(default)s)")
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
     robot, compare = _prepare(arguments)
-    findings = of_ours("findings")
-    with findings.collecting(arguments.sarif, robot) if findings else nullcontext() as found:
+    hook = load_plugins(installed=not arguments.no_plugins).hook
+    observers = hook.urdf2mbs_observe_verify(robot=robot, arguments=arguments)
+    with ExitStack() as stack:
+        takers = [stack.enter_context(observer) for observer in observers]
         verdict = compare(frames=arguments.frames, tolerance=arguments.tolerance)
-        if found is not None:
-            found.said += [*verdict.diagnostics, *findings.differences(verdict.differences)]
+        printed = [take(verdict) for take in takers]
     code = 0 if verdict.same else 3
     if arguments.json:
         words = {"same": verdict.same, "verdict": verdict.verdict}
         print_json({**words, **msgspec.to_builtins(verdict)})
         return code
-    if found is not None and arguments.ci:
-        found.tell(arguments.verbose)
-        print(verdict.verdict)
+    if any(printed):
         return code
     _print_match(verdict)
     if _is_of_config(arguments):

@@ -1,4 +1,4 @@
-"""The YAML of a config, with the line of every value, and what is wrong with it in plain words."""
+"""Parses the YAML of a config, with the line of each value, and explains what is not YAML."""
 
 from __future__ import annotations
 
@@ -6,13 +6,15 @@ import re
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import yaml
 
+from urdf2mbs.config.lines import Key
 from urdf2mbs.messages.diagnostics import ConfigError
 
 
 class Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[misc]
-    """PyYAML's own, but 1e-9 is a number, as YAML 1.2 has it; PyYAML wants 1.0e-9."""
+    """PyYAML's loader, for which 1e-9 is a number, too, as in YAML 1.2 (PyYAML: only 1.0e-9)."""
 
 
 Loader.add_implicit_resolver(
@@ -21,64 +23,85 @@ Loader.add_implicit_resolver(
 
 _TEXT = "tag:yaml.org,2002:str"
 
-#: The keys, and positions in lists, that lead to a value.
-Key = tuple[str | int, ...]
+#: The most lists and blocks inside one another.
+MAX_DEPTH = 100
+#: The most values, with every alias written out.
+MAX_VALUES = 100_000
 
-#: The most lists and blocks in one another, and the most values with every alias written out.
-DEEPEST, LONGEST = 100, 100_000
-
-_TOO_MANY = f"it has more than {LONGEST} values, or more than {DEEPEST} lists in one another"
-
-#: What PyYAML says, what we say of it, and what to do.
-_YAML: list[tuple[str, str, str | None]] = [
-    ("nesting depth", _TOO_MANY, None),  # libyaml 0.2.6 and later counts, too
-    ("'\\\\t'|tab character", "there is a tab character", "indent by blanks"),
-    ("undefined alias", "a word begins with '*'", "write it in quotes"),
-    ("constructor", "a value begins with '!'", "write it in quotes"),
-    ("another document", "a line '---' begins a second config", "keep one of the two"),
-    ("quoted scalar", "a quote is not closed", "close it"),
-    ("flow (mapping|sequence|node)", "a bracket is not closed, or a comma is missing",
-     "look for [ and { in this line and before it"),
-    ("mapping values are not allowed", "a second ':' in one line", "write the value in quotes"),
-    ("could not find expected ':'", "this line has no ':'", "write 'key: value'"),
-    ("block (mapping|collection|sequence)", "this line does not continue the lines before it",
-     "look at its indentation"),
-]  # fmt: skip
+_TOO_MANY = f"it has more than {MAX_VALUES} values, or more than {MAX_DEPTH} lists in one another"
 
 
-def word(text: str) -> Any:
-    """A value given on the command line: YAML where it is YAML, else the text itself."""
+class _Explanation(msgspec.Struct, frozen=True):
+    """How a message of PyYAML is explained."""
+
+    pattern: str
+    """What the message of PyYAML contains."""
+    reason: str
+    hint: str | None = None
+
+
+_EXPLANATIONS = [
+    _Explanation("nesting depth", _TOO_MANY),  # libyaml 0.2.6 and later limits it, too
+    _Explanation("'\\\\t'|tab character", "there is a tab character", "indent by blanks"),
+    _Explanation("undefined alias", "a word begins with '*'", "write it in quotes"),
+    _Explanation("constructor", "a value begins with '!'", "write it in quotes"),
+    _Explanation("another document", "a line '---' begins a second config", "keep one of the two"),
+    _Explanation("quoted scalar", "a quote is not closed", "close it"),
+    _Explanation(
+        "flow (mapping|sequence|node)",
+        "a bracket is not closed, or a comma is missing",
+        "look for [ and { in this line and before it",
+    ),
+    _Explanation(
+        "mapping values are not allowed", "a second ':' in one line", "write the value in quotes"
+    ),
+    _Explanation("could not find expected ':'", "this line has no ':'", "write 'key: value'"),
+    _Explanation(
+        "block (mapping|collection|sequence)",
+        "this line does not continue the lines before it",
+        "look at its indentation",
+    ),
+]
+
+
+def parse_value(text: str) -> Any:
+    """Return a value of a command line: what it means as YAML, or the text itself."""
     try:
-        return tree(text, None)[0]
+        return parse_yaml(text, None)[0]
     except ConfigError:
         return text
 
 
-def tree(text: str, file: Path | None) -> tuple[Any, dict[Key, int]]:
-    """The data, and the line of each value; raises ConfigError."""
+def parse_yaml(text: str, file: Path | None) -> tuple[Any, dict[Key, int]]:
+    """Return the data of a YAML text, and the line of each value.
+
+    Raises:
+        ConfigError: ``config-yaml`` or ``config-key-doubled``.
+    """
+    name = str(file) if file else None
     try:
-        if len(text) > 20 * DEEPEST:
+        if len(text) > 20 * MAX_DEPTH:
             _check_depth(text)
         loader = Loader(text)
-        node = loader.get_single_node()
-        if node is None:
+        root = loader.get_single_node()
+        if root is None:
             return None, {}
-        lines = _find_lines(node, file)
-        return loader.construct_document(node), lines
+        lines = _find_lines(root, name)
+        return loader.construct_document(root), lines
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         message = " ".join(part for part in (error.context, error.problem) if part)
-        reason, hint = next(
-            (said for pattern, *said in _YAML if re.search(pattern, message)), (message, None)
-        )
+        matching = (each for each in _EXPLANATIONS if re.search(each.pattern, message))
+        explanation = next(matching, _Explanation("", message))
         raise ConfigError(
-            "config-yaml", f"this is not YAML: {reason}", file=str(file) if file else None,
-            line=mark.line + 1 if mark else None, hint=hint,
-        ) from None  # fmt: skip
-    except (yaml.YAMLError, ValueError, RecursionError) as error:
-        raise ConfigError(
-            "config-yaml", f"this is not YAML: {error}", file=str(file) if file else None
+            "config-yaml",
+            f"this is not YAML: {explanation.reason}",
+            file=name,
+            line=mark.line + 1 if mark else None,
+            hint=explanation.hint,
         ) from None
+    except (yaml.YAMLError, ValueError, RecursionError) as error:
+        raise ConfigError("config-yaml", f"this is not YAML: {error}", file=name) from None
 
 
 def _check_depth(text: str) -> None:
@@ -87,43 +110,46 @@ def _check_depth(text: str) -> None:
     for event in yaml.parse(text, Loader):
         depth += isinstance(event, yaml.CollectionStartEvent)
         depth -= isinstance(event, yaml.CollectionEndEvent)
-        if depth > DEEPEST:
+        if depth > MAX_DEPTH:
             raise _too_many(event)
 
 
-def _too_many(where: yaml.Node | yaml.Event) -> yaml.MarkedYAMLError:
-    mark: Any = where.start_mark
+def _too_many(position: yaml.Node | yaml.Event) -> yaml.MarkedYAMLError:
+    mark: Any = position.start_mark
     return yaml.MarkedYAMLError(problem=_TOO_MANY, problem_mark=mark)
 
 
-def _find_lines(root: yaml.Node, file: Path | None) -> dict[Key, int]:
-    """Every value's line; give arguments as they are written; refuse doubled keys.
+def _find_lines(root: yaml.Node, file: str | None) -> dict[Key, int]:
+    """Return the line of each value; keep arguments as they are written, and refuse doubled keys.
 
-    What an alias stands for is walked through each time, so an alias of itself is too deep.
+    An alias is followed each time that it occurs, so that an alias of itself is too deep.
     """
     lines: dict[Key, int] = {}
-    todo: list[tuple[yaml.Node, Key]] = [(root, ())]
-    while todo:
-        node, at = todo.pop()
-        lines.setdefault(at, node.start_mark.line + 1)
-        if len(lines) > LONGEST or len(at) > DEEPEST:
+    pending: list[tuple[yaml.Node, Key]] = [(root, ())]
+    while pending:
+        node, key = pending.pop()
+        lines.setdefault(key, node.start_mark.line + 1)
+        if len(lines) > MAX_VALUES or len(key) > MAX_DEPTH:
             raise _too_many(node)
         if isinstance(node, yaml.SequenceNode):
-            todo += [(value, (*at, index)) for index, value in enumerate(node.value)]
-        for key, value in node.value if isinstance(node, yaml.MappingNode) else ():
-            path = (*at, str(key.value))
-            if path in lines:
-                raise ConfigError(
-                    "config-key-doubled", f"'{'.'.join(map(str, path))}' is there twice",
-                    file=str(file) if file else None, line=key.start_mark.line + 1,
-                )  # fmt: skip
-            lines[path] = key.start_mark.line + 1
-            if len(at) < 3 and isinstance(key, yaml.ScalarNode) and key.value != "<<":
-                key.tag = _TEXT  # 'on' and '1' are names, too
-            # 'hand: false' and 'mass: 1.50' mean just these words
-            if at in (("xacro_args",), ("sweep", "xacro_args")):
-                for each in value.value if isinstance(value, yaml.SequenceNode) else [value]:
-                    if isinstance(each, yaml.ScalarNode):
-                        each.tag = _TEXT
-            todo.append((value, path))
+            pending += [(value, (*key, index)) for index, value in enumerate(node.value)]
+        for name, value in node.value if isinstance(node, yaml.MappingNode) else ():
+            inner = (*key, str(name.value))
+            line = name.start_mark.line + 1
+            if inner in lines:
+                message = f"'{'.'.join(map(str, inner))}' is there twice"
+                raise ConfigError("config-key-doubled", message, file=file, line=line)
+            lines[inner] = line
+            if len(key) < 3 and isinstance(name, yaml.ScalarNode) and name.value != "<<":
+                name.tag = _TEXT  # 'on' and '1' are names, too
+            if key in (("xacro_args",), ("sweep", "xacro_args")):
+                _keep_as_text(value)
+            pending.append((value, inner))
     return lines
+
+
+def _keep_as_text(node: yaml.Node) -> None:
+    """Keep the value of an argument as it is written: ``hand: false``, ``mass: 1.50``."""
+    for value in node.value if isinstance(node, yaml.SequenceNode) else [node]:
+        if isinstance(value, yaml.ScalarNode):
+            value.tag = _TEXT

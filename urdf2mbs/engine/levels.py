@@ -1,7 +1,7 @@
-"""How much each thing that is said weighs: the user's choice, as in a linter.
+"""The levels of messages: the user's choice for each code, as in a linter.
 
-An error stops the conversion, a warning is shown, a note is shown on demand, and what is ignored
-is not said at all.
+An error stops the conversion, a warning is shown, a note is shown on demand, and an ignored message
+is dropped.
 """
 
 from __future__ import annotations
@@ -17,34 +17,37 @@ if TYPE_CHECKING:
     from urdf2mbs.engine.plugins import Plugins
 
 
-def weigh(diagnostics: list[Diagnostic], config: Config, plugins: Plugins) -> list[Diagnostic]:
-    """The same diagnostics at the user's levels, without those that are ignored.
+def apply_levels(
+    diagnostics: list[Diagnostic], config: Config, plugins: Plugins
+) -> list[Diagnostic]:
+    """Return the diagnostics at the user's levels, without those that are ignored.
 
     Strict makes warnings errors, except those whose level is set.  A warning without a hint gets
-    what the meaning of its code says to do.
+    the second sentence of the meaning of its code.
     """
-    weighed = []
-    for said in diagnostics:
-        strict = config.strict and said.level == "warning"
-        level: Any = config.diagnostics.get(said.code, "error" if strict else said.level)
-        hint = said.hint
-        if said.level == "warning" and hint is None:
-            _, _, does = plugins.codes.get(said.code, "").partition(". ")
-            hint = (does[:1].lower() + does[1:].rstrip(".")).replace("`", "'") or None
-        if level != said.level and "--level" in (hint or ""):
+    result: list[Diagnostic] = []
+    for diagnostic in diagnostics:
+        strict = config.strict and diagnostic.level == "warning"
+        default = "error" if strict else diagnostic.level
+        level: Any = config.diagnostics.get(diagnostic.code, default)
+        hint = diagnostic.hint
+        if diagnostic.level == "warning" and hint is None:
+            _, _, remedy = plugins.codes.get(diagnostic.code, "").partition(". ")
+            hint = (remedy[:1].lower() + remedy[1:].rstrip(".")).replace("`", "'") or None
+        if level != diagnostic.level and "--level" in (hint or ""):
             hint = None  # a hint never recommends what is already set
         if level != "ignore":
-            weighed.append(msgspec.structs.replace(said, level=level, hint=hint))
-    return weighed
+            result.append(msgspec.structs.replace(diagnostic, level=level, hint=hint))
+    return result
 
 
-def judge(diagnostics: list[Diagnostic]) -> None:
+def raise_errors(diagnostics: list[Diagnostic]) -> None:
     """Raise ConversionError if there is an error among diagnostics at the user's levels."""
     errors = [diagnostic for diagnostic in diagnostics if diagnostic.level == "error"]
     if errors:
-        *before, last = errors
+        *earlier, last = errors
         error = ConversionError(
             last.code, last.message, file=last.file, line=last.line, hint=last.hint
         )
-        error.earlier = before
+        error.earlier = earlier
         raise error

@@ -1,38 +1,31 @@
-"""Resolves a config's passes, checks what each needs against what is given, and runs them."""
+"""Runs the passes of a config, each with its hooks, under the contract of ``engine.contract``."""
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
+from contextlib import ExitStack
 from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-from urdf2mbs.config.model import Config, Lines, expand
+import pluggy
+
+from urdf2mbs import hookspecs
+from urdf2mbs.config.lines import Lines
+from urdf2mbs.config.model import Config
+from urdf2mbs.config.paths import expand
 from urdf2mbs.conversion import Conversion, File
 from urdf2mbs.disk.files import is_file
-from urdf2mbs.engine.faults import (
-    called_plugin_failed,
-    check_left,
-    check_protected,
-    hook_failed,
-    pass_failed,
-    protected_state,
-)
-from urdf2mbs.engine.levels import judge, weigh
-from urdf2mbs.engine.options import locate_option
-from urdf2mbs.engine.order import check_order, find_stale
-from urdf2mbs.engine.plugins import hooks_of, plugins_of
-from urdf2mbs.engine.registered import Registered
-from urdf2mbs.engine.resolve import Configured, resolve
-from urdf2mbs.engine.sections import IMPLIED, compare, take_snapshot
-from urdf2mbs.engine.settings import check_output, settings_of
-from urdf2mbs.engine.tracebacks import FAILURES, in_words, line_in
-from urdf2mbs.hookspecs import Pass
+from urdf2mbs.engine.contract import PassCheck, check_protected, protected_state, record_change
+from urdf2mbs.engine.failures import locating_option, naming_pass, naming_plugin
+from urdf2mbs.engine.levels import apply_levels, raise_errors
+from urdf2mbs.engine.order import ConfiguredPass, check_order, list_method, resolve
+from urdf2mbs.engine.plugins import Plugins, load_plugins
+from urdf2mbs.engine.settings import check_output, make_settings
+from urdf2mbs.hookspecs import GROUP, Pass
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, nearest
 from urdf2mbs.proof.verdict import NOT_CHECKED
-from urdf2mbs.urdf.changes import RobotChange, encode, find_changes
+from urdf2mbs.urdf.changes import encode
 from urdf2mbs.urdf.reader import is_name
 
 #: Ends an .mbs file that nobody compared with its URDF.
@@ -40,324 +33,247 @@ _UNPROVEN = f"<!-- {NOT_CHECKED}: the pass 'check' was not in the pipeline -->\n
 
 
 class Pipeline:
-    """The passes of one config, in an order that has been checked."""
+    """The passes of one config, in an order that has been checked.
+
+    Args:
+        config: The config.
+        lines: The line of each value of the config.
+        installed_plugins: Whether the plugins of other installed packages take part.
+        fresh: Whether to start over, and forget what people changed in the .mbs.
+
+    Raises:
+        ConfigError: The config is wrong; with all its faults in the order of their lines.
+    """
+
+    passes: list[ConfiguredPass]
+    plugins: Plugins
 
     def __init__(
         self, config: Config, lines: Lines, *, installed_plugins: bool = True, fresh: bool = False
     ) -> None:
         if config.sweep is not None:
             lines.check()
-            raise lines.error(
-                "sweep-many", "this config is a sweep, which makes many robots", ("sweep",),
-                "'urdf2mbs run' makes them; 'explain' shows the first",
-            )  # fmt: skip
+            message = "this config is a sweep, which makes many robots"
+            hint = "'urdf2mbs run' makes them; 'explain' shows the first"
+            raise lines.error("sweep-many", message, ("sweep",), hint)
+        self._config = config
         self._lines = lines
-        self._files = []
-        for index, file in enumerate(config.plugins):
-            with lines.gather():
-                path = lines.folder / expand(file, lines, ("plugins", index))
-                if not is_file(path):
-                    raise lines.error(
-                        "plugin-missing", f"plugin file '{path}' does not exist", ("plugins", index)
-                    )
-                self._files.append(path)
-        if len(self._files) == len(config.plugins):  # else passes would be missing, too
-            self._resolve(config, lines, installed_plugins)
+        self._files = self._list_files()
+        if len(self._files) == len(config.plugins):  # otherwise passes would be missing, too
+            self._resolve(installed_plugins)
         hook = None
         if is_name(config.source):
-            lines.check()  # before a robot is fetched
+            lines.check()  # before a robot is downloaded
             hook = self.plugins.hook
-        with lines.gather(), self._naming_plugin():
-            self.settings = settings_of(config, lines, hook, fresh=fresh)
+        with lines.gather(), ExitStack() as stack:
+            if hook is not None:
+                locating = "hook 'urdf2mbs_locate' of plugin '{}'"
+                stack.enter_context(naming_plugin(self.plugins, locating.format))
+            self.settings = make_settings(config, lines, hook, fresh=fresh)
         lines.check()
         self._hooks: list[Any] = [self.plugins.hook]
-        """The hooks of the plugins and of the observers."""
-        method = self.plugins.method
-        names = [configured.name for configured in self.passes]
-        if names != [name for name in method if name in names] or config.without:
-            passes = [configured.registered.kind for configured in self.passes]
-            check_order(passes, method, lines, [configured.at for configured in self.passes])
-        certain = [each.registered for each in self.passes if each.given or each.registered.is_core]
-        if any("mbs-file" in registered.kind.writes for registered in certain):
-            check_output(self.settings, lines)
+        """The hooks of the plugins, and of each observer."""
+        self._check_order()
 
-    def _resolve(self, config: Config, lines: Lines, installed: bool) -> None:
+    def _list_files(self) -> list[Path]:
+        """Return the plugin files of the config; those that do not exist become faults."""
+        files: list[Path] = []
+        for index, name in enumerate(self._config.plugins):
+            key = ("plugins", index)
+            with self._lines.gather():
+                path = self._lines.folder / expand(name, self._lines, key)
+                if not is_file(path):
+                    message = f"plugin file '{path}' does not exist"
+                    raise self._lines.error("plugin-missing", message, key)
+                files.append(path)
+        return files
+
+    def _resolve(self, installed: bool) -> None:
         """Load the plugins and choose the passes; what is wrong becomes faults of the lines."""
+        lines = self._lines
         with lines.gather():
-            self.plugins = plugins_of(self._files, installed=installed)
+            self.plugins = load_plugins(self._files, installed=installed)
             for fault in lines.faults:
                 for name in self.plugins.passes:
                     if fault.message == f"unknown key '{name}'":
                         fault.hint = f"did you mean 'passes: {{{name}: {{}}}}'?"
-            self._check_levels(config, lines)
-            known = len(lines.faults)
-            self.passes = resolve(config, lines, self.plugins)
-            for fault in lines.faults[known:]:
+            self._check_levels()
+            count = len(lines.faults)
+            self.passes = resolve(self._config, lines, self.plugins)
+            for fault in lines.faults[count:]:
                 # what is missing may be in a plugin that was left out
                 broken = map(str, self.plugins.broken)
                 fault.hint = "\n  ".join([fault.hint or "", *broken]).lstrip() or None
 
-    @contextmanager
-    def _naming_plugin(self) -> Iterator[None]:
-        """Raise an exception of a plugin that says where a robot is as a ConfigError."""
-        try:
-            yield
-        except ConversionError:
-            raise
-        except FAILURES as error:
-            plugin = self.plugins.blame(error.__traceback__)
-            if plugin is None:
-                raise
-            name, file = plugin
-            message = f"hook 'urdf2mbs_locate' of plugin '{name}' failed: {in_words(error)}"
-            line = line_in(Path(file), error)
-            raise ConfigError("plugin-failed", message, file=file, line=line) from error
-
-    def watch(self, observer: object) -> None:
-        """Let an object's own hooks be called too, around every pass."""
-        self._hooks.append(hooks_of(observer))
-
-    def run(self, *, stop_after: str | None = None, before: Conversion | None = None) -> Conversion:
-        """Run the passes; raises ConversionError. Nothing is written to disk.
-
-        ``before``: a conversion of the same robot, whose source is not read again.
-
-        Messages get the user's levels here, and only here: after each pass, and with the error
-        that ends a run.  An error that does not stop a pass is raised at the end, together with
-        all such errors.
-        """
-        names = [configured.name for configured in self.passes]
-        if stop_after is not None and stop_after not in names:
-            raise ConfigError(
-                "unknown-pass", f"there is no pass '{stop_after}' in this pipeline to stop after",
-                hint=nearest(stop_after, names) or f"there are: {', '.join(names)}",
-            )  # fmt: skip
-        settings = self.settings
-        conversion = Conversion(settings, pipeline=self)
-        if before is not None:
-            conversion.input = before.input
-        conversion.diagnostics += self.plugins.broken
-        for plugin, brought in self._idle():
-            conversion.warn(
-                "plugin-idle",
-                f"plugin '{plugin}' does nothing: none of its passes is in the pipeline "
-                f"({', '.join(brought)})",
-                hint=f"put one in, by 'pipeline', 'before' or 'after: {{PASS: {brought[0]}}}'",
-            )
-        try:
-            self._run(conversion, stop_after)
-        except ConversionError as error:
-            found = [*conversion.diagnostics, *error.earlier]
-            error.earlier = weigh(found, settings.config, self.plugins)
-            raise
-        judge(conversion.diagnostics)
-        output = settings.output
-        data = conversion.files.get(output)
-        if conversion.checked.proof is None and data is not None and output.suffix == ".mbs":
-            # behind the root: what stands before it is no place for a comment in every reader
-            said = data.removesuffix(_UNPROVEN) + _UNPROVEN
-            conversion.files[output] = File(said, replaces=getattr(data, "replaces", None))
-        return conversion
-
-    def progress(self, text: str) -> None:
-        """Tell those who watch what a pass is at."""
-        for hooks in self._hooks:
-            hooks.urdf2mbs_progress(text=text)
-
-    def _run(self, conversion: Conversion, stop_after: str | None) -> None:
-        ran, config = list[Registered](), self.settings.config
-        for configured in self.passes:
-            if self._has_work(configured, conversion, ran):
-                pass_ = configured.pass_
-                self._call("urdf2mbs_before_pass", conversion, pass_=pass_)
-                start = perf_counter()
-                self._run_pass(configured, conversion, ran)
-                seconds = perf_counter() - start
-                ran.append(configured.registered)
-                conversion.diagnostics = weigh(conversion.diagnostics, config, self.plugins)
-                self._call("urdf2mbs_after_pass", conversion, pass_=pass_, seconds=seconds)
-            if configured.name == stop_after:
-                break
-
-    def _has_work(
-        self, configured: Configured, conversion: Conversion, ran: list[Registered]
-    ) -> bool:
-        """True if a pass has work; the pass is imported then."""
-        try:
-            found = configured.registered
-            return found.has_work(conversion, configured.given) and configured.pass_ is not None
-        except ConversionError:
-            raise
-        except FAILURES as error:
-            raise self._failed(configured.registered, conversion, error, ran) from error
-
-    def _failed(
-        self,
-        registered: Registered,
-        conversion: Conversion,
-        error: BaseException,
-        ran: list[Registered],
-    ) -> ConversionError:
-        """Return the error for an exception of a pass, or of a plugin that the pass has called."""
-        plugin = self.plugins.blame(error.__traceback__) if registered.is_ours else None
-        if plugin is None:
-            return pass_failed(registered, conversion, error, ran)
-        return called_plugin_failed(*plugin, registered.name, conversion, error)
-
-    def _run_pass(
-        self, configured: Configured, conversion: Conversion, ran: list[Registered]
-    ) -> None:
-        """Run a pass, and check what a plugin's pass leaves.
-
-        Args:
-            configured: The pass, with its options.
-            conversion: What the pass changes.
-            ran: The passes that ran before it.
-
-        Raises:
-            ConversionError: The pass failed, or broke the contract of ``engine.order``.
-        """
-        registered, pass_ = configured.registered, configured.pass_
-        plugin = registered.plugin
-        strange = not registered.is_ours
-        known = bool(conversion.robot.links)
-        robot = encode(conversion.robot) if known and _may_change(configured) else None
-        ours = protected_state(conversion) if strange else ""
-        # Our own passes keep the contract among themselves, as the tests show.
-        is_checked = strange or not all(earlier.is_ours for earlier in ran)
-        before = take_snapshot(conversion) if is_checked else None
-        try:
-            pass_.run(conversion)
-            if strange:
-                check_protected(conversion, ours, f"pass '{pass_.name}'", plugin, registered.file)
-                check_left(registered, conversion, known)
-            if robot is not None:
-                _note_change(conversion, robot, pass_.name, plugin, "robot" in pass_.writes)
-        except ConfigError as error:
-            locate_option(error, registered.name, self.settings.config, self._lines)
-            raise
-        except ConversionError:
-            raise
-        except FAILURES as error:
-            raise self._failed(registered, conversion, error, ran) from error
-        if before is not None:
-            self._check_change(registered, conversion, before, ran)
-
-    def _check_change(
-        self,
-        registered: Registered,
-        conversion: Conversion,
-        before: dict[str, Counter[bytes]],
-        ran: Sequence[Registered],
-    ) -> None:
-        """Check what a pass changed of the sections, by the contract of ``engine.order``."""
-        change = compare(before, take_snapshot(conversion))
-        readers = ran if not registered.is_ours else [one for one in ran if not one.is_ours]
-        stale = find_stale(registered.kind, change.altered, [reader.kind for reader in readers])
-        if stale:
-            message, hint = stale
-            strangers = [one for one in (registered, *readers) if not one.is_ours]
-            message += f" (plugin '{strangers[0].plugin}')"
-            hint += ": a pass of that place uses the change"
-            raise ConversionError("stale", message, file=strangers[0].file, hint=hint)
-        writes = registered.kind.writes
-        declared = {*writes, *(IMPLIED[name] for name in writes if name in IMPLIED)}
-        undeclared = [name for name in change.changed if name not in declared]
-        if undeclared and not registered.is_ours:
-            conversion.warn(
-                "undeclared",
-                f"pass '{registered.name}' of plugin '{registered.plugin}' changes the "
-                f"{' and the '.join(undeclared)}, and does not declare it",
-                hint=f"add to its 'writes': {', '.join(map(repr, undeclared))}",
-            )
-
-    def _check_levels(self, config: Config, lines: Lines) -> None:
-        """Note each code that neither urdf2mbs nor a plugin has, or whose level is fixed."""
-        if not config.diagnostics:
+    def _check_levels(self) -> None:
+        """Record a fault for each code that nobody has, or whose level is fixed."""
+        levels = self._config.diagnostics
+        if not levels:
             return
-        codes = self.plugins.codes.items()
-        known = {code for code, meaning in codes if not meaning.startswith("error:")}
-        for code in [code for code in config.diagnostics if code not in known]:
+        codes = self.plugins.codes
+        adjustable = {code for code, text in codes.items() if not text.startswith("error:")}
+        for code in [code for code in levels if code not in adjustable]:
             message = f"there is no '{code}' among the codes whose level can be changed"
-            hint = nearest(code, known) or "docs/diagnostics.md lists them"
-            if code not in self.plugins.codes:
+            hint = nearest(code, adjustable) or "docs/diagnostics.md lists them"
+            if code not in codes:
                 hint += self._explain_declaration(code)
-            lines.faults.append(lines.error("unknown-code", message, ("diagnostics", code), hint))
+            fault = self._lines.error("unknown-code", message, ("diagnostics", code), hint)
+            self._lines.faults.append(fault)
 
     def _explain_declaration(self, code: str) -> str:
         """Return where plugins would declare a code, as more lines of a hint."""
-        passes = [registered for offered in self.plugins.passes.values() for registered in offered]
-        files = {each.plugin: each.file for each in passes if not each.is_ours}
+        entries = [entry for entries in self.plugins.passes.values() for entry in entries]
+        files = {entry.plugin: entry.source for entry in entries if not entry.is_ours}
         return "".join(
             f"\n  if it is a code of plugin '{plugin}': add \"{code}\" to what its hook "
             f"'urdf2mbs_codes' returns, in {file}"
             for plugin, file in files.items()
         )
 
-    def _idle(self) -> list[tuple[str, list[str]]]:
-        """The files of the config that bring nothing but passes, none of which is used."""
-        used = {configured.registered.plugin for configured in self.passes}
-        idle = [file.stem for file in self._files if file.stem not in used]
-        brought = [(plugin, self.plugins.only_passes(plugin)) for plugin in idle]
-        return [(plugin, passes) for plugin, passes in brought if passes]
+    def _check_order(self) -> None:
+        """Check an order that is not that of the method, and the place of the output."""
+        method = list_method(self.plugins)
+        names = [step.name for step in self.passes]
+        if names != [name for name in method if name in names] or self._config.without:
+            check_order(self.passes, method, self._lines)
+        # a pass that may have no work is not imported for this
+        certain = [step for step in self.passes if step.given or step.entry.is_core]
+        if any("mbs-file" in step.kind.writes for step in certain):
+            check_output(self.settings, self._lines)
 
-    def _call(self, hook: str, conversion: Conversion, **more: Any) -> None:
-        """Call a hook of all plugins, and of those who watch; ``more`` it is called with, too."""
+    def watch(self, observer: object) -> None:
+        """Call an object's own hooks, too, around every pass."""
+        manager = pluggy.PluginManager(GROUP)
+        manager.add_hookspecs(hookspecs)
+        manager.register(observer)
+        self._hooks.append(manager.hook)
+
+    def run(self, *, stop_after: str | None = None, before: Conversion | None = None) -> Conversion:
+        """Run the passes; nothing is written to disk.
+
+        Messages get the user's levels here, and only here: after each pass, and with the error
+        that ends a run.  An error that does not stop a pass is raised at the end, together with
+        all such errors.
+
+        Args:
+            stop_after: The last pass that runs; None: all run.
+            before: A conversion of the same robot, whose source is not read again.
+
+        Raises:
+            ConversionError: A pass failed, or a message has the level of an error.
+        """
+        names = [step.name for step in self.passes]
+        if stop_after is not None and stop_after not in names:
+            message = f"there is no pass '{stop_after}' in this pipeline to stop after"
+            hint = nearest(stop_after, names) or f"there are: {', '.join(names)}"
+            raise ConfigError("unknown-pass", message, hint=hint)
+        conversion = Conversion(self.settings, hook=self.plugins.hook, progress=self._show_progress)
+        if before is not None:
+            conversion.input = before.input
+        conversion.diagnostics += self.plugins.broken
+        self._warn_of_idle_plugins(conversion)
+        try:
+            self._run_passes(conversion, stop_after)
+        except ConversionError as error:
+            diagnostics = [*conversion.diagnostics, *error.earlier]
+            error.earlier = apply_levels(diagnostics, self._config, self.plugins)
+            raise
+        raise_errors(conversion.diagnostics)
+        _mark_unproven(conversion)
+        return conversion
+
+    def _warn_of_idle_plugins(self, conversion: Conversion) -> None:
+        """Warn of the files of the config that bring only passes, none of which is used."""
+        used = {step.entry.plugin for step in self.passes}
+        for plugin in [file.stem for file in self._files if file.stem not in used]:
+            unused = self.plugins.list_only_passes(plugin)
+            if unused:
+                conversion.warn(
+                    "plugin-idle",
+                    f"plugin '{plugin}' does nothing: none of its passes is in the pipeline "
+                    f"({', '.join(unused)})",
+                    hint=f"put one in, by 'pipeline', 'before' or 'after: {{PASS: {unused[0]}}}'",
+                )
+
+    def _run_passes(self, conversion: Conversion, stop_after: str | None) -> None:
+        ran: list[ConfiguredPass] = []
+        for step in self.passes:
+            if self._has_work(step, conversion, ran):
+                self._call_hook("urdf2mbs_before_pass", step.pass_, conversion)
+                start = perf_counter()
+                self._run_pass(step, conversion, ran)
+                seconds = perf_counter() - start
+                ran.append(step)
+                conversion.diagnostics = apply_levels(
+                    conversion.diagnostics, self._config, self.plugins
+                )
+                self._call_hook("urdf2mbs_after_pass", step.pass_, conversion, seconds=seconds)
+            if step.name == stop_after:
+                break
+
+    def _has_work(
+        self, step: ConfiguredPass, conversion: Conversion, ran: Sequence[ConfiguredPass]
+    ) -> bool:
+        """Return whether a pass has work; the pass is imported then."""
+        with naming_pass(step.entry, conversion, [earlier.entry for earlier in ran]):
+            return step.entry.work(conversion, step.given) and step.pass_ is not None
+
+    def _run_pass(
+        self, step: ConfiguredPass, conversion: Conversion, ran: Sequence[ConfiguredPass]
+    ) -> None:
+        """Run a pass, and check what it has changed.
+
+        Args:
+            step: The pass, with its options.
+            conversion: What the pass changes.
+            ran: The passes that ran before it.
+
+        Raises:
+            ConversionError: The pass failed, or broke the contract.
+        """
+        check = PassCheck(step, conversion, ran)
+        with naming_pass(step.entry, conversion, [earlier.entry for earlier in ran]):
+            with locating_option(step.name, self._config, self._lines), ExitStack() as stack:
+                if step.entry.is_ours:  # it may call the hooks of plugins
+                    called = f"plugin '{{}}', called by pass '{step.name}',"
+                    stack.enter_context(naming_plugin(self.plugins, called.format, conversion))
+                step.pass_.run(conversion)
+            check.finish()
+        check.check_sections()
+
+    def _call_hook(self, hook: str, pass_: Pass, conversion: Conversion, **timing: float) -> None:
+        """Call a hook around a pass, of all plugins and observers.
+
+        Raises:
+            ConversionError: A plugin's hook failed, or changed what is for reading.
+        """
         listeners = [hooks for hooks in self._hooks if getattr(hooks, hook).get_hookimpls()]
         if not listeners:
             return
-        pass_: Pass | None = more.get("pass_")
-        if pass_ is not None:
-            more["conversion"] = conversion
-        name = pass_.name if pass_ is not None else ""
-        strangers = self.plugins.with_hook(hook) if pass_ is not None else []
-        before = encode(conversion.robot) if strangers else None
-        ours = protected_state(conversion) if strangers else ""
-        try:
+        when = "before" if "before" in hook else "after"
+        users = self.plugins.find_hook_users(hook)
+        robot = encode(conversion.robot) if users else None
+        protected = protected_state(conversion) if users else ""
+        failed = f"hook '{hook}' of plugin '{{}}', called {when} pass '{pass_.name}',"
+        with naming_plugin(self.plugins, failed.format, conversion):
             for hooks in listeners:
-                getattr(hooks, hook)(**more)
-            if before is not None:
-                who = f"the hook {'before' if 'before' in hook else 'after'} '{name}'"
-                names = "' or '".join(strangers)
-                check_protected(conversion, ours, who, names, "")
-                _note_change(conversion, before, who, names, declared=False)
-        except ConversionError:
-            raise
-        except FAILURES as error:
-            plugin = self.plugins.blame(error.__traceback__)
-            if plugin is None:
-                raise
-            raise hook_failed(hook, *plugin, name, conversion, error) from error
+                getattr(hooks, hook)(pass_=pass_, conversion=conversion, **timing)
+        if robot is not None:
+            code, plugin = f"the hook {when} '{pass_.name}'", "' or '".join(users)
+            check_protected(conversion, protected, f"{code} of plugin '{plugin}'", "")
+            record_change(conversion, robot, code, plugin, declared=False)
+
+    def _show_progress(self, text: str) -> None:
+        """Tell plugins and observers what a pass is doing."""
+        for hooks in self._hooks:
+            hooks.urdf2mbs_progress(text=text)
 
 
-def _may_change(configured: Configured) -> bool:
-    """True if a pass may change the robot that the URDF states.
-
-    A plugin's pass may.  A built-in pass changes the robot only if its options say so;
-    insert-base only puts a base under the robot.
-    """
-    found = configured.registered
-    return not found.is_ours or ("robot" in found.kind.writes and configured.pass_ != found.kind())
-
-
-def _note_change(
-    conversion: Conversion, before: bytes, by: str, plugin: str, declared: bool
-) -> None:
-    """Keep what has changed of the robot since a snapshot; the base is no part of the URDF."""
-    robot, inserted = conversion.robot, conversion.base.inserted
-    base = {inserted, robot.joints[inserted].parent} if inserted in robot.joints else set()
-    try:
-        after = encode(robot)
-    except (TypeError, ValueError) as error:
-        raise ConversionError(
-            "plugin-robot-broken",
-            f"{by} (plugin '{plugin}') leaves in robot '{robot.name}' what no URDF can hold: "
-            f"{error}",
-        ) from error
-    changes = [
-        change
-        for change in find_changes(before, after)
-        if not (change.kind in ("link-added", "joint-added") and change.name in base)
-    ]
-    if changes:
-        conversion.checked.changed.append(RobotChange(by, plugin, declared, changes))
+def _mark_unproven(conversion: Conversion) -> None:
+    """Add to an .mbs that was not compared a comment that says so."""
+    output = conversion.settings.output
+    data = conversion.files.get(output)
+    if conversion.checked.proof is None and data is not None and output.suffix == ".mbs":
+        # after the root element: not every reader accepts a comment before it
+        marked = data.removesuffix(_UNPROVEN) + _UNPROVEN
+        conversion.files[output] = File(marked, replaces=getattr(data, "replaces", None))

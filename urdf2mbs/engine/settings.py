@@ -1,4 +1,4 @@
-"""What a config says of one conversion, with absolute paths."""
+"""The settings of one conversion: what a config states, with absolute paths."""
 
 from __future__ import annotations
 
@@ -6,84 +6,104 @@ import os
 from pathlib import Path
 from typing import Any
 
-import msgspec
-
-from urdf2mbs.config.model import Config, Lines, Project, place
+from urdf2mbs.config.lines import Lines
+from urdf2mbs.config.model import Config, Project
+from urdf2mbs.config.paths import make_absolute
 from urdf2mbs.conversion import Settings
 from urdf2mbs.disk.files import absolute, is_folder
 from urdf2mbs.mbs.names import identifiers
-from urdf2mbs.urdf.reader import stem
+from urdf2mbs.urdf.reader import Located, stem
 
 
-def settings_of(config: Config, lines: Lines, hook: Any = None, *, fresh: bool = False) -> Settings:
-    """What a config says, with absolute paths.
+def make_settings(
+    config: Config, lines: Lines, hook: Any = None, *, fresh: bool = False
+) -> Settings:
+    """Return the settings that a config stands for.
 
-    ``hook`` are the hooks of plugins, which know where a robot is that is no file but has a name.
+    Args:
+        config: The config.
+        lines: The line of each value of the config, and the folder of its relative paths.
+        hook: The hooks of plugins, which find a robot by its name; None: the source is a file.
+        fresh: Whether to start over, and forget what people changed in the .mbs.
+
+    Raises:
+        ConfigError: A path of the config is wrong, or no robot has the name.
     """
-    xacro_args = dict(config.xacro_args)
-    packages = {}
-    located = None if hook is None else hook.urdf2mbs_locate(source=config.source)
-    if located is not None:
-        source = absolute(located.source)
-        packages = located.packages
-        xacro_args = {**located.xacro_args, **xacro_args}
-    else:
-        source = place(config.source, lines, ("source",))
-    project = None
+    located: Located | None = None
+    if hook is not None:
+        located = hook.urdf2mbs_locate(source=config.source)
+    if located is None:
+        located = Located(make_absolute(config.source, lines, ("source",)), {}, {})
+    source = absolute(located.source)
+    packages = located.packages | {
+        name: _find_package(name, folder, lines) for name, folder in config.packages.items()
+    }
+    project: Path | None = None
     languages: tuple[str, ...] = ()
     if isinstance(config.output, Project):
-        project = place(config.output.project, lines, ("output", "project"))
+        project = make_absolute(config.output.project, lines, ("output", "project"))
         output = project / "dataR" / f"{identifiers([project.name])[0]}.mbs"
-        language = config.output.language
-        if language == "both":
-            language = ["python", "c"]
-        languages = (language,) if isinstance(language, str) else tuple(dict.fromkeys(language))
+        languages = _list_languages(config.output)
     elif config.output is not None:
-        output = place(config.output, lines, ("output",))
+        output = make_absolute(config.output, lines, ("output",))
     else:
         output = absolute(lines.folder / f"{stem(source)}.mbs")
-    for name, directory in config.packages.items():
-        packages[name] = place(directory, lines, ("packages", name))
-        if not is_folder(packages[name]):
-            raise lines.error(
-                "package-missing",
-                f"package '{name}': there is no folder '{packages[name]}'",
-                ("packages", name),
-            )
-    config = msgspec.structs.replace(config, xacro_args=xacro_args)
-    folder = absolute(lines.folder)
-    return Settings(source, output, config, packages, project, languages, folder, fresh)
+    return Settings(
+        source=source,
+        output=output,
+        config=config,
+        packages=packages,
+        xacro_args=located.xacro_args | config.xacro_args,
+        project=project,
+        languages=languages,
+        folder=absolute(lines.folder),
+        fresh=fresh,
+    )
+
+
+def _find_package(name: str, folder: str, lines: Lines) -> Path:
+    """Return the folder of a ROS package; raises ConfigError if it does not exist."""
+    path = make_absolute(folder, lines, ("packages", name))
+    if not is_folder(path):
+        message = f"package '{name}': there is no folder '{path}'"
+        raise lines.error("package-missing", message, ("packages", name))
+    return path
+
+
+def _list_languages(project: Project) -> tuple[str, ...]:
+    """Return the languages of a project's code."""
+    language = ["python", "c"] if project.language == "both" else project.language
+    return (language,) if isinstance(language, str) else tuple(dict.fromkeys(language))
 
 
 def check_output(settings: Settings, lines: Lines) -> None:
     """Raise ConfigError if the .mbs cannot be written to its place."""
-    if is_folder(settings.source):
+    source, output, project = settings.source, settings.output, settings.project
+    if is_folder(source):
         return
-    if _same(settings.output, settings.source):
-        said = f"the output would overwrite the robot '{settings.source}'"
-        raise lines.error("output-is-source", said, ("output",))
-    project = settings.project
-    if project is not None and not is_folder(project / "dataR"):
-        real = Path(os.path.realpath(project))
-        if real in Path(os.path.realpath(settings.source)).parents:
-            raise lines.error(
-                "project-in-source",
-                f"the folder '{project}' holds the robot '{settings.source}', and a new project "
-                "wants a folder of its own",
-                ("output", "project"),
-                f"such as '{project.name}_robotran'",
-            )
-    if is_folder(settings.output):
-        raise lines.error(
-            "output-is-folder",
-            f"the output '{settings.output}' is a folder",
-            ("output",),
-            "name the .mbs file; for a whole project: 'output: {project: FOLDER}'",
+    if _is_same_file(output, source):
+        message = f"the output would overwrite the robot '{source}'"
+        raise lines.error("output-is-source", message, ("output",))
+    if project is not None and not is_folder(project / "dataR") and _is_inside(source, project):
+        message = (
+            f"the folder '{project}' holds the robot '{source}'; "
+            "expected a folder for the new project alone"
         )
+        hint = f"such as '{project.name}_robotran'"
+        raise lines.error("project-in-source", message, ("output", "project"), hint)
+    if is_folder(output):
+        message = f"the output '{output}' is a folder"
+        hint = "name the .mbs file; for a whole project: 'output: {project: FOLDER}'"
+        raise lines.error("output-is-folder", message, ("output",), hint)
 
 
-def _same(first: Path, second: Path) -> bool:
-    """True if two paths are one file, by a link or by letter case."""
+def _is_inside(file: Path, folder: Path) -> bool:
+    """Return whether a file is in a folder or its subfolders, with all links followed."""
+    return Path(os.path.realpath(folder)) in Path(os.path.realpath(file)).parents
+
+
+def _is_same_file(first: Path, second: Path) -> bool:
+    """Return whether two paths are one file, by a link or by letter case."""
     try:
         return first.samefile(second)
     except OSError:

@@ -26,7 +26,7 @@ class Expand(Pass):
             settings.source,
             conversion.input.data,
             conversion.input.expansion,
-            settings.config.xacro_args,
+            settings.xacro_args,
             conversion.hook.urdf2mbs_extension,
         )
         conversion.diagnostics += diagnostics
@@ -40,7 +40,7 @@ def _read_source(conversion: Conversion) -> None:
         source=settings.source,
         data=conversion.input.data,
         packages=conversion.packages,
-        args=settings.config.xacro_args,
+        args=settings.xacro_args,
         trust=settings.config.trust_xacro,
     )
     is_xacro = b"<xacro:" in conversion.input.data

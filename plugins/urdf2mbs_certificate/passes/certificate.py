@@ -20,6 +20,7 @@ from urdf2mbs.plugin import (
     JOINT_TYPES,
     Conversion,
     File,
+    Intent,
     Link,
     OnPurpose,
     Origin,
@@ -155,17 +156,18 @@ def _edited(conversion: Conversion, said: dict[str, Any]) -> list[str]:
     return []
 
 
-class _Certified(msgspec.Struct):
-    passes: dict[str, Any] = {}
-    driven: list[str] = []
+def read_intent(model: Path) -> Intent | None:
+    """Return what the certificate beside an .mbs records of changes on purpose.
 
+    Args:
+        model: The .mbs.
 
-def certified(model: str) -> tuple[dict[str, Any], list[str]]:
-    """The options of the passes that changed the robot on purpose, and the joints that are driven
-    on purpose; nothing, where no certificate beside the .mbs can be read."""
+    Returns:
+        The options of the passes that changed the robot, and the joints that are driven although
+        the URDF has them follow others; None if there is no certificate that can be read.
+    """
     try:
-        data = files.read_bytes(Path(model).with_suffix(".proof.json"))
-        said = msgspec.json.decode(data, type=_Certified)
+        data = files.read_bytes(model.with_suffix(".proof.json"))
+        return msgspec.json.decode(data, type=Intent)
     except (OSError, ValueError, msgspec.MsgspecError):
-        return {}, []
-    return said.passes, said.driven
+        return None

@@ -1,6 +1,7 @@
-"""Find faults: warn of what is odd in the robot as a whole, as ``lint`` does.
+"""Find faults: warn of what is wrong with the robot as a whole, as ``lint`` does.
 
-The reader names what is odd in single elements; the other passes warn when they convert the robot.
+The reader warns of single elements, and the other passes of what they convert.  Plugins add checks
+by the hook ``urdf2mbs_find_faults``.
 """
 
 from __future__ import annotations
@@ -20,6 +21,4 @@ class FindFaults(Pass):
         for locked in find_locked_joints(robot):
             message = locked.describe(robot)
             conversion.warn("mimic-locked", message, joint=locked.follower.name)
-        warn_of_missing_meshes = conversion.find("warn_of_missing_meshes")
-        if warn_of_missing_meshes is not None:
-            warn_of_missing_meshes(conversion)
+        conversion.hook.urdf2mbs_find_faults(conversion=conversion)

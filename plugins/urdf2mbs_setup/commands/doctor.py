@@ -58,7 +58,7 @@ def examine(*, installed_plugins: bool = True) -> dict[str, dict[str, str]]:
     needed = [line for line in requires("urdf2mbs") or [] if "extra ==" not in line]
     names = [re.split(r"[^\w.-]", line, maxsplit=1)[0] for line in needed]
     plugins = Plugins(installed=installed_plugins)
-    compiler = plugins.find("compiler")
+    by_plugins: list[dict[str, str]] = plugins.hook.urdf2mbs_doctor()
     packages = {name: version_of(name) or "MISSING" for name in names}
     extras = {name: version_of(name) or f"not installed, for {use}" for name, use in EXTRAS.items()}
     return {
@@ -66,8 +66,7 @@ def examine(*, installed_plugins: bool = True) -> dict[str, dict[str, str]]:
             "urdf2mbs": f"{version('urdf2mbs')} ({Path(plugin.__file__).parent})",
             "Python": f"{platform.python_version()} ({sys.executable})",
             "system": f"{platform.system()} {platform.machine()}",
-            "C compiler": (compiler and compiler())
-            or "none: simulations need one (pip install ziglang)",
+            **{name: line for lines in by_plugins for name, line in lines.items()},
             **packages,
             **extras,
         },

@@ -22,24 +22,27 @@ from urdf2mbs.plugin import (
     ALONE,
     Config,
     ConfigError,
+    ConfiguredPass,
     Lines,
     Pass,
+    PassEntry,
     Pipeline,
     Plugins,
-    Registered,
     add_fields,
     add_json,
     add_running,
     counted,
     is_file,
     is_folder,
+    list_method,
+    load_pass,
     near,
     nearest,
-    of_plugin,
     path,
     print_json,
     read_robot_file,
     robot_or_config,
+    version_of,
 )
 from urdf2mbs_setup.options import Option, inner_structs, list_options
 
@@ -112,7 +115,7 @@ def _neither(word: str, plugins: Plugins) -> ConfigError:
 
 def _explain_config(arguments: argparse.Namespace) -> int:
     config, lines = robot_or_config(arguments)
-    config = _first_of_sweep(config, lines)
+    config = _first_of_sweep(config, lines, arguments)
     pipeline = Pipeline(config, lines, installed_plugins=not arguments.no_plugins)
     warn_of(pipeline.plugins)
     if lines.file is None:
@@ -121,7 +124,7 @@ def _explain_config(arguments: argparse.Namespace) -> int:
         print_json(
             [
                 {
-                    **describe(step.registered),
+                    **describe(step.entry),
                     "swapped": step.swapped,
                     "options": step.pass_,
                 }
@@ -133,7 +136,7 @@ def _explain_config(arguments: argparse.Namespace) -> int:
     print(f"source  {settings.source}\noutput  {settings.output}\nbase    {settings.config.base}")
     for name, folder in settings.packages.items():
         print(f"package {name} = {folder}")
-    for name, value in settings.config.xacro_args.items():
+    for name, value in settings.xacro_args.items():
         print(f"arg     {name} := {value}")
     if not arguments.verbose:
         print()
@@ -149,7 +152,9 @@ def _explain_config(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _details(pipeline: Pipeline, step: Any, *, verbose: bool) -> Iterator[tuple[str, str]]:
+def _details(
+    pipeline: Pipeline, step: ConfiguredPass, *, verbose: bool
+) -> Iterator[tuple[str, str]]:
     """Yield the lines of a pass in a config, as title and text.
 
     Args:
@@ -157,19 +162,19 @@ def _details(pipeline: Pipeline, step: Any, *, verbose: bool) -> Iterator[tuple[
         step: One of them, with its options.
         verbose: Whether all lines are shown, or only what is not as urdf2mbs has it by default.
     """
-    pass_, registered = step.pass_, step.registered
+    pass_, entry = step.pass_, step.entry
     rivals = [
         rival
         for rival in pipeline.plugins.passes.get(pass_.name, [])
-        if rival.plugin != registered.plugin
+        if rival.plugin != entry.plugin
     ]
-    if verbose or rivals or not registered.is_ours:
-        yield "from", origin(registered) + (", by 'swap'" if step.swapped else "")
+    if verbose or rivals or not entry.is_ours:
+        yield "from", origin(entry) + (", by 'swap'" if step.swapped else "")
     for rival in rivals:
         yield "not", f"{origin(rival)}: 'swap: {{{pass_.name}: {rival.plugin}}}'"
     if verbose:
-        if registered.after:
-            yield "after", ", ".join(registered.after)
+        if entry.after:
+            yield "after", ", ".join(entry.after)
         yield "reads", ", ".join(pass_.reads) or "-"
         yield "writes", ", ".join(pass_.writes) or "-"
     defaults = {option.name: option.default for option in list_options(type(pass_))}
@@ -182,16 +187,18 @@ def _details(pipeline: Pipeline, step: Any, *, verbose: bool) -> Iterator[tuple[
         yield "options", ", ".join(options) or "-"
 
 
-def _first_of_sweep(config: Config, lines: Lines) -> Config:
-    """Return the config of the first robot, where a config stands for many."""
+def _first_of_sweep(config: Config, lines: Lines, arguments: argparse.Namespace) -> Config:
+    """Return the config of the first robot of a sweep; a config without a sweep as it is."""
     if config.sweep is None:
         return config
-    sweep = of_plugin("sweep", "many")
-    first, *others = sweep.members(config, lines)
-    count = counted(len(others) + 1, "robot")
-    print(f"sweep   {count}; this is the first: {sweep.in_words(first.values)}")
-    found: Config = first.config
-    return found
+    hook = Plugins(installed=not arguments.no_plugins).hook
+    robots: list[tuple[Config, str]] | None = hook.urdf2mbs_expand_sweep(config=config, lines=lines)
+    if robots is None:
+        message = "this config is a sweep, and no plugin expands sweeps"
+        raise lines.error("plugin-missing", message, ("sweep",), "install urdf2mbs whole")
+    first, values = robots[0]
+    print(f"sweep   {counted(len(robots), 'robot')}; this is the first: {values}")
+    return first
 
 
 # --- one pass ---
@@ -206,17 +213,17 @@ def _explain_pass(name: str, plugins: Plugins, arguments: argparse.Namespace) ->
     }
     if arguments.json:
         found = [
-            {**describe(one), "options": list_options(one.kind), "presets": places}
-            for one in offered
+            {**describe(entry), "options": list_options(load_pass(entry)), "presets": places}
+            for entry in offered
         ]
         print_json(found)
         return 0
-    for index, registered in enumerate(offered):
-        kind = registered.kind
+    for index, entry in enumerate(offered):
+        kind = load_pass(entry)
         print(f"{name}: {kind.summary()}")
-        print(f"  from     {origin(registered)}")
+        print(f"  from     {origin(entry)}")
         if index > 0:
-            print(f"  used by  swap: {{{name}: {registered.plugin}}}")
+            print(f"  used by  swap: {{{name}: {entry.plugin}}}")
         else:
             width = max(map(len, places), default=0)
             for title, (preset, place) in zip(_titles("place"), places.items(), strict=False):
@@ -279,21 +286,21 @@ def _print_option(option: Option, margin: str) -> None:
 def _list_all(arguments: argparse.Namespace) -> int:
     """Print every known pass in the order of the method, and then those of other plugins."""
     plugins = _plugins_of(arguments)
-    order = {name: index for index, name in enumerate(plugins.method)}
-    passes = [registered for offered in plugins.passes.values() for registered in offered]
-    passes.sort(key=lambda registered: (not registered.is_ours, order.get(registered.name, 0)))
+    order = {name: index for index, name in enumerate(list_method(plugins))}
+    entries = [entry for entries in plugins.passes.values() for entry in entries]
+    entries.sort(key=lambda entry: (not entry.is_ours, order.get(entry.name, 0)))
     if arguments.json:
-        print_json([describe(registered) for registered in passes])
+        print_json([describe(entry) for entry in entries])
         return 0
-    width = max(len(registered.name) for registered in passes)
-    for registered in passes:
-        kind, name = registered.kind, f"{registered.name:{width}}"
+    width = max(len(entry.name) for entry in entries)
+    for entry in entries:
+        kind, name = load_pass(entry), f"{entry.name:{width}}"
         if arguments.verbose:
             sections = f"{', '.join(kind.reads) or '-'} -> {', '.join(kind.writes) or '-'}"
             print(f"{name}  {kind.summary()}")
-            print(f"{'':{width}}  {sections}; {origin(registered)}")
+            print(f"{'':{width}}  {sections}; {origin(entry)}")
         else:
-            print(_one_line(name, kind.summary(), "" if registered.is_ours else registered.plugin))
+            print(_one_line(name, kind.summary(), "" if entry.is_ours else entry.plugin))
     more = "urdf2mbs explain PASS shows all of one pass; -v shows what each reads and writes"
     print(f"\n{METHOD}" if arguments.verbose else f"\n{more}")
     return 0
@@ -317,23 +324,24 @@ def warn_of(plugins: Plugins) -> None:
         print(broken, file=sys.stderr)
 
 
-def origin(found: Registered) -> str:
+def origin(entry: PassEntry) -> str:
     """Return the plugin that a pass is from, with its package, version and file."""
-    of = f" of {found.package}" if found.package not in ("", found.plugin) else ""
-    version = f" {found.version}" if found.version else ""
-    return f"{found.plugin}{of}{version} ({near(Path(found.file))})"
+    package = entry.distribution
+    of = f" of {package}" if package not in ("", entry.plugin) else ""
+    version = version_of(package) if package else ""
+    return f"{entry.plugin}{of}{f' {version}' if version else ''} ({near(Path(entry.source))})"
 
 
-def describe(found: Registered) -> dict[str, Any]:
+def describe(entry: PassEntry) -> dict[str, Any]:
     """Return a pass as JSON has it."""
-    kind = found.kind
+    kind = load_pass(entry)
     return {
         "name": kind.name,
         "summary": kind.summary(),
-        "plugin": found.plugin,
-        "package": found.package,
-        "version": found.version,
-        "file": found.file,
+        "plugin": entry.plugin,
+        "package": entry.distribution,
+        "version": version_of(entry.distribution) if entry.distribution else "",
+        "file": entry.source,
         "reads": kind.reads,
         "writes": kind.writes,
     }

@@ -12,7 +12,15 @@ from typing import Any
 
 import msgspec
 
-from urdf2mbs.plugin import Config, Plugins, add_fields, add_no_plugins, field_docs, print_json
+from urdf2mbs.plugin import (
+    Config,
+    Plugins,
+    add_fields,
+    add_no_plugins,
+    field_docs,
+    load_pass,
+    print_json,
+)
 from urdf2mbs_setup.commands.explain import warn_of
 from urdf2mbs_setup.options import inner_structs
 
@@ -54,11 +62,11 @@ def schema(plugins: Plugins) -> dict[str, Any]:
     for name, offered in sorted(plugins.passes.items()):
         # which plugin's options hold is said by 'swap'
         found = [
-            _options(one.kind, name if one.is_ours else f"{name}.{one.plugin}", defs)
-            for one in offered
+            _options(load_pass(entry), name if entry.is_ours else f"{name}.{entry.plugin}", defs)
+            for entry in offered
         ]
         options[name] = found[0] if len(found) == 1 else {"anyOf": found}
-        options[name]["description"] = offered[0].kind.summary()
+        options[name]["description"] = load_pass(offered[0]).summary()
     properties["passes"] |= {"properties": options, "additionalProperties": False}
     _accept_one_word(config)
     return {

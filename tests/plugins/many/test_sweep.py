@@ -5,8 +5,9 @@ from typing import Any
 
 import pytest
 
-from urdf2mbs.config.model import Lines, parse
-from urdf2mbs.engine.settings import settings_of
+from urdf2mbs.config.lines import Lines
+from urdf2mbs.config.load import parse
+from urdf2mbs.engine.settings import make_settings
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs_many.convert import jobs_of
 from urdf2mbs_many.job import Job
@@ -145,13 +146,13 @@ def test_a_value_is_one_name_on_every_system(value: str, name: str) -> None:
     (robot,) = swept(f"{{xacro_args: {{height: [{value}]}}}}", "{project: 'out/{height}/p'}")
     output: Any = robot.config.output
     assert output.project == f"out/{name}/p"
-    settings = settings_of(robot.config, Lines(Path("c.yaml"), folder=Path("/there")))
+    settings = make_settings(robot.config, Lines(Path("c.yaml"), folder=Path("/there")))
     assert settings.project == Path("/there/out") / name / "p"
 
 
 def test_a_project_and_its_model_have_one_name() -> None:
     for job in swept("{xacro_args: {height: [0.7, 0.8]}}", "{project: 'out/biped_{height}'}"):
-        settings = settings_of(job.config, Lines(Path("c.yaml"), folder=Path("/there")))
+        settings = make_settings(job.config, Lines(Path("c.yaml"), folder=Path("/there")))
         name = f"biped_{job.values['height']}".replace(".", "_")
         assert settings.output == Path(f"/there/out/{name}/dataR/{name}.mbs")
 

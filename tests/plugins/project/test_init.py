@@ -12,7 +12,7 @@ from proving import SOLID, joint, link, robot
 from robots import BROKEN, CONVERTIBLE, RealRobot
 from urdf2mbs import convert
 from urdf2mbs.cli import main
-from urdf2mbs.config.model import load
+from urdf2mbs.config.load import load
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.testing import TINY

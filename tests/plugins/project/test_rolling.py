@@ -6,7 +6,7 @@ import pytest
 
 from proving import joint, link, robot
 from urdf2mbs import simulate
-from urdf2mbs.config.model import config_of
+from urdf2mbs.config.load import config_of
 from urdf2mbs.engine.output import write
 from urdf2mbs.engine.pipeline import Pipeline
 

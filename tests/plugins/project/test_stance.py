@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from proving import SOLID, link, robot
 from urdf2mbs.cli import main
-from urdf2mbs.config.model import load
+from urdf2mbs.config.load import load
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.disk.files import model_of
 from urdf2mbs.engine.pipeline import Pipeline

@@ -7,7 +7,8 @@ import pytest
 import yaml
 from jsonschema import Draft202012Validator
 
-from urdf2mbs.config.model import Config, parse
+from urdf2mbs.config.load import parse
+from urdf2mbs.config.model import Config
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.engine.plugins import Plugins
 from urdf2mbs.messages.diagnostics import ConfigError

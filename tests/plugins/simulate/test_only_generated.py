@@ -14,7 +14,7 @@ from oracle.pin import to_pinocchio
 from plugins.project.standin import make, without_meshes
 from urdf2mbs import ConversionError, Push, simulate
 from urdf2mbs.cli import main
-from urdf2mbs.config.model import parse
+from urdf2mbs.config.load import parse
 from urdf2mbs.mbs.kinematics import compute_placement
 from urdf2mbs.testing import TINY
 from urdf2mbs_project.places import compute_point_position

@@ -8,7 +8,7 @@ import pytest
 from descriptions import offline, stand_in
 from urdf2mbs import convert
 from urdf2mbs.cli import main
-from urdf2mbs.config.model import load
+from urdf2mbs.config.load import load
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from urdf2mbs.cli import main
-from urdf2mbs.config.model import parse
+from urdf2mbs.config.load import parse
 from urdf2mbs.engine.output import write, write_files
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.messages.diagnostics import ConfigError

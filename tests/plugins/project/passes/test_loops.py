@@ -10,7 +10,7 @@ import pytest
 from descriptions import stand_in
 from plugins.project.passes.test_mimic import joint, link
 from proving import codes
-from urdf2mbs.config.model import load
+from urdf2mbs.config.load import load
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.mbs.kinematics import compute_placement
 from urdf2mbs.mbs.reader import read_mbs
