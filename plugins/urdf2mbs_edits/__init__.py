@@ -1,4 +1,4 @@
-"""What people change in an .mbs is kept: diff, merge, and the merge driver of git."""
+"""Keep the edits of an .mbs: diff, merge, and the merge driver of git."""
 
 from __future__ import annotations
 
@@ -12,11 +12,13 @@ if TYPE_CHECKING:
 
 @hookimpl
 def urdf2mbs_passes() -> list[PassEntry]:
+    """Add the pass ``merge``."""
     return [PassEntry("merge", "urdf2mbs_edits", after=("emit",), work=always)]
 
 
 @hookimpl
 def urdf2mbs_commands() -> list[Command]:
+    """Add the commands ``diff`` and ``merge``."""
     package = "urdf2mbs_edits.commands"
     return [
         Command("diff", "list the differences between two .mbs files", f"{package}.diff"),
@@ -26,17 +28,22 @@ def urdf2mbs_commands() -> list[Command]:
 
 @hookimpl
 def urdf2mbs_summary(conversion: Conversion) -> Summary | None:
+    """Return the line of the summary for a merge."""
     if "merge" not in conversion.report:
         return None
     from urdf2mbs.plugin import Summary
 
-    counts = {does: len(said) for does, said in conversion.report["merge"]["words"].items()}
-    words = ", ".join(f"{count} {does}" for does, count in counts.items() if count)
-    return Summary([f"merged with your edits: {words or 'nothing is another'}"])
+    counts = {
+        heading: len(sentences)
+        for heading, sentences in conversion.report["merge"]["words"].items()
+    }
+    text = ", ".join(f"{count} {heading}" for heading, count in counts.items() if count)
+    return Summary([f"merged with your edits: {text or 'no change'}"])
 
 
 @hookimpl
 def urdf2mbs_codes() -> dict[str, str]:
+    """Return the codes of messages and their meanings."""
     from urdf2mbs_edits.codes import CODES
 
     return CODES

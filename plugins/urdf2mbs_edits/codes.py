@@ -1,10 +1,12 @@
-"""Your edits of an ``.mbs``."""
+"""Codes of messages about your edits of an ``.mbs``."""
 
 CODES = {
-    "merge-conflict-won": "warning: the URDF and an edit changed the same thing; one counts. "
-    "Look into `NAME.orphaned.mbs` for yours.",
-    "merge-orphaned": "warning: an edit has no place in the new model: see `NAME.orphaned.mbs`. "
-    "Draw it anew, or forget it.",
+    "merge-conflict-won": "warning: the URDF and an edit changed the same value; one is used. "
+    "The message has both; `prefer` says which is used.",
+    "merge-orphaned": "warning: an edit is lost, since the URDF removed what was edited. "
+    "Make it again elsewhere, or forget it.",
+    "merge-inconsistent": "error: the URDF and your edits do not fit together; your file is "
+    "unchanged. Change the `.mbs` or the URDF as the message says, or give `--fresh`.",
     "merge-other-robot": "error: an edited `.mbs` was made of another robot. "
     "Write elsewhere, or give `--fresh`.",
 }

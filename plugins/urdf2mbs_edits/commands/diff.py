@@ -1,7 +1,7 @@
 """`diff`: what differs between two .mbs files.
 
 Compares bodies, joints, points and forces by their names, in the words of
-MBSysPad.  Writes nothing.  Exit code 0: nothing differs; 1: something does.
+MBSysPad.  Writes nothing.  Exit code 0: no difference; 1: differences.
 """
 
 from __future__ import annotations
@@ -9,8 +9,15 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from urdf2mbs.plugin import ConversionError, add_json, counted, path, print_json, printable
-from urdf2mbs.plugin import read_mbs_file as read_file
+from urdf2mbs.plugin import (
+    ConversionError,
+    add_json,
+    counted,
+    path,
+    print_json,
+    printable,
+    read_mbs_file,
+)
 
 EXAMPLES = (
     "urdf2mbs diff before.mbs after.mbs",
@@ -20,6 +27,7 @@ EXAMPLES = (
 
 
 def add_options(command: argparse.ArgumentParser) -> None:
+    """Add the arguments of the command."""
     command.add_argument("before", type=path, metavar="A.mbs", help="a file, or - for stdin")
     command.add_argument("after", type=path, metavar="B.mbs", help="the file to compare with it")
     command.add_argument(
@@ -32,27 +40,28 @@ def add_options(command: argparse.ArgumentParser) -> None:
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
-    """Exit code as that of diff: 0 no difference, 1 differences, 2 trouble."""
-    from urdf2mbs_edits.diff.changes import differences
-    from urdf2mbs_edits.diff.words import in_words, remarks
+    """Return the exit code of diff: 0 no difference, 1 differences, 2 an error."""
+    from urdf2mbs_edits.diff.changes import find_differences
+    from urdf2mbs_edits.diff.wording import describe_changes, describe_remarks
 
     files: tuple[Path, Path] = (arguments.before, arguments.after)
     try:
-        before, after = map(read_file, files)
+        before, after = map(read_mbs_file, files)
     except ConversionError as error:
         error.exit_code = 2
         raise
-    differ = differences(before, after, physics=arguments.physics)
+    differences = find_differences(before, after, physics=arguments.physics)
+    changes = differences.changes
     if arguments.json:
-        print_json({"same": not differ.changes, "differences": differ})
-        return 1 if differ.changes else 0
-    physics = [change for change in differ.changes if not change.drawing]
+        print_json({"same": not changes, "differences": differences})
+        return 1 if changes else 0
+    physics = [change for change in changes if not change.drawing]
     count = counted(len(physics), "difference") if physics else "no difference"
-    if len(physics) < len(differ.changes):
-        count += ", but for the drawing" if not physics else ", and the drawing"
+    if len(physics) < len(changes):
+        count += ", and the drawing" if physics else ", but for the drawing"
     print(f"{files[0]} -> {files[1]}: {count}")
-    for sentence in in_words(differ, drawing=arguments.drawing):
+    for sentence in describe_changes(differences, drawing=arguments.drawing):
         print(printable(f"  {sentence}"))
-    for sentence in remarks(differ):
+    for sentence in describe_remarks(differences):
         print(printable(f"  ({sentence})"))
-    return 1 if differ.changes else 0
+    return 1 if changes else 0

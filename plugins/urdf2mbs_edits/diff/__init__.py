@@ -1,1 +1,1 @@
-"""The differences of two .mbs files: matched objects, and the changes of each."""
+"""Find the differences of two .mbs files: match entities, then compare their values."""

@@ -1,36 +1,42 @@
-"""The changes from one model to another, object by object and field by field."""
+"""The changes from one model to another, entity by entity and field by field."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import msgspec
 
 from urdf2mbs.plugin import ORIGIN, Mbs, without_origin
-from urdf2mbs_edits.diff.flat import DRAWN, KINDS, Thing, Version, flat, is_drawn, things
-from urdf2mbs_edits.diff.matching import match
-
-#: A path: the number of a thing, and one of its fields; empty: all of it.
-Path = tuple[int, str]
+from urdf2mbs_edits.diff.matching import match_entities
+from urdf2mbs_edits.diff.table import (
+    GRAPHICAL_KINDS,
+    KINDS,
+    Entity,
+    FieldPath,
+    ModelTable,
+    is_graphical,
+    list_entities,
+    make_table,
+)
 
 
 class Change(msgspec.Struct, omit_defaults=True, forbid_unknown_fields=True):
-    """One thing that is another now; units and frames are those of the file."""
+    """One change of an entity; units and frames are those of the file."""
 
     change: Literal["added", "removed", "renamed", "moved", "changed", "reordered"]
     kind: str
-    """Of the thing: one of ``flat.KINDS``."""
+    """Kind of the entity, one of ``table.KINDS``."""
     name: str
-    """Of the thing, by its name before; if it was added, after."""
+    """Name of the entity before the change; if it was added, after it."""
     owner: str = ""
-    """What the thing belongs to, in words, by its name before; if it was added, after."""
+    """Label of what the entity belongs to, by its name before; if it was added, after."""
     field: str = ""
-    """What changed of the thing; a path of elements where the model does not know it."""
+    """The field that changed; a path of XML elements if the model does not know it."""
     before: Any = None
     after: Any = None
     drawing: bool = False
-    """True if the change is one of pictures alone: the 2D diagram or the 3D view."""
+    """Whether only pictures change: the 2D diagram or the 3D view."""
 
 
 class Differences(msgspec.Struct):
@@ -38,133 +44,169 @@ class Differences(msgspec.Struct):
 
     changes: list[Change]
     versions: tuple[str, str]
-    """Of MBSysPad, as the files say; no difference by themselves."""
+    """Versions of MBSysPad that the files name; they do not count as a difference."""
     renumbered: dict[str, tuple[int, int]]
-    """Joints, by their names before, that have another number in Robotran."""
+    """Joints with another index in Robotran, by their names before."""
 
 
-def differences(before: Mbs, after: Mbs, *, physics: bool = False) -> Differences:
-    """The differences of two models; ``physics`` leaves out what is drawn alone.
+class LocatedChange(NamedTuple):
+    """A change, and the path of the value that changed."""
 
-    A thing that belongs to an added or removed thing is not named beside it.
+    change: Change
+    path: FieldPath
+
+
+def find_differences(before: Mbs, after: Mbs, *, physics: bool = False) -> Differences:
+    """Find the differences of two models.
+
+    An entity that belongs to an added or removed one is not listed beside it.
+
+    Args:
+        before: One model.
+        after: The model to compare with it.
+        physics: Leave out changes of the drawing.
     """
-    found = things(before), things(after)
-    match(*found)
-    changes = compare(flat(before, found[0]), flat(after, found[1]))
-    joints: tuple[dict[int, str], ...] = tuple(
-        {thing.number: thing.name for thing in side if thing.kind == "joint"} for side in found
+    entities_before, entities_after = list_entities(before), list_entities(after)
+    match_entities(entities_before, entities_after)
+    located_changes = compare_tables(
+        make_table(before, entities_before), make_table(after, entities_after)
     )
-    ranks = before.numbers(), after.numbers()
-    numbers = {
-        name: (ranks[0][name], ranks[1][joints[1][number]])
-        for number, name in joints[0].items()
-        if number in joints[1]
+    indices_before, indices_after = before.numbers(), after.numbers()
+    joints_after = {joint.number: joint.name for joint in entities_after if joint.kind == "joint"}
+    indices = {
+        joint.name: (indices_before[joint.name], indices_after[joints_after[joint.number]])
+        for joint in entities_before
+        if joint.kind == "joint" and joint.number in joints_after
     }
     return Differences(
-        [change for change, _ in changes if not (physics and change.drawing)],
+        [change for change, _ in located_changes if not (physics and change.drawing)],
         (before.version, after.version),
-        {name: pair for name, pair in numbers.items() if pair[0] != pair[1]},
+        {name: pair for name, pair in indices.items() if pair[0] != pair[1]},
     )
 
 
-def compare(before: Version, after: Version) -> list[tuple[Change, Path]]:
-    """Each change, and its path."""
-    changes = list(_changes(before, after))
-    changes.sort(key=lambda found: KINDS.index(found[0].kind))  # stable
+def compare_tables(before: ModelTable, after: ModelTable) -> list[LocatedChange]:
+    """Compare two tables; return the changes sorted by the kinds of entities."""
+    changes = [*_compare_entities(before, after), *_compare_orders(before, after)]
+    changes.sort(key=lambda located: KINDS.index(located.change.kind))  # stable
     return changes
 
 
-def _changes(before: Version, after: Version) -> Iterator[tuple[Change, Path]]:
-    for number, thing in _only(before, after):
-        yield _of_whole("removed", thing, before=content(thing)), (number, "")
-    for number, thing in _only(after, before):
-        yield added(thing), (number, "")
-    for number in before.things:
-        if number in after.things:
-            yield from _of_thing(before, after, number)
-    for number in before.things:
-        for field in before.values[number]:
-            change = _reordered(before, after, number, field[1:-1]) if field[0] == "[" else None
-            if change:
-                yield change, (number, field)
+def _compare_entities(before: ModelTable, after: ModelTable) -> Iterator[LocatedChange]:
+    """Yield removed and added entities, then the changes of each entity in both tables."""
+    for entity in _list_missing(before, after):
+        change = _describe_entity("removed", entity, before=export_content(entity))
+        yield LocatedChange(change, FieldPath(entity.number, ""))
+    for entity in _list_missing(after, before):
+        change = _describe_entity("added", entity, after=export_content(entity))
+        yield LocatedChange(change, FieldPath(entity.number, ""))
+    for number in before.entities:
+        if number in after.entities:
+            yield from _compare_values(before, after, number)
 
 
-def _only(version: Version, other: Version) -> Iterator[tuple[int, Thing]]:
-    """The things that one version has alone, without what is in them."""
-    for number, thing in version.things.items():
-        if number not in other.things and (not thing.owner or thing.owner.number in other.things):
-            yield number, thing
+def _list_missing(table: ModelTable, other_table: ModelTable) -> Iterator[Entity]:
+    """Yield the entities that only the first table has, but not what belongs to them."""
+    for number, entity in table.entities.items():
+        if number not in other_table.entities and (
+            entity.owner is None or entity.owner.number in other_table.entities
+        ):
+            yield entity
 
 
-def added(thing: Thing) -> Change:
-    """The change that a thing was added, with all that is in it."""
-    return _of_whole("added", thing, after=content(thing))
+def _describe_entity(verb: Any, entity: Entity, **content: Any) -> Change:
+    """Return the change of a whole entity."""
+    is_drawing = entity.kind in GRAPHICAL_KINDS
+    return Change(verb, entity.kind, entity.name, entity.owner_label, drawing=is_drawing, **content)
 
 
-def _of_whole(does: Any, thing: Thing, **values: Any) -> Change:
-    of = thing.owner.words() if thing.owner else ""
-    return Change(does, thing.kind, thing.name, of, drawing=thing.kind in DRAWN, **values)
+def export_content(entity: Entity) -> Any:
+    """Return an entity and all that belongs to it as plain data."""
+    return _drop_empty(msgspec.to_builtins(entity.part, enc_hook=without_origin))
 
 
-def content(thing: Thing) -> Any:
-    """All that a thing says, with what belongs to it, as plain data."""
-    return _stated(msgspec.to_builtins(thing.part, enc_hook=without_origin))
-
-
-def _stated(content: Any) -> Any:
-    """The fields of an object that say something."""
+def _drop_empty(content: Any) -> Any:
+    """Drop the fields of objects that have no value."""
     if isinstance(content, list):
-        return [_stated(part) for part in content]
+        return [_drop_empty(part) for part in content]
     if not isinstance(content, dict):
         return content
-    return {field: _stated(value) for field, value in content.items() if value not in (None, [])}
+    return {
+        field: _drop_empty(value) for field, value in content.items() if value not in (None, [])
+    }
 
 
-def _of_thing(before: Version, after: Version, number: int) -> Iterator[tuple[Change, Path]]:
-    """The changes of a thing that is in both: of its name, its owner and its other values."""
-    thing, was, now = before.things[number], before.values[number], after.values[number]
-    of = thing.owner.words() if thing.owner else ""
-    for field in dict.fromkeys([*was, *now]):
-        if was.get(field) == now.get(field) or field[0] == "[":
+def _compare_values(before: ModelTable, after: ModelTable, number: int) -> Iterator[LocatedChange]:
+    """Yield the changes of an entity that both tables have: name, owner and other values."""
+    entity = before.entities[number]
+    values_before, values_after = before.values[number], after.values[number]
+    for field in dict.fromkeys([*values_before, *values_after]):
+        if field[0] == "[" or values_before.get(field) == values_after.get(field):
             continue
-        then, since = (shown(version, number, field) for version in (before, after))
-        fields = [(field.lstrip("?"), then, since)]
-        if field == "place":
-            fields = [(part, [then[k]], [since[k]]) for k, part in enumerate(("parent", "point"))
-                      if was[field][k] != now[field][k]]  # fmt: skip
-        does: Any = {"name": "renamed", "owner": "moved"}.get(field, "changed")
-        for part, old, new in fields:
-            if field != "name" or old != new:
-                drawing = is_drawn(thing.kind, part)
-                yield Change(does, thing.kind, thing.name, of, part, old, new, drawing), (
-                    number, field
-                )  # fmt: skip
+        old, new = resolve_value(before, number, field), resolve_value(after, number, field)
+        changed_fields = [(field.lstrip("?"), old, new)]
+        if field == "place":  # the two fields of the model
+            pairs = zip(values_before[field], values_after[field], strict=True)
+            changed_fields = [
+                (part, [old[index]], [new[index]])
+                for index, (part, pair) in enumerate(zip(("parent", "point"), pairs, strict=True))
+                if pair[0] != pair[1]
+            ]
+        verb: Any = {"name": "renamed", "owner": "moved"}.get(field, "changed")
+        for part, old_value, new_value in changed_fields:
+            if field == "name" and old_value == new_value:
+                continue
+            change = Change(
+                verb,
+                entity.kind,
+                entity.name,
+                entity.owner_label,
+                part,
+                old_value,
+                new_value,
+                is_graphical(entity.kind, part),
+            )
+            yield LocatedChange(change, FieldPath(number, field))
 
 
-def shown(version: Version, number: int, field: str) -> Any:
-    """A value, with the names of what it refers to; a body's own frame is ``origin``."""
-    thing = version.things[number]
+def resolve_value(table: ModelTable, number: int, field: str) -> Any:
+    """Return a value with names in place of references; a body's own frame is ``origin``."""
+    entity = table.entities[number]
     if field == "name":
-        return thing.name
+        return entity.name
     if field == "owner":
-        return thing.owner.words() if thing.owner else ""
+        return entity.owner_label
     if field[0] == "[":
-        return [version.things[one].name for one in version.held(number, field[1:-1])]
-    if field in thing.refers:
+        return [table.entities[child].name for child in table.list_children(number, field[1:-1])]
+    if field in entity.references:
         return [
-            ORIGIN if target is None else target.name if isinstance(target, Thing) else target
-            for target in thing.refers[field]
+            ORIGIN if target is None else target.name if isinstance(target, Entity) else target
+            for target in entity.references[field]
         ]
-    return version.values[number].get(field)
+    return table.values[number].get(field)
 
 
-def _reordered(before: Version, after: Version, number: int, kind: str) -> Change | None:
-    """The change that things of a kind stand in another order in what holds them."""
-    orders = [version.held(number, kind) for version in (before, after)]
-    old, new = ([one for one in order if one in set.intersection(*map(set, orders))]
-                for order in orders)  # fmt: skip
-    if old == new:
-        return None
-    names = [before.things[one].name for one in old], [after.things[one].name for one in new]
-    of = before.things[number].words()
-    return Change("reordered", kind, "", of, "order", *names, drawing=kind in DRAWN)
+def _compare_orders(before: ModelTable, after: ModelTable) -> Iterator[LocatedChange]:
+    """Yield a change for each entity whose children of a kind have another order."""
+    for number in before.entities:
+        for field in before.values[number]:
+            if field[0] != "[":
+                continue
+            kind = field[1:-1]
+            children_before = before.list_children(number, kind)
+            children_after = after.list_children(number, kind)
+            common = set(children_before) & set(children_after)
+            old = [child for child in children_before if child in common]
+            new = [child for child in children_after if child in common]
+            if old != new:
+                change = Change(
+                    "reordered",
+                    kind,
+                    "",
+                    before.entities[number].qualified_label,
+                    "order",
+                    [before.entities[child].name for child in old],
+                    [after.entities[child].name for child in new],
+                    kind in GRAPHICAL_KINDS,
+                )
+                yield LocatedChange(change, FieldPath(number, field))

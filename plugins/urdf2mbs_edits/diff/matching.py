@@ -1,180 +1,213 @@
-"""The things of two models that are the same: by name, else by structure, never by their order.
+"""Match the entities of two models that are the same: by name, else by structure, never by order.
 
-MBSysPad renumbers and reorders what it saves, and people rename.  Two things that are the same get
-one number, so that references can be compared across models in which they are named otherwise.
+MBSysPad renumbers and reorders objects, and people rename them.  Two entities that are the same
+get one number, so that references can be compared across models that name them differently.
 """
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Hashable, Iterable
-from typing import Any
+from typing import Any, NamedTuple
 
 from urdf2mbs.plugin import ZERO
-from urdf2mbs_edits.diff.flat import Thing, is_place, said
+from urdf2mbs_edits.diff.table import Entity, is_diagram_position, list_values
 
-#: What is equal for two things that are the same; None is equal to nothing.
-Key = Callable[[Thing], Hashable]
+#: Returns a value that is equal for two entities that are the same; None equals nothing.
+Key = Callable[[Entity], Hashable]
 
 
-def match(before: list[Thing], after: list[Thing]) -> None:
-    """Give each thing after the number of the thing before that it is."""
+class Rule(NamedTuple):
+    """Entities of these kinds are the same if their keys are equal."""
+
+    kinds: str
+    """Separated by commas."""
+    key: Key
+    requires_equal_counts: bool
+    """Match the entities with a key only if both models have as many of them."""
+
+
+def match_entities(before: list[Entity], after: list[Entity]) -> None:
+    """Give each entity of ``after`` the number of the entity of ``before`` that it is."""
     matching = _Matching(before, after)
-    matching.pair_all(_FIRST)
-    matching.pair_bodies_by_joints()
-    while any(matching.pair("body", key, exactly=True) for key in _OF_BODIES):
+    matching.apply_all(_RULES_BEFORE_BODIES)
+    matching.match_bodies_by_joints()
+    while any(matching.apply("body", key, equal_counts=True) for key in _BODY_KEYS):
         pass
-    matching.pair_all(_THEN)
+    matching.apply_all(_RULES_AFTER_BODIES)
 
 
-def match_added(ours: Iterable[Thing], theirs: Iterable[Thing]) -> None:
-    """Give what two sides added alike one number, wherever each has it in the diagram."""
-    candidates = list(theirs)
-    for thing in ours:
-        alike = _said_but_for_places(thing)
-        for other in candidates:
-            if thing.kind == other.kind and alike == _said_but_for_places(other):
-                other.number = thing.number
-                candidates.remove(other)
+def match_added(edited: Iterable[Entity], converted: Iterable[Entity]) -> None:
+    """Give equal entities that two versions added one number, wherever the diagrams have them."""
+    candidates = list(converted)
+    for entity in edited:
+        values = _list_values_but_positions(entity)
+        for candidate in candidates:
+            if entity.kind == candidate.kind and values == _list_values_but_positions(candidate):
+                candidate.number = entity.number
+                candidates.remove(candidate)
                 break
 
 
-def _said_but_for_places(thing: Thing) -> dict[str, Any]:
-    return {field: v for field, v in said(thing).items() if not is_place(thing.kind, field)}
+def _list_values_but_positions(entity: Entity) -> dict[str, Any]:
+    return {
+        field: value
+        for field, value in list_values(entity).items()
+        if not is_diagram_position(entity.kind, field)
+    }
 
 
 class _Matching:
-    """Two models, and the numbers of the things that are paired so far."""
+    """Two models, and the numbers of the entities that are already matched."""
 
-    def __init__(self, before: list[Thing], after: list[Thing]) -> None:
+    def __init__(self, before: list[Entity], after: list[Entity]) -> None:
         self.before, self.after = before, after
-        self.paired: set[int] = set()
+        self.matched: set[int] = set()
 
-    def pair_all(self, rules: Iterable[tuple[str, Key, bool]]) -> None:
-        for kinds, key, exactly in rules:
-            for kind in kinds.split(", "):
-                self.pair(kind, key, exactly=exactly)
+    def apply_all(self, rules: Iterable[Rule]) -> None:
+        """Apply rules one after the other."""
+        for rule in rules:
+            for kind in rule.kinds.split(", "):
+                self.apply(kind, rule.key, equal_counts=rule.requires_equal_counts)
 
-    def pair(self, kind: str, key: Key, *, exactly: bool) -> bool:
-        """Pair the things of a kind that have equal keys, in the order of the files, and tell
-        whether there were any; ``exactly``: only where both models have as many."""
-        groups: tuple[dict[Hashable, list[Thing]], ...] = ({}, {})
-        for side, things_of in zip(groups, (self.before, self.after), strict=True):
-            for thing in things_of:
-                if thing.kind == kind and thing.number not in self.paired:
-                    side.setdefault(key(thing), []).append(thing)
-        paired = False
-        for value, old in groups[0].items():
-            new = groups[1].get(value, [])
-            if value is None or (exactly and len(old) != len(new)):
+    def apply(self, kind: str, key: Key, *, equal_counts: bool) -> bool:
+        """Match the entities of a kind that have equal keys, in the order of the files.
+
+        Returns:
+            Whether any were matched.
+        """
+        groups_before = self._group(self.before, kind, key)
+        groups_after = self._group(self.after, kind, key)
+        matched_any = False
+        for value, old in groups_before.items():
+            new = groups_after.get(value, [])
+            if value is None or (equal_counts and len(old) != len(new)):
                 continue
-            for thing, partner in zip(old, new, strict=False):
-                self._join(thing, partner)
-                paired = True
-        return paired
+            for entity, partner in zip(old, new, strict=False):
+                self._match(entity, partner)
+                matched_any = True
+        return matched_any
 
-    def _join(self, thing: Thing, partner: Thing) -> None:
-        partner.number = thing.number
-        self.paired.add(thing.number)
+    def _group(self, entities: list[Entity], kind: str, key: Key) -> dict[Hashable, list[Entity]]:
+        """Group the entities of a kind that are not matched yet by their keys."""
+        groups: dict[Hashable, list[Entity]] = {}
+        for entity in entities:
+            if entity.kind == kind and entity.number not in self.matched:
+                groups.setdefault(key(entity), []).append(entity)
+        return groups
 
-    def pair_bodies_by_joints(self) -> None:
-        """Pair bodies of different names that have joints of the same names, the most first."""
-        joints = {thing.number: thing for thing in self.after if thing.kind == "joint"}
-        shared = Counter(
-            (thing.owner, joints[thing.number].owner)
-            for thing in self.before
-            if thing.number in joints
+    def _match(self, entity: Entity, partner: Entity) -> None:
+        partner.number = entity.number
+        self.matched.add(entity.number)
+
+    def match_bodies_by_joints(self) -> None:
+        """Match bodies of different names that share names of joints, those that share most first.
+
+        Joints are already matched by their names.
+        """
+        joints = {entity.number: entity for entity in self.after if entity.kind == "joint"}
+        shared_joints = Counter(
+            (entity.owner, joints[entity.number].owner)
+            for entity in self.before
+            if entity.number in joints
         )
-        for (body, partner), _ in shared.most_common():
-            if body and partner and self.paired.isdisjoint([body.number, partner.number]):
-                self._join(body, partner)
+        for (body, partner), _ in shared_joints.most_common():
+            if body and partner and self.matched.isdisjoint([body.number, partner.number]):
+                self._match(body, partner)
 
 
 # --- keys ---
 
 
-def _name(thing: Thing) -> Hashable:
-    return thing.name
+def _get_name(entity: Entity) -> Hashable:
+    return entity.name
 
 
-def _owner(thing: Thing) -> Hashable:
-    return thing.owner and thing.owner.number
+def _get_owner(entity: Entity) -> Hashable:
+    return entity.owner and entity.owner.number
 
 
-def _name_in_owner(thing: Thing) -> Hashable:
-    return _owner(thing), thing.name
+def _get_owner_and_name(entity: Entity) -> Hashable:
+    return _get_owner(entity), entity.name
 
 
-def _but_for_name(thing: Thing) -> Hashable:
-    return repr({**said(thing), "name": ""})
+def _get_values_but_name(entity: Entity) -> Hashable:
+    return repr({**list_values(entity), "name": ""})
 
 
-def _form(shape: Thing) -> Hashable:
+def _get_form(shape: Entity) -> Hashable:
     fields = ("kind", "position", "rotation", "size", "radius", "height", "url")
-    return _owner(shape), *(getattr(shape.part, field) for field in fields)
+    return _get_owner(shape), *(getattr(shape.part, field) for field in fields)
 
 
-def _place_and_use(point: Thing) -> Hashable:
-    users = tuple(used and used.name for used in (point.part.sensor, point.part.extforce))
-    return _owner(point), point.part.coordinates, users, point.part.position
+def _get_place_and_use(point: Entity) -> Hashable:
+    part = point.part
+    users = tuple(user and user.name for user in (part.sensor, part.extforce))
+    return _get_owner(point), part.coordinates, users, part.position
 
 
-def _carried(point: Thing) -> Hashable:
-    bodies = frozenset(body.number for body in point.carries)
-    return (_owner(point), bodies) if bodies else None
+def _get_attached_bodies(point: Entity) -> Hashable:
+    bodies = frozenset(body.number for body in point.attached_bodies)
+    return (_get_owner(point), bodies) if bodies else None
 
 
-def _of_body(*fields: str) -> Key:
-    """A key of what a body says; None where it does not say all of it."""
+def _make_body_key(*fields: str) -> Key:
+    """Make a key of properties of a body; the key is None if the body lacks one of them."""
 
-    def key(body: Thing) -> Hashable:
-        part, point = body.part, body.refers["place"][1]
-        at = point.part.coordinates if isinstance(point, Thing) else ZERO
+    def get_properties(body: Entity) -> Hashable:
+        part, point = body.part, body.references["place"][1]
+        place = point.part.coordinates if isinstance(point, Entity) else ZERO
         points = tuple(sorted(point.coordinates for point in part.points))
-        said = {
-            "parent": body.refs("place")[0], "at": at, "away": at if at != ZERO else None,
-            "types": tuple(joint.type for joint in part.joints), "all points": points,
-            "points": points or None,
-            "inertia": (part.mass, part.com or ZERO, part.inertia or ()) if part.mass else None,
-        }  # fmt: skip
-        values = tuple(said[field] for field in fields)
+        inertia = (part.mass, part.com or ZERO, part.inertia or ())
+        properties = {
+            "parent": body.list_targets("place")[0],
+            "place": place,
+            "place away from the parent's origin": place if place != ZERO else None,
+            "joint types": tuple(joint.type for joint in part.joints),
+            "points": points,
+            "points, at least one": points or None,
+            "inertia": inertia if part.mass else None,
+        }
+        values = tuple(properties[field] for field in fields)
         return None if None in values else values
 
-    return key
+    return get_properties
 
 
-#: The keys of bodies that have other names, the strictest first.
-_OF_BODIES = (
-    _of_body("parent", "at", "types", "inertia", "all points"),
-    _of_body("parent", "types", "inertia"),
-    _of_body("parent", "inertia"),
-    _of_body("types", "inertia"),
-    _of_body("parent", "at", "types", "points"),
-    _of_body("parent", "types", "away"),
+#: The keys of bodies that were renamed, the strictest first.
+_BODY_KEYS = (
+    _make_body_key("parent", "place", "joint types", "inertia", "points"),
+    _make_body_key("parent", "joint types", "inertia"),
+    _make_body_key("parent", "inertia"),
+    _make_body_key("joint types", "inertia"),
+    _make_body_key("parent", "place", "joint types", "points, at least one"),
+    _make_body_key("parent", "joint types", "place away from the parent's origin"),
 )
-#: Kinds, their key, and whether only as many as in the other model are paired: before the bodies
-#: are known, and then.
-_FIRST: tuple[tuple[str, Key, bool], ...] = (
-    ("model, base, view", lambda thing: thing.kind, False),
-    ("body, joint, sensor, force, user model", _name, False),
+_RULES_BEFORE_BODIES = (
+    Rule("model, base, view", lambda entity: entity.kind, False),
+    Rule("body, joint, sensor, force, user model", _get_name, False),
 )
-_THEN: tuple[tuple[str, Key, bool], ...] = (
-    ("joint", lambda t: (_owner(t), t.part.type, t.part.nature, t.part.q), True),
-    ("joint", lambda t: (_owner(t), t.part.type), True),
-    ("point", _name_in_owner, False),
-    ("point", _place_and_use, True),
-    ("point", lambda t: (_owner(t), t.part.coordinates), True),
-    ("point", _carried, True),
-    ("sensor, force", _owner, False),
-    ("cut, link, user constraint, user variable, viewpoint, light", _name, False),
-    ("cut, link", lambda t: (t.part.kind, t.refs("endpoint1"), t.refs("endpoint2")), True),
-    ("user model", lambda t: tuple(p.name for p in t.part.parameters) or None, True),
-    ("parameter", lambda t: (_owner(t), t.refs("name")), False),
-    ("parameter", _name_in_owner, False),
-    ("parameter", lambda t: (_owner(t), t.part.type, t.part.values), True),
-    ("user constraint", lambda t: t.refs("joints"), True),
-    ("shape", lambda t: repr(said(t)), False),
-    ("shape", lambda t: (_owner(t), t.name, t.part.kind), False),
-    ("shape, viewpoint, light", _but_for_name, True),
-    ("shape", _form, True),
+_RULES_AFTER_BODIES = (
+    Rule("joint", lambda e: (_get_owner(e), e.part.type, e.part.nature, e.part.q), True),
+    Rule("joint", lambda e: (_get_owner(e), e.part.type), True),
+    Rule("point", _get_owner_and_name, False),
+    Rule("point", _get_place_and_use, True),
+    Rule("point", lambda e: (_get_owner(e), e.part.coordinates), True),
+    Rule("point", _get_attached_bodies, True),
+    Rule("sensor, force", _get_owner, False),
+    Rule("cut, link, user constraint, user variable, viewpoint, light", _get_name, False),
+    Rule(
+        "cut, link",
+        lambda e: (e.part.kind, e.list_targets("endpoint1"), e.list_targets("endpoint2")),
+        True,
+    ),
+    Rule("user model", lambda e: tuple(p.name for p in e.part.parameters) or None, True),
+    Rule("parameter", lambda e: (_get_owner(e), e.list_targets("name")), False),
+    Rule("parameter", _get_owner_and_name, False),
+    Rule("parameter", lambda e: (_get_owner(e), e.part.type, e.part.values), True),
+    Rule("user constraint", lambda e: e.list_targets("joints"), True),
+    Rule("shape", lambda e: repr(list_values(e)), False),
+    Rule("shape", lambda e: (_get_owner(e), e.name, e.part.kind), False),
+    Rule("shape, viewpoint, light", _get_values_but_name, True),
+    Rule("shape", _get_form, True),
 )

@@ -1,1 +1,1 @@
-"""Convert again, and keep what was edited: three models become one."""
+"""Convert again and keep the edits: three models become one."""

@@ -1,135 +1,139 @@
-"""The three-way merge: what was written last, what people made of it, and the new conversion."""
+"""The three-way merge: the base, the file that people edited, and the new conversion."""
 
 from __future__ import annotations
 
-import re
-from copy import deepcopy
 from typing import TYPE_CHECKING
 
 import msgspec
-from lxml import etree
 
-from urdf2mbs.plugin import Mbs
-from urdf2mbs.plugin import read_mbs as read
-from urdf2mbs_edits.diff.flat import HELD, Thing, Version, elements, file_of, flat, things
-from urdf2mbs_edits.diff.matching import match, match_added
-from urdf2mbs_edits.merge.keep import keep
-from urdf2mbs_edits.merge.plan import Left, Plan, plan_of
-from urdf2mbs_edits.merge.settle import Prefer, Settled, Side
+from urdf2mbs.plugin import ConversionError, Mbs, read_mbs
+from urdf2mbs_edits.diff.matching import match_added, match_entities
+from urdf2mbs_edits.diff.table import (
+    CHILD_KINDS,
+    Entity,
+    FieldPath,
+    ModelTable,
+    find_elements,
+    list_entities,
+    make_table,
+    read_source,
+)
+from urdf2mbs_edits.merge.check import SideNames, check
+from urdf2mbs_edits.merge.decide import MergedTable, Preference, decide
+from urdf2mbs_edits.merge.layout import keep_layout
+from urdf2mbs_edits.merge.plan import Plan, make_plan
 from urdf2mbs_edits.merge.write import write
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from urdf2mbs_edits.diff.changes import Path
+#: What to do if edits and URDF, or two versions of a file, do not fit together.
+_HINT = "your file is unchanged: edit it or the URDF, and convert again; --fresh forgets all edits"
+_HINT_FOR_GIT = "the file is unchanged: edit one of the versions, and merge again"
 
 
 class Merged(msgspec.Struct):
-    """The merged file, the plan, and what the new conversion's names became."""
+    """A merged file, and what the merge did."""
 
     data: bytes
     plan: Plan
     names: dict[tuple[str, str], str | None]
-    """The names of the new conversion's bodies and joints, by kind and name; None: removed."""
-    orphans: bytes | None
-    """An .mbs of fragments: what is orphaned, and what a conflict left out."""
+    """Merged names of the converted bodies and joints, by kind and name.  None: removed."""
 
 
-def merge(base: Mbs, edited: Mbs, new: Mbs, prefer: Prefer | None = "urdf") -> Merged:
-    """Apply to ``new`` what people changed from ``base`` to ``edited``.
+def merge(
+    base: Mbs,
+    edited: Mbs,
+    converted: Mbs,
+    preference: Preference | None = "urdf",
+    file: str | None = None,
+) -> Merged:
+    """Merge the changes of people with those of a new conversion.
 
-    ``prefer`` says who wins where both changed the same thing; None: people made both, the edited
-    wins, and all but places in the diagram is a conflict.  ``new``, which was made, or read and not
-    changed since, becomes the merged model.  The file is the edited one, in which only what the
-    plan says is another.
+    The merged file is the edited file, in which only what the plan lists is changed.
 
-    Raises ConversionError where the merged file would be none that can be read.
+    Args:
+        base: The model from which both others started.
+        edited: The model of the file that people edited.
+        converted: The new model: just made, or read and not changed since.  It becomes the merged
+            model.
+        preference: Who wins if both changed a value.  None: people made both; see ``decide``.
+        file: The file that is merged, for messages.
+
+    Raises:
+        ConversionError: The changes do not fit together (``merge-inconsistent``).
     """
-    before, ours, theirs = versions(base, edited, new)
-    settled = Settled(before, ours, theirs, prefer)
-    orders = settled.orders()
-    if settled.moved:
-        parts = ((thing.part, ours.things.get(n)) for n, thing in theirs.things.items())
-        keep(new, {id(part): mine.part for part, mine in parts if mine})
-        theirs.elements = elements(file_of(new), theirs.things.values())
-    data = write(settled, orders, file_of(edited))
-    final = read(data, "the merged file")
-    written = things(final)
-    first = next(iter(settled.there))
-    for thing, number in zip(written, _in_order(settled, orders, first), strict=True):
-        thing.number = number
-    result = flat(final, written)
-    plan, left = plan_of(settled, result)
-    names = {
-        (thing.kind, thing.name): settled.name(number) if number in settled.there else None
-        for number, thing in theirs.things.items()
-        if thing.kind in ("body", "joint")
+    base_table, edited_table, converted_table = make_tables(base, edited, converted)
+    table = decide(base_table, edited_table, converted_table, preference)
+    if preference is None:
+        names, hint = SideNames("theirs", "ours"), _HINT_FOR_GIT
+    else:
+        names, hint = SideNames(), _HINT
+    _raise_inconsistencies(check(table, names), file, hint)
+    if table.keeps_layout:
+        pairs = (
+            (entity.part, edited_table.entities.get(number))
+            for number, entity in converted_table.entities.items()
+        )
+        keep_layout(converted, {id(part): match.part for part, match in pairs if match})
+        entities = converted_table.entities.values()
+        converted_table.elements = find_elements(read_source(converted), entities)
+    data = write(table, read_source(edited))
+    merged = read_mbs(data, "the merged file")
+    entities_of_file = list_entities(merged)
+    model = next(iter(table.entities))
+    for entity, number in zip(entities_of_file, _list_in_order(table, model), strict=True):
+        entity.number = number
+    plan = make_plan(table, make_table(merged, entities_of_file), names)
+    merged_names = {
+        (entity.kind, entity.name): table.get_name(number) if number in table.entities else None
+        for number, entity in converted_table.entities.items()
+        if entity.kind in ("body", "joint")
     }
-    sides: dict[Side, tuple[Mbs, Version]] = {"edited": (edited, ours)}
-    if new.origin is not None:  # a conversion is kept as the next base
-        sides["urdf"] = new, theirs
-    fragments = _fragments(left, sides)
-    _become(theirs, written)
-    return Merged(data, plan, names, fragments)
+    _update_model(converted_table, entities_of_file)
+    return Merged(data, plan, merged_names)
 
 
-def versions(base: Mbs, edited: Mbs, new: Mbs) -> list[Version]:
-    """The tables of the three models, in which what is the same has one number."""
-    models = base, edited, new
-    found = [things(mbs) for mbs in models]
-    for after in found[1:]:
-        match(found[0], after)
-    known = {thing.number for thing in found[0]}
-    match_added(*([t for t in side if t.number not in known] for side in found[1:]))
-    return [flat(mbs, side) for mbs, side in zip(models, found, strict=True)]
+def make_tables(base: Mbs, edited: Mbs, converted: Mbs) -> tuple[ModelTable, ...]:
+    """Make the tables of three versions, in which entities that are the same have one number."""
+    models = base, edited, converted
+    base_entities, *sides = entities = [list_entities(mbs) for mbs in models]
+    for side in sides:
+        match_entities(base_entities, side)
+    base_numbers = {entity.number for entity in base_entities}
+    match_added(*([e for e in side if e.number not in base_numbers] for side in sides))
+    return tuple(make_table(mbs, side) for mbs, side in zip(models, entities, strict=True))
 
 
-def _in_order(settled: Settled, orders: dict[Path, list[int]], number: int) -> Iterator[int]:
-    """A thing and what it holds, in the order of ``things``."""
+def _raise_inconsistencies(problems: list[str], file: str | None, hint: str) -> None:
+    """Raise an error that has all problems, if there are any."""
+    if not problems:
+        return
+    *previous, error = [ConversionError("merge-inconsistent", text, file=file) for text in problems]
+    error.earlier = [problem.diagnostic() for problem in previous]
+    error.hint = hint
+    raise error
+
+
+def _list_in_order(table: MergedTable, number: int) -> Iterator[int]:
+    """Yield a merged entity, then all that belongs to it, in the order of ``list_entities``."""
     yield number
-    for field in settled.there[number].part.__struct_fields__:
-        for inner in orders.get((number, f"[{HELD.get(field)}]"), ()):
-            yield from _in_order(settled, orders, inner)
+    for field in table.entities[number].part.__struct_fields__:
+        path = FieldPath(number, f"[{CHILD_KINDS.get(field)}]")
+        for child in table.orders.get(path, ()):
+            yield from _list_in_order(table, child)
 
 
-def _become(theirs: Version, written: list[Thing]) -> None:
-    """Make the model of theirs the merged one: who knows an object of it knows it there, too."""
-    known = theirs.things
-    parts = {id(t.part): known[t.number].part if t.number in known else t.part for t in written}
-    for thing in written:
-        for field in thing.part.__struct_fields__:
-            value = getattr(thing.part, field)
+def _update_model(converted: ModelTable, merged: list[Entity]) -> None:
+    """Make the converted model the merged one.
+
+    Its objects stay where possible, since other parts of a conversion refer to them.
+    """
+    old_entities = converted.entities
+    parts = {id(entity.part): old_entities.get(entity.number, entity).part for entity in merged}
+    for entity in merged:
+        for field in entity.part.__struct_fields__:
+            value = getattr(entity.part, field)
             if isinstance(value, list):
-                value = [parts[id(one)] for one in value]
-            setattr(parts[id(thing.part)], field, parts.get(id(value), value))
-
-
-def _fragments(left: list[Left], sides: dict[Side, tuple[Mbs, Version]]) -> bytes | None:
-    """The elements of things that are left out of their files, each behind the lines that say
-    why."""
-    root = etree.Element("mbsDescR7")
-    for side, (mbs, version) in sides.items():
-        why: dict[int, list[str]] = {}
-        for _, number, said in [one for one in left if one[0] == side]:
-            why.setdefault(number, []).append(said)
-        found = elements(file_of(mbs), version.things.values()) if why else {}
-        for number, words in why.items():
-            # two hyphens end a comment
-            root.extend([etree.Comment(f" {re.sub('-(?=-)', '- ', said)} ") for said in words])
-            if version.things[number].kind != "model":  # else it is the whole file
-                root.append(deepcopy(found[number]))
-                root[-1].tail = None
-    if not len(root):
-        return None
-    etree.indent(root)
-    return etree.tostring(root, xml_declaration=True, encoding="UTF-8") + b"\n"
-
-
-def with_those_before(orphans: bytes, before: bytes) -> bytes:
-    """The file of orphans with those that it has already."""
-    end = b"</mbsDescR7>"
-    new = orphans[orphans.index(b"<mbsDescR7>") + len(b"<mbsDescR7>") : orphans.index(end)].strip()
-    if not before or new in before:
-        return before or orphans
-    head, found, tail = before.rpartition(end)
-    return head.rstrip() + b"\n  " + new + b"\n" + found + tail if found else before + orphans
+                value = [parts[id(part)] for part in value]
+            setattr(parts[id(entity.part)], field, parts.get(id(value), value))

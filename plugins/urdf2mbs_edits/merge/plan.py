@@ -1,53 +1,54 @@
-"""What a merge does, before anything is written: what is updated, kept, in conflict, orphaned."""
+"""The plan of a merge: its updates, kept edits, conflicts and orphans."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, NamedTuple
 
 import msgspec
 
 from urdf2mbs_edits.diff.changes import (
     Change,
     Differences,
-    added,
-    compare,
-    content,
-    shown,
+    compare_tables,
+    export_content,
+    resolve_value,
 )
-from urdf2mbs_edits.diff.flat import Version, is_place
-from urdf2mbs_edits.diff.words import in_words, line, value_in_words
-from urdf2mbs_edits.merge.settle import Settled, Side
+from urdf2mbs_edits.diff.table import FieldPath, ModelTable, is_diagram_position
+from urdf2mbs_edits.diff.wording import describe_change, describe_changes, format_value
+from urdf2mbs_edits.merge.check import SideNames
+from urdf2mbs_edits.merge.decide import MergedTable, Winner
 
 
 class Conflict(msgspec.Struct):
-    """What both sides changed, or what no file can hold as both have it."""
+    """Two changes of one value, or a change of what the edit removed."""
 
     edit: Change
     urdf: Any
-    """What the new conversion has."""
-    wins: Side
-    why: str = ""
-    """Why the two do not go together; empty: they are two values of one path."""
+    """The value of the converted side."""
+    wins: Winner
 
-    def words(self, other: str, own: str) -> str:
-        """The conflict in a sentence; ``other`` and ``own`` are how the sides are called."""
-        wins = other if self.wins == "urdf" else own
-        has = self.why or f"{other} has {value_in_words(self.urdf)} now"
-        return f"{line(self.edit)}; {has}: {wins} wins"
+    def describe(self, names: SideNames) -> str:
+        """Describe the conflict in a sentence."""
+        winner = names.converted if self.wins == "urdf" else names.edited
+        if self.edit.change == "removed":
+            converted = f"{names.converted} changed it"
+        else:
+            converted = f"{names.converted} has {format_value(self.urdf)}"
+        return f"{describe_change(self.edit)}; {converted}; {winner} is used"
 
 
 class Orphan(msgspec.Struct):
-    """What people made and what can no longer stand."""
+    """Edits of an entity that the converted model no longer has."""
 
     kind: str
     name: str
     edits: list[Change]
     why: str
 
-    def words(self) -> str:
-        """The orphan in a sentence."""
-        return f"{self.why}: {'; '.join(map(line, self.edits))}"
+    def describe(self) -> str:
+        """Describe the orphan in a sentence."""
+        return f"{self.why}: {'; '.join(map(describe_change, self.edits))}"
 
 
 class Plan(msgspec.Struct):
@@ -56,77 +57,81 @@ class Plan(msgspec.Struct):
     updated: list[Change]
     """What changes in the edited file."""
     kept: list[Change]
-    """What stays as people have it, and is not as in the new conversion."""
+    """What stays as people have it, and differs from the new conversion."""
     conflicts: list[Conflict]
     orphaned: list[Orphan]
 
-    def words(self, other: str = "the URDF", own: str = "the edit") -> dict[str, list[str]]:
-        """The plan in sentences; places in the diagram and the like are counted.  ``other`` and
-        ``own`` are how the two sides are called."""
+    def describe(self, names: SideNames) -> dict[str, list[str]]:
+        """Describe the plan in sentences by heading; changes of the drawing are counted."""
         return {
-            "updated": in_words(Differences(self.updated, ("", ""), {})),
-            "kept": in_words(Differences(self.kept, ("", ""), {})),
-            "in conflict": [conflict.words(other, own) for conflict in self.conflicts],
-            "orphaned": [orphan.words() for orphan in self.orphaned],
+            "updated": describe_changes(Differences(self.updated, ("", ""), {})),
+            "kept": describe_changes(Differences(self.kept, ("", ""), {})),
+            "in conflict": [conflict.describe(names) for conflict in self.conflicts],
+            "orphaned": [orphan.describe() for orphan in self.orphaned],
         }
 
 
-#: A thing that a side has, by its number, and why it is not so in the merged file.
-Left = tuple[Side, int, str]
+class _LostEdit(NamedTuple):
+    """An edit of an entity that ``converted`` removed."""
+
+    number: int
+    change: Change
 
 
-def plan_of(settled: Settled, result: Version) -> tuple[Plan, list[Left]]:
-    """The plan, and what is left out; ``result`` is the table of the merged file."""
-    ours, theirs = settled.ours, settled.theirs
-    conflicts = list(_conflicts(settled))
-    orphans: dict[tuple[Side, int], Orphan] = {}
-    for side, number, change, why in _orphaned(settled):
-        things = (ours if side == "edited" else theirs).things
-        thing = things[number]
-        while thing.owner and thing.owner.number not in settled.there:
-            thing = thing.owner  # the largest that is gone with it
-        orphan = orphans.setdefault((side, thing.number), Orphan(thing.kind, thing.name, [], why))
-        orphan.edits += [change] if change else []
-    left: list[Left] = [(side, number, orphan.why) for (side, number), orphan in orphans.items()]
-    for conflict, number in conflicts:
-        words = conflict.words(settled.other, settled.own)
-        if conflict.wins == "urdf" and number in ours.things:
-            left.append(("edited", number, words))
-        elif conflict.wins == "edited":
-            left.append(("urdf", number, words))
-    updated, kept = ([change for change, _ in compare(side, result)] for side in (ours, theirs))
-    said = [conflict for conflict, _ in conflicts]
-    return Plan(updated, kept, said, list(orphans.values())), left
+def make_plan(table: MergedTable, merged: ModelTable, names: SideNames) -> Plan:
+    """Make the plan of a merge.
+
+    Args:
+        table: The decisions.
+        merged: The table of the merged file.
+        names: What messages call the two sides.
+    """
+    return Plan(
+        updated=[change for change, _ in compare_tables(table.edited, merged)],
+        kept=[change for change, _ in compare_tables(table.converted, merged)],
+        conflicts=[
+            _describe_conflict(table, path)
+            for path in table.conflicts
+            if not path.field or path.number in table.entities
+        ],
+        orphaned=_group_orphans(table, names),
+    )
 
 
-def _conflicts(settled: Settled) -> Iterator[tuple[Conflict, int]]:
-    for (number, field), why in settled.contested.items():
-        theirs = settled.theirs.things[number]
-        if field and number not in settled.there:
-            continue
-        ours = settled.ours.things.get(number, theirs)
-        edit = settled.edits.get((number, field)) or Change(
-            "changed", ours.kind, ours.name, ours.owner.words() if ours.owner else "", field
-        )
-        now = shown(settled.theirs, number, field) if field else content(theirs)
-        wins = settled.is_ours(number, field) if field else number not in settled.there
-        yield Conflict(edit, now, "edited" if wins else "urdf", why), number
+def _describe_conflict(table: MergedTable, path: FieldPath) -> Conflict:
+    """Describe the conflict at a path."""
+    number, field = path
+    converted = table.converted.entities[number]
+    entity = table.edited.entities.get(number, converted)
+    edit = table.edits.get(path) or Change(
+        "changed", entity.kind, entity.name, entity.owner_label, field
+    )
+    if field:
+        value = resolve_value(table.converted, number, field)
+        is_edit_used = table.is_from_edited(number, field)
+    else:
+        value = export_content(converted)
+        is_edit_used = number not in table.entities
+    return Conflict(edit, value, "edited" if is_edit_used else "urdf")
 
 
-def _orphaned(settled: Settled) -> Iterator[tuple[Side, int, Change | None, str]]:
-    """What cannot stand: the side that has it, its thing, the edit of it, and why."""
-    base, ours, theirs, edits = settled.base, settled.ours, settled.theirs, settled.edits
-    for number, why in settled.lost.items():
-        side: Side = "edited" if number in ours.things else "urdf"
-        version = ours if side == "edited" else theirs
-        owner = version.things[number].owner
-        within = owner is not None and owner.number in settled.lost
-        yield side, number, None if within else added(version.things[number]), why
-    for path, why in settled.homeless.items():
-        if path in edits:
-            yield "edited", path[0], edits[path], why
-    for (number, field), change in edits.items():
-        gone = number in base.things and number not in theirs.things
-        whole = change.change in ("reordered", "removed")
-        if gone and not whole and not is_place(change.kind, field):
-            yield "edited", number, change, f"{ours.things[number].title()} is gone"
+def _group_orphans(table: MergedTable, names: SideNames) -> list[Orphan]:
+    """Group the lost edits by the largest entity that was removed."""
+    orphans: dict[int, Orphan] = {}
+    for number, change in _list_lost_edits(table):
+        entity = table.edited.entities[number]
+        why = f"{entity.label} was removed by {names.converted}"
+        while entity.owner and entity.owner.number not in table.entities:
+            entity = entity.owner
+        orphan = orphans.setdefault(entity.number, Orphan(entity.kind, entity.name, [], why))
+        orphan.edits.append(change)
+    return list(orphans.values())
+
+
+def _list_lost_edits(table: MergedTable) -> Iterator[_LostEdit]:
+    """Yield the edits of values of entities that ``converted`` removed."""
+    for (number, field), change in table.edits.items():
+        is_removed = number in table.base.entities and number not in table.converted.entities
+        is_value = change.change not in ("reordered", "removed")
+        if is_removed and is_value and not is_diagram_position(change.kind, field):
+            yield _LostEdit(number, change)

@@ -1,13 +1,13 @@
-"""Merge: keep what people changed in the .mbs that is there.
+"""Merge: keep the edits of the .mbs that the output replaces.
 
 Beyond the method, whose authors edited their models by hand after the conversion.  The .mbs that
-was written last is the base; what people made of it since are edits.  They are applied to the new
+was written last is the base; changes of it since are edits.  They are applied to the new
 conversion, and the result is written into their file.  Without edits nothing is done.
 """
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import msgspec
 
@@ -19,75 +19,93 @@ from urdf2mbs.plugin import (
     Pass,
     files,
     is_ours,
+    read_mbs,
     was_ours,
 )
-from urdf2mbs.plugin import read_mbs as read
-from urdf2mbs_edits.merge import base
+from urdf2mbs_edits.merge import base_file
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from urdf2mbs.plugin import Mbs
+    from urdf2mbs_edits.merge.plan import Plan
 
 
 class Merge(Pass):
+    """Merge the edits of the file that is there into the new conversion."""
+
     reads = ("robot", "mbs-file", "names")
     writes = ("mbs-file",)
 
     prefer: Literal["urdf", "edited"] | dict[str, Literal["urdf", "edited"]] = "urdf"
-    """Who wins where the URDF and an edit changed the same thing: ``urdf`` or ``edited``, for all
+    """Who wins where the URDF and an edit changed the same value: ``urdf`` or ``edited``, for all
     fields or for each by its name (``{mass: edited}``)."""
 
     def run(self, conversion: Conversion) -> None:
+        """Save the base of the next merge; merge if the file was edited since its base."""
         settings = conversion.settings
         output, robot, source = settings.output, conversion.robot.name, settings.source.name
         if output.suffix.lower() != ".mbs":
             return
-        conversion.files[base.path(output)] = File(
-            base.text(conversion.files[output], robot, source), "base"
-        )
-        there = files.read_bytes(output) if files.is_file(output) else b""
-        known = base.read(output)
-        if not there or is_ours(output) or (known is None and not was_ours(output)):
+        new_base = base_file.make_base(conversion.files[output], robot, source)
+        conversion.files[base_file.get_base_path(output)] = File(new_base, "base")
+        edited = files.read_bytes(output) if files.is_file(output) else b""
+        base = base_file.read_base(output)
+        is_edited = base is not None or was_ours(output)
+        if not edited or is_ours(output) or not is_edited:
             return
         if settings.fresh:
-            conversion.files[output] = File(conversion.files[output], replaces=there)
-        elif known is not None:
-            if not base.is_of(known, robot, source):
+            conversion.files[output] = File(conversion.files[output], replaces=edited)
+        elif base is not None:
+            if not base_file.is_made_of(base, robot, source):
                 raise ConfigError(
                     "merge-other-robot",
                     f"'{output}' was made of another robot and edited since: robot '{robot}' of "
                     f"{source} is not merged with it",
                     hint="write elsewhere, or start over by --fresh",
                 )
-            self._merge(conversion, known, there)
+            self._merge(conversion, base, edited)
 
-    def _merge(self, conversion: Conversion, known: bytes, there: bytes) -> None:
-        from urdf2mbs_edits.merge.follow import follow
-        from urdf2mbs_edits.merge.merge import merge, with_those_before
+    def _merge(self, conversion: Conversion, base: bytes, edited: bytes) -> None:
+        """Merge the edits from ``base`` to ``edited`` into the model and file of a conversion."""
+        from urdf2mbs_edits.merge.follow import update_conversion
+        from urdf2mbs_edits.merge.merge import merge
 
         output = conversion.settings.output
-        try:
-            edited = read(there, str(output))
-        except ConversionError as error:
-            raise ConfigError(
-                "output-not-ours",
-                f"'{output}' was edited since urdf2mbs wrote it, and is not read: {error.message}",
-                file=error.file, line=error.line,
-                hint="mend it, or start over by --fresh or --force",
-            ) from None  # fmt: skip
-        merged = merge(read(known, str(base.path(output))), edited, conversion.mbs, self.prefer)
-        conversion.files[output] = File(merged.data, replaces=there)
-        if merged.orphans is not None:
-            place = output.with_name(f"{output.stem}.orphaned.mbs")
-            before = files.read_bytes(place) if files.is_file(place) else b""
-            orphans = with_those_before(merged.orphans, before)
-            conversion.files[place] = File(orphans, "orphans", replaces=before)
-        plan = merged.plan
-        follow(conversion, merged.names, plan.kept, output.name)
-        words = plan.words()
-        conversion.report["merge"] = {"words": words, **msgspec.to_builtins(plan)}
-        for code, sentences in (
-            ("merge-conflict-won", words["in conflict"]), ("merge-orphaned", words["orphaned"])
-        ):  # fmt: skip
-            for sentence in sentences:
-                conversion.warn(code, sentence)
-        for body in conversion.mbs.bodies:
-            if (body.mass or 0.0) < 0.0:
-                has = f"body '{body.name}' has the mass {body.mass:g} kg in {output.name}"
-                conversion.warn("mass-negative", f"{has}, and no body has a mass below zero")
+        base_model = read_mbs(base, str(base_file.get_base_path(output)))
+        edited_model = _read_edited(edited, output)
+        merged = merge(base_model, edited_model, conversion.mbs, self.prefer, str(output))
+        conversion.files[output] = File(merged.data, replaces=edited)
+        update_conversion(conversion, merged.names, merged.plan.kept, output.name)
+        _report(conversion, merged.plan)
+
+
+def _read_edited(data: bytes, output: Path) -> Mbs:
+    """Read the edited file; the error says what to do if it cannot be read."""
+    try:
+        return read_mbs(data, str(output))
+    except ConversionError as error:
+        raise ConfigError(
+            "output-not-ours",
+            f"'{output}' was edited since urdf2mbs wrote it, and cannot be read: {error.message}",
+            file=error.file,
+            line=error.line,
+            hint="fix it, or start over by --fresh or --force",
+        ) from None
+
+
+def _report(conversion: Conversion, plan: Plan) -> None:
+    """Add the plan to the report, and warn of conflicts, lost edits and negative masses."""
+    from urdf2mbs_edits.merge.check import SideNames
+
+    sentences = plan.describe(SideNames())
+    conversion.report["merge"] = {"words": sentences, **msgspec.to_builtins(plan)}
+    for sentence in sentences["in conflict"]:
+        conversion.warn("merge-conflict-won", sentence)
+    for sentence in sentences["orphaned"]:
+        conversion.warn("merge-orphaned", sentence)
+    file = conversion.settings.output.name
+    for body in conversion.mbs.bodies:
+        if (body.mass or 0.0) < 0.0:
+            message = f"body '{body.name}': mass is {body.mass:g} kg in {file}; expected 0 or more"
+            conversion.warn("mass-negative", message)

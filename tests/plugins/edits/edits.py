@@ -11,7 +11,7 @@ from lxml import etree
 from urdf2mbs.mbs import model as m
 from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.mbs.writer import write
-from urdf2mbs_edits.diff.flat import things
+from urdf2mbs_edits.diff.table import list_entities
 
 MEASURES = ("Pos", "Rot", "Vit", "Om", "Acc", "Omp")
 Edit = Callable[[m.Mbs], Any]
@@ -54,10 +54,10 @@ def all_of(*edits: Edit) -> Edit:
 
 
 def rename_part(mbs: m.Mbs, part: Any, name: str) -> None:
-    found = things(mbs)
+    found = list_entities(mbs)
     (thing,) = (thing for thing in found if thing.part is part)
     for other in found:
-        for field, targets in other.refers.items():
+        for field, targets in other.references.items():
             names = [
                 name if target is thing else None if target is None or target.kind == "base"
                 else target.name for target in targets if not isinstance(target, str)
@@ -297,7 +297,8 @@ def order(mbs: m.Mbs, random: Random) -> None:
 
 
 def rename(mbs: m.Mbs, random: Random) -> None:
-    thing = some(random, [t for t in things(mbs) if t.kind in ("body", "joint", "sensor", "point")])
+    kinds = ("body", "joint", "sensor", "point")
+    thing = some(random, [entity for entity in list_entities(mbs) if entity.kind in kinds])
     if thing is None or thing.name == "origin":
         return
     rename_part(mbs, thing.part, new(random, "other"))

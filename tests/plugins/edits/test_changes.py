@@ -16,8 +16,8 @@ from plugins.edits.edits import Edit, add, all_of, call, drop, move, put
 from urdf2mbs.mbs.model import Body, Connection, Joint, Mbs, Parameter, Point, Sensor, Shape, View
 from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.mbs.writer import write
-from urdf2mbs_edits.diff.changes import Change, Differences, differences
-from urdf2mbs_edits.diff.words import in_words, line
+from urdf2mbs_edits.diff.changes import Change, Differences, find_differences
+from urdf2mbs_edits.diff.wording import describe_change, describe_changes
 
 SHARED = Path(__file__).resolve().parents[4] / "shared" / "mbs-samples"
 real = pytest.mark.skipif(not SHARED.exists(), reason=f"the real files are not here: {SHARED}")
@@ -27,7 +27,7 @@ Found = set[tuple[str, str, str, str]]
 
 
 def found(changes: Differences) -> Found:
-    assert len({line(change) for change in changes.changes}) == len(changes.changes)
+    assert len({describe_change(change) for change in changes.changes}) == len(changes.changes)
     return {(c.change, c.kind, c.name, c.field) for c in changes.changes}
 
 
@@ -134,23 +134,23 @@ def test_random_edits_are_all_found_and_nothing_else(names: list[str], from_file
     after, expected = edited(before, names)
     if from_file:
         after = read_mbs(write(after), "after.mbs")
-    assert found(differences(before, after)) == expected
+    assert found(find_differences(before, after)) == expected
     # the other way round, as many
-    back = differences(after, before).changes
+    back = find_differences(after, before).changes
     assert len(back) == len(expected)
-    physics = {(c.change, c.kind, c.name, c.field) for c in differences(before, after).changes
+    physics = {(c.change, c.kind, c.name, c.field) for c in find_differences(before, after).changes
                if not c.drawing}  # fmt: skip
-    assert found(differences(before, after, physics=True)) == physics
+    assert found(find_differences(before, after, physics=True)) == physics
 
 
 @pytest.mark.parametrize("name", EDITS)
 def test_each_edit_is_found_by_itself(name: str) -> None:
     before = everything()
     after, expected = edited(before, [name])
-    assert found(differences(before, after)) == expected
+    assert found(find_differences(before, after)) == expected
     pictures = {"shape", "viewpoint", "light", "view"}
     drawn = {c for c in expected if c[1] in pictures or c[3].startswith(("position", "drawing"))}
-    assert found(differences(before, after, physics=True)) == expected - drawn
+    assert found(find_differences(before, after, physics=True)) == expected - drawn
 
 
 def test_numbers_that_only_respell_are_no_difference() -> None:
@@ -163,7 +163,7 @@ def test_numbers_that_only_respell_are_no_difference() -> None:
     model = read_mbs(after, "after.mbs")
     model.bodies[2].com = (0.0, -0.0, 0.0)
     model.bodies[0].joints[0].symbols = ("qdd", "q", "qd")
-    assert differences(read_mbs(data, "before.mbs"), model).changes == []
+    assert find_differences(read_mbs(data, "before.mbs"), model).changes == []
 
 
 def test_what_the_model_does_not_know_is_compared() -> None:
@@ -172,25 +172,25 @@ def test_what_the_model_does_not_know_is_compared() -> None:
     etree.SubElement(joint, "extforce", name="brake").text = " 1.50 "
     root.find("bodytree").set("age", "3")  # type: ignore[union-attr]
     before = read_mbs(etree.tostring(root), "before.mbs")
-    assert differences(before, before).changes == []
+    assert find_differences(before, before).changes == []
     joint.find("extforce").text = "15e-1"
     joint.append(etree.Comment("nothing"))
-    assert differences(before, read_mbs(etree.tostring(root), "m.mbs")).changes == []
+    assert find_differences(before, read_mbs(etree.tostring(root), "m.mbs")).changes == []
     joint.find("extforce").text = "2.5"
     del root.find("bodytree").attrib["age"]  # type: ignore[union-attr]
     after = read_mbs(etree.tostring(root), "after.mbs")
-    assert found(differences(before, after)) == {
+    assert found(find_differences(before, after)) == {
         ("changed", "joint", "lift", "extforce"), ("changed", "model", "machine", "bodytree/@age"),
     }  # fmt: skip
     # and against a model of which there is no file
-    assert ("changed", "joint", "lift", "extforce") in found(differences(before, everything()))
+    assert ("changed", "joint", "lift", "extforce") in found(find_differences(before, everything()))
 
 
 def test_what_belongs_to_a_removed_body_is_not_named_beside_it() -> None:
     before, after = everything(), everything()
     after.bodies = after.bodies[:3]
     after.cuts, after.links = after.cuts[:2], after.links[1:]
-    assert found(differences(before, after)) == {
+    assert found(find_differences(before, after)) == {
         ("removed", "body", "cart", ""), ("removed", "cut", "a_solid", ""),
         ("removed", "link", "a_spring", ""),
     }  # fmt: skip
@@ -199,18 +199,18 @@ def test_what_belongs_to_a_removed_body_is_not_named_beside_it() -> None:
 def test_bodies_in_another_order_are_said_once_and_joints_have_other_numbers() -> None:
     before, after = everything(), everything()
     after.bodies = [after.bodies[3], *after.bodies[:3]]
-    differ = differences(before, after)
+    differ = find_differences(before, after)
     assert found(differ) == {("reordered", "body", "", "order")}
     assert differ.renumbered["lift"] == (1, 2)
     assert differ.renumbered["roll"] == (7, 1)
-    assert differences(before, before).renumbered == {}
+    assert find_differences(before, before).renumbered == {}
 
 
 def test_two_sensors_without_a_view_and_with_one() -> None:
     before, after = everything(), everything()
     before.view, after.view = None, View()
     after.bodies[1].points[0].sensor = Sensor("eye")
-    assert found(differences(before, after)) == {
+    assert found(find_differences(before, after)) == {
         ("added", "view", "", ""), ("added", "sensor", "eye", "")
     }  # fmt: skip
 
@@ -222,8 +222,8 @@ def test_the_words_of_changes() -> None:
     before = everything()
     names = ("body heavier", "joint moved", "body added", "body renamed", "link added")
     after, _ = edited(before, names)
-    lines = in_words(differences(before, after))
-    assert "body 'trunk' is called 'torso' now" in lines
+    lines = describe_changes(find_differences(before, after))
+    assert "body 'trunk' renamed to 'torso'" in lines
     assert any(text.startswith("body 'trunk': mass ") and text.endswith(" -> 77 kg")
                for text in lines)  # fmt: skip
     assert "joint 'tilt' moved from body 'trunk' to body 'leg'" in lines
@@ -234,11 +234,11 @@ def test_the_words_of_changes() -> None:
 def test_changes_as_json_are_plain_and_the_same_every_time() -> None:
     before = everything()
     after, _ = edited(before, EDITS)
-    texts = [msgspec.json.encode(differences(before, after)) for _ in range(2)]
+    texts = [msgspec.json.encode(find_differences(before, after)) for _ in range(2)]
     assert texts[0] == texts[1]
     again = msgspec.json.decode(texts[0], type=Differences)
     assert [(c.change, c.name) for c in again.changes] == [
-        (c.change, c.name) for c in differences(before, after).changes
+        (c.change, c.name) for c in find_differences(before, after).changes
     ]
     assert isinstance(again.changes[0], Change)
 
@@ -248,7 +248,7 @@ def test_changes_as_json_are_plain_and_the_same_every_time() -> None:
 
 def real_differences(before: str, after: str, **options: Any) -> Differences:
     models = [read_mbs((SHARED / f"{name}.mbs").read_bytes(), name) for name in (before, after)]
-    return differences(*models, **options)
+    return find_differences(*models, **options)
 
 
 @real

@@ -22,6 +22,7 @@ from urdf2mbs.mbs.model import (
 )
 from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.mbs.writer import write
+from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs_edits.merge.merge import Merged, merge
 
 
@@ -155,40 +156,40 @@ def new_points(*names: str, x: float = 0.0, at: tuple[float, float] | None = Non
     return all_of(*(add("bodies.0.points", Point(name, (x, 0.0, 0.0), at)) for name in names))
 
 
-# what people do, what the URDF does; who wins (?: who is preferred) or what is orphaned; the file
-# then, if it is not that of the winner, or of the URDF's change before that of people
+# what people do, what the URDF does; the outcome (?: the preferred side wins), and the merged model
+# if it is not that of the winner, or both changes, the URDF's first
 CASES: dict[str, tuple[Edit, Edit, str, Edit | None]] = {
     "a sensor": (put("bodies.1.points.0.sensor", EYE), nothing, "", None),
     "two sensors of one point": (
         put("bodies.1.points.0.sensor", EYE), put("bodies.1.points.0.sensor", Sensor("other")),
-        "the URDF has a sensor of its own there now", None,
+        "refused: each put a sensor on point 'tip'", None,
     ),
     "two forces on one point": (
         put("bodies.1.points.0.extforce", EYE), put("bodies.1.points.0.extforce", Sensor("other")),
-        "the URDF has a force of its own there now", None,
+        "refused: each put a force on point 'tip'", None,
     ),
     "a sensor goes to another point": (
         all_of(lambda m: put("bodies.1.points.0.sensor", m.bodies[0].points[0].sensor)(m),
                put("bodies.0.points.0.sensor", None)), nothing, "", None,
     ),
-    "a link to what goes": (add("links", ROPE), no_leg, "body 'leg' is gone", None),
+    "a link to what goes": (add("links", ROPE), no_leg, "refused: body 'leg'", None),
     "a link to a point that goes": (
         add("links", Connection("link", "rope", ("trunk", "handle"), (None, None))),
-        drop("bodies.0.points", 1), "point 'handle' is gone", None,
+        drop("bodies.0.points", 1), "refused: point 'handle'", None,
     ),
     "a link to a point of the base that goes": (
         add("links", Connection("link", "rope", ("leg", None), (None, "rail"))),
         all_of(put("bodies.3.point", None), drop("cuts"), drop("base.points")),
-        "point 'rail' is gone", None,
+        "refused: point 'rail'", None,
     ),
     "a constraint on what goes": (
-        put("user_constraints.1.joints", ("kick",)), no_leg, "joint 'kick' is gone", None,
+        put("user_constraints.1.joints", ("kick",)), no_leg, "refused: joint 'kick'", None,
     ),
     "a light behind what goes": (
-        add("view.lights", Light("mine", (0.0, 0.0, 1.0), "kick")), no_leg, "joint 'kick' is gone",
+        add("view.lights", Light("mine", (0.0, 0.0, 1.0), "kick")), no_leg, "refused: joint 'kick'",
         None,
     ),
-    "a value of what goes": (put("bodies.2.mass", 7.0), no_leg, "body 'leg' is gone", None),
+    "a value of what goes": (put("bodies.2.mass", 7.0), no_leg, "orphaned: body 'leg'", None),
     "a link to what people renamed": (
         all_of(rename("leg", "stilt"),
                add("links", Connection("link", "rope", ("stilt", None), (None, None)))),
@@ -201,11 +202,12 @@ CASES: dict[str, tuple[Edit, Edit, str, Edit | None]] = {
     "names of both": (rename("leg", "mine"), rename("leg", "theirs"), "?", None),
     "one name for both": (rename("leg", "same"), rename("leg", "same"), "", None),
     "a name that the URDF gave another": (
-        rename("kick", "taken"), rename("roll", "taken"), "urdf", None,
+        rename("kick", "taken"), rename("roll", "taken"), "refused: a joint the name 'taken'", None,
     ),
     "a point is called as that of another body": (rename("handle", "tip"), nothing, "", None),
     "a point is called as another": (
-        rename("handle", "new"), new_points("new"), "urdf", None,
+        rename("handle", "new"), new_points("new"),
+        "refused: a point the name 'new' in body 'trunk'", None,
     ),
     "a joint is called as a body": (rename("kick", "leg"), nothing, "", None),
     "a point with its sensor, between others": (
@@ -213,14 +215,12 @@ CASES: dict[str, tuple[Edit, Edit, str, Edit | None]] = {
     ),
     "a point of a name that the URDF took": (
         new_points("new", x=7.0), new_points("new", x=9.0),
-        "the URDF has a point 'new' of its own now", None,
+        "refused: a point the name 'new' in body 'trunk'", None,
     ),
     "a point whose sensor has a name that the URDF took": (
         add("bodies.0.points", Point("new", sensor=EYE)),
         put("bodies.1.points.0.sensor", Sensor("eye")),
-        "the URDF has a sensor 'eye' of its own now",
-        all_of(put("bodies.1.points.0.sensor", Sensor("eye")),
-               add("bodies.0.points", Point("new"))),
+        "refused: a sensor the name 'eye'", None,
     ),
     "two shapes that are alike, of both": (
         all_of(add("bodies.0.shapes", BOX), add("bodies.0.shapes", BOX)),
@@ -253,9 +253,9 @@ CASES: dict[str, tuple[Edit, Edit, str, Edit | None]] = {
     ),
     "a body whose joint has a name that the URDF took": (
         add("bodies", FOOT), rename("roll", "twist"),
-        "the URDF has a joint 'twist' of its own now", None,
+        "refused: a joint the name 'twist'", None,
     ),
-    "a body on what goes": (add("bodies", FOOT), no_leg, "body 'leg' is gone", None),
+    "a body on what goes": (add("bodies", FOOT), no_leg, "refused: body 'leg'", None),
     "a joint goes to another body": (
         move("bodies.0.joints", "bodies.1.joints"), nothing, "", None,
     ),
@@ -268,7 +268,7 @@ CASES: dict[str, tuple[Edit, Edit, str, Edit | None]] = {
         "?", None,
     ),
     "a joint goes to what goes": (
-        move("bodies.0.joints", "bodies.2.joints"), no_leg, "body 'leg' is gone", None,
+        move("bodies.0.joints", "bodies.2.joints"), no_leg, "refused: body 'leg'", None,
     ),
     "another order": (flip, nothing, "", None),
     "another order and name": (all_of(rename("tilt", "lean"), flip), nothing, "", None),
@@ -306,9 +306,8 @@ CASES: dict[str, tuple[Edit, Edit, str, Edit | None]] = {
         no_leg, add("user_models.0.parameters", Parameter("kick", "scalar", ("1",))), "", None,
     ),
     "a body goes that the URDF needs now": (
-        no_leg, add("links", ROPE), "urdf",
-        all_of(add("links", ROPE), drop("cuts", 1), drop("links", 1),
-               put("user_constraints.0.joints", ("swing",))),
+        no_leg, add("links", ROPE),
+        "refused: link 'rope' refers to body 'leg', which the edit removed", None,
     ),
     "a parameter goes, and one comes": (
         lambda m: m.user_models[0].parameters.__setitem__(0, Parameter("new", "scalar", ("1",))),
@@ -321,25 +320,35 @@ CASES: dict[str, tuple[Edit, Edit, str, Edit | None]] = {
         add("user_models", UserModel("Theirs", [Parameter("gain", "scalar", ("1",))]), 0), "", None,
     ),
     "the view goes": (put("view", None), nothing, "", None),
-    "the view comes": (put("view.joint", 7.0), put("view", None), "the view is gone", None),
+    "the view comes": (put("view.joint", 7.0), put("view", None), "orphaned: the view", None),
 }  # fmt: skip
 
 
 @pytest.mark.parametrize("case", CASES)
 @pytest.mark.parametrize("prefer", ["urdf", "edited"])
 def test_what_comes_goes_and_moves(case: str, prefer: str) -> None:
-    mine, theirs, why, then = CASES[case]
-    winner = {"?": prefer, "urdf": "urdf", "edited": "edited"}.get(why)
-    made = [theirs, mine] if not why else [mine] if winner == "edited" else [theirs]
+    mine, theirs, outcome, then = CASES[case]
+    if outcome.startswith("refused: "):
+        with pytest.raises(ConversionError, match=outcome.removeprefix("refused: ")) as error:
+            merged(mine, theirs, prefer)
+        assert error.value.code == "merge-inconsistent"
+        return
     expected = everything()
-    for edit in [then] if then else made:
+    edits = (
+        [theirs, mine]
+        if not outcome
+        else [mine]
+        if (outcome, prefer) == ("?", "edited")
+        else [theirs]
+    )
+    for edit in [then] if then else edits:
         edit(expected)
     result, done = merged(mine, theirs, prefer)
     assert result == read_mbs(write(expected), "m.mbs")
-    assert [conflict.wins for conflict in done.plan.conflicts] == ([winner] if winner else [])
-    assert [orphan.why for orphan in done.plan.orphaned] == ([why] if why and not winner else [])
-    lost = [c for c in done.plan.conflicts if c.wins == "urdf" and c.edit.change != "removed"]
-    assert bool(done.orphans) is bool(done.plan.orphaned or lost)
+    assert [conflict.wins for conflict in done.plan.conflicts] == [prefer] * (outcome == "?")
+    assert [f"orphaned: {orphan.why}" for orphan in done.plan.orphaned] == [
+        f"{outcome} was removed by the URDF"
+    ] * outcome.startswith("orphaned")
 
 
 @pytest.mark.parametrize(("prefer", "order"), [("urdf", "am"), ("edited", "ma"), (None, "ma")])

@@ -18,7 +18,7 @@ from plugins.edits.edits import rename_part
 from urdf2mbs.mbs import writer
 from urdf2mbs.mbs.model import Body, Joint, Mbs, Parameter, Point, Sensor
 from urdf2mbs.mbs.reader import read_mbs
-from urdf2mbs_edits.diff.flat import flat, things
+from urdf2mbs_edits.diff.table import list_entities, make_table
 from urdf2mbs_edits.merge.merge import merge
 
 SAMPLES = sorted([*SHARED.glob("mbs-samples/*.mbs"), *SHARED.glob("mbs-samples/saved/ur5*.mbs")])
@@ -440,14 +440,16 @@ def test_what_the_model_does_not_know() -> None:
         assert data.count(old)
         data = data.replace(old, new, 1)
     mbs = read_mbs(data, "m.mbs")
-    found, usual = (flat(model, things(model)) for model in (mbs, read_mbs(OWN, "m.mbs")))
+    found, usual = (
+        make_table(model, list_entities(model)) for model in (mbs, read_mbs(OWN, "m.mbs"))
+    )
     texts = {}
     for thing, values, before in zip(
-        found.things.values(), found.values.values(), usual.values.values(), strict=True
+        found.entities.values(), found.values.values(), usual.values.values(), strict=True
     ):
         for field, text in values.items():
             if field[0] == "?" and before.get(field) != text:
-                texts[thing.title(), field] = text
+                texts[thing.label, field] = text
     assert texts == {
         ("the base", "?@at"): "2", ("the base", "?@size"): "9",
         ("the base", "?mine"): "<mine>1.5</mine>",

@@ -13,8 +13,9 @@ from plugins.edits.edits import edited
 from urdf2mbs.mbs import model as m
 from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.mbs.writer import write
-from urdf2mbs_edits.diff.changes import differences
-from urdf2mbs_edits.diff.flat import things
+from urdf2mbs.messages.diagnostics import ConversionError
+from urdf2mbs_edits.diff.changes import find_differences
+from urdf2mbs_edits.diff.table import list_entities
 from urdf2mbs_edits.merge.merge import Merged, merge
 
 SAMPLES = sorted((SHARED / "mbs-samples").glob("*.mbs"))
@@ -25,7 +26,7 @@ def three(base: bytes, ours: bytes, theirs: bytes) -> Merged:
 
 
 def differ(one: bytes, two: bytes) -> list[Any]:
-    return differences(read_mbs(one, "one"), read_mbs(two, "two")).changes
+    return find_differences(read_mbs(one, "one"), read_mbs(two, "two")).changes
 
 
 def said(done: Merged) -> list[Any]:
@@ -35,23 +36,43 @@ def said(done: Merged) -> list[Any]:
 def check_one_side_alone(base: bytes, other: bytes) -> None:
     for ours, theirs in ((other, base), (base, other), (other, other)):
         done = three(base, ours, theirs)
-        assert not said(done), done.plan.words()
+        assert not said(done), done.plan
         assert not differ(done.data, other)
         assert done.data == ours or ours == base
-        assert done.orphans is None
+
+
+def merge_or_refuse(base: bytes, ours: bytes, theirs: bytes) -> Merged | None:
+    """Merge three versions; None if they do not fit together."""
+    try:
+        return three(base, ours, theirs)
+    except ConversionError as error:
+        if error.code == "merge-inconsistent":
+            return None
+        raise
 
 
 def check_both(base: bytes, ours: bytes, theirs: bytes) -> None:
-    """What a side added is there, and it is all one who is called ours, where nothing is said."""
-    names = [{(t.kind, t.name) for t in things(read_mbs(d, "m"))} for d in (base, ours, theirs)]
-    results = three(base, ours, theirs), three(base, theirs, ours)
-    for done in results:
-        there = {(thing.kind, thing.name) for thing in things(read_mbs(done.data, "m"))}
-        for _, name in (names[1] | names[2]) - names[0] - there:
-            fragments = (done.orphans or b"").decode()
-            assert f">{name}<" in fragments or f'"{name}"' in fragments, done.plan.words()
+    """What a side added is in both results; without conflicts these are the same."""
+    results = [merge_or_refuse(base, *sides) for sides in ((ours, theirs), (theirs, ours))]
+    assert (results[0] is None) == (results[1] is None)  # whichever side is called ours
+    if results[0] is None or results[1] is None:
+        return
     one, two = results
-    assert bool(said(one)) == bool(said(two)), (one.plan.words(), two.plan.words())
+    before, *names = (
+        {(entity.kind, entity.name) for entity in list_entities(read_mbs(data, "m"))}
+        for data in (base, ours, theirs)
+    )
+    renamed = {
+        change.edit.after
+        for done in (one, two)
+        for change in done.plan.conflicts
+        if change.edit.change == "renamed"
+    }
+    for done in (one, two):
+        merged = {(entity.kind, entity.name) for entity in list_entities(read_mbs(done.data, "m"))}
+        for _, name in (names[0] | names[1]) - before - merged:
+            assert name in renamed or said(done), done.plan
+    assert bool(said(one)) == bool(said(two)), (one.plan, two.plan)
     if said(one):
         return
     moved, moved_too = (

@@ -17,9 +17,10 @@ from urdf2mbs import convert
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.reader import read_mbs, read_mbs_again
 from urdf2mbs.mbs.writer import write
-from urdf2mbs_edits.diff.changes import compare, differences
-from urdf2mbs_edits.diff.flat import is_place, things
-from urdf2mbs_edits.merge.merge import Merged, merge, versions
+from urdf2mbs.messages.diagnostics import ConversionError
+from urdf2mbs_edits.diff.changes import compare_tables, find_differences
+from urdf2mbs_edits.diff.table import is_diagram_position, list_entities
+from urdf2mbs_edits.merge.merge import Merged, make_tables, merge
 
 CONFIGS = Path(__file__).resolve().parents[3] / "configs"
 ROBOTS = ("lamp.urdf", "biped.urdf.xacro", "arm.urdf.xacro", "hexapod.urdf.xacro")
@@ -57,7 +58,7 @@ def changed(text: bytes, changes: list[Any], random: Random) -> bytes:
 
 def model(data: bytes) -> Mbs:
     mbs = read_mbs(data, "m.mbs")
-    for thing in things(mbs):
+    for thing in list_entities(mbs):
         if hasattr(thing.part, "origin"):
             thing.part.origin = None
     return mbs
@@ -67,8 +68,8 @@ def check_all_kept_or_named(base: Mbs, edited: Mbs, merged: Merged, new: Mbs) ->
     plan = merged.plan
     said = [conflict.edit for conflict in plan.conflicts]
     said += [edit for orphan in plan.orphaned for edit in orphan.edits]
-    before, ours, theirs = versions(base, edited, new)
-    for change, (number, field) in compare(before, ours):
+    before, ours, theirs = make_tables(base, edited, new)
+    for change, (number, field) in compare_tables(before, ours):
         kept = any(
             (c.change, c.kind, c.field, c.after)
             == (change.change, change.kind, change.field, change.after)
@@ -82,14 +83,15 @@ def check_all_kept_or_named(base: Mbs, edited: Mbs, merged: Merged, new: Mbs) ->
         mine, then = (side.values.get(number) for side in (ours, theirs))
         alike = mine == then if mine is None or then is None else mine.get(field) == then.get(field)
         gone = number in before.values and number not in theirs.values
-        passes_with_it = gone and (is_place(change.kind, field) or change.change == "reordered")
+        is_drawing = is_diagram_position(change.kind, field) or change.change == "reordered"
+        passes_with_it = gone and is_drawing
         passes_with_it |= gone and change.change == "removed"
         assert kept or alike or change in said or passes_with_it, change
 
 
 def check_physics(new: Mbs, merged: Mbs) -> None:
     """What the URDF defines is as in the new conversion, to the last digit."""
-    for change in differences(new, merged, physics=True).changes:
+    for change in find_differences(new, merged, physics=True).changes:
         people = change.change in ("added", "renamed", "reordered") or change.field == "q"
         assert people or "graphics" in change.field or "x3D" in change.field, change
 
@@ -98,10 +100,10 @@ def own_text(data: bytes) -> dict[tuple[str, str, str], set[str]]:
     """What each object of a file says itself, without the objects in it."""
     mbs, elements = read_mbs_again(data)
     texts: dict[tuple[str, str, str], set[str]] = {}
-    for thing in things(mbs):
+    for thing in list_entities(mbs):
         origin = getattr(thing.part, "origin", None)
         if origin is not None and thing.kind != "model":
-            owner = "" if thing.owner is None else thing.owner.words()
+            owner = "" if thing.owner is None else thing.owner.qualified_label
             said = words(elements[origin.number], set(elements))
             texts.setdefault((thing.kind, owner, thing.name), set()).add(" ".join(said))
     return texts
@@ -152,7 +154,12 @@ def test_each_edit_is_kept_or_named_and_the_plan_is_the_deed(
     saved = as_saved(write(edited)).replace(b"<bodytree>", b"<bodytree><!-- mine -->")
     edited = read_mbs(saved, "edited.mbs")
     base, new = read_mbs(data[0], "base.mbs"), model(data[1])
-    merged = merge(base, edited, new)
+    try:
+        merged = merge(base, edited, new)
+    except ConversionError as error:
+        if error.code == "merge-inconsistent":
+            return
+        raise
     again = read_mbs(merged.data, "merged.mbs")
     assert b"<!-- mine -->" in merged.data
     if data[0] == data[1] and renamed_joint not in edits:  # whose parameters follow it
@@ -163,9 +170,9 @@ def test_each_edit_is_kept_or_named_and_the_plan_is_the_deed(
         check_physics(model(data[1]), again)
     # a merge that is done again changes nothing
     second = merge(model(data[1]), again, model(data[1]))
-    assert second.data == merged.data, second.plan.words()
+    assert second.data == merged.data, second.plan
     # nor one whose base was not replaced any more, because the process was killed before
     if no_leaf in edits:
         return  # a twin of what was removed may look like it
     third = merge(read_mbs(data[0], "base.mbs"), read_mbs(merged.data, "m.mbs"), model(data[1]))
-    assert third.data == merged.data, third.plan.words()
+    assert third.data == merged.data, third.plan

@@ -13,8 +13,8 @@ from plugins.edits.edits import body_on_a_new_point, mass, no_leaf, renamed_body
 from urdf2mbs.cli import main
 from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.mbs.writer import write
-from urdf2mbs_edits.diff.changes import differences
-from urdf2mbs_edits.diff.flat import things
+from urdf2mbs_edits.diff.changes import find_differences
+from urdf2mbs_edits.diff.table import list_entities
 from urdf2mbs_edits.merge.merge import merge
 
 SAMPLES = SHARED / "mbs-samples"
@@ -24,7 +24,7 @@ needs_samples = pytest.mark.skipif(not SAMPLES.is_dir(), reason="the samples are
 def changes(before: Path | bytes, after: Path | bytes, *, physics: bool = False) -> list[str]:
     data = [file if isinstance(file, bytes) else file.read_bytes() for file in (before, after)]
     models = [read_mbs(file, "m") for file in data]
-    found = differences(models[0], models[1], physics=physics).changes
+    found = find_differences(models[0], models[1], physics=physics).changes
     return [f"{change.change} {change.kind} {change.name} {change.field}" for change in found]
 
 
@@ -36,7 +36,7 @@ def test_what_mbsyspad_saved_follows_the_urdf(name: str, year: str, change: Any)
     """A changed mass, a new, a renamed and a removed link: nothing is taken for an edit."""
     written = (SAMPLES / f"saved/{name}.written.mbs").read_bytes()
     new = read_mbs(written, "new")
-    for thing in things(new):
+    for thing in list_entities(new):
         if hasattr(thing.part, "origin"):
             thing.part.origin = None
     change(new, Random(name + year))
@@ -102,13 +102,8 @@ def test_a_conflict_is_named_and_ours_stays(here: Path, capsys: Any) -> None:
     change("theirs.mbs", "<type>R3</type>", "<type>R2</type>")
     assert main(["merge", "base.mbs", "ours.mbs", "theirs.mbs", "--path", "arm.mbs"]) == 1
     said = capsys.readouterr()
-    assert (
-        "arm.mbs: conflict: joint 'lift' of body 'trunk': type 'T3' -> 'T1'; theirs has 'T2'"
-        in (said.err)
-    )
-    beside = (here / "arm.orphaned.mbs").read_text()
-    assert "theirs has 'T2' now: ours wins -->\n  <joint>\n    <jointname>lift<" in beside
-    assert "<type>T2</type>" in beside
+    conflict = "joint 'lift' of body 'trunk': type 'T3' -> 'T1'; theirs has 'T2'; ours is used"
+    assert f"arm.mbs: conflict: {conflict}\n" in said.err
     text = (here / "ours.mbs").read_text()
     assert "<type>T1</type>" in text
     assert text.count("<type>R2</type>") == 3
@@ -132,6 +127,22 @@ def test_what_nobody_knows_and_both_changed_is_a_conflict(here: Path, capsys: An
         change(f"{side}.mbs", "<user_model>", f"<user_model><unit>{unit}</unit>")
     assert main(["merge", "base.mbs", "ours.mbs", "theirs.mbs", "-q"]) == 1
     assert "unit" in capsys.readouterr().err
+
+
+def test_changes_that_do_not_fit_together_are_listed_and_ours_stays(
+    here: Path, capsys: Any
+) -> None:
+    for side, x in (("ours", 1), ("theirs", 2)):
+        place = f"<coordinates><x>{x}</x><y>0</y><z>0</z></coordinates>"
+        point = f"<point><pointname>new</pointname>{place}</point>"
+        change(f"{side}.mbs", "</body>", f"{point}</body>")
+    ours = (here / "ours.mbs").read_bytes()
+    assert main(["merge", "base.mbs", "ours.mbs", "theirs.mbs", "--path", "arm.mbs"]) == 1
+    assert capsys.readouterr().err.splitlines()[0] == (
+        "arm.mbs: error[merge-inconsistent]: "
+        "theirs and ours each gave a point the name 'new' in body 'trunk'"
+    )
+    assert (here / "ours.mbs").read_bytes() == ours
 
 
 def test_a_file_that_is_none_is_trouble(here: Path) -> None:

@@ -16,7 +16,8 @@ from plugins.edits.test_laws import SAMPLES, check_one_side_alone, three
 from urdf2mbs.mbs.model import Body, Connection, Drawing, Joint, Light, Mbs, Point, Sensor
 from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.mbs.writer import write
-from urdf2mbs_edits.diff.changes import differences
+from urdf2mbs.messages.diagnostics import ConversionError
+from urdf2mbs_edits.diff.changes import find_differences
 from urdf2mbs_edits.merge.merge import Merged
 
 PAIRS = [
@@ -25,8 +26,8 @@ PAIRS = [
 
 
 def check_says_nothing(done: Merged) -> None:
-    assert not done.plan.conflicts, done.plan.words()
-    assert not done.plan.orphaned, done.plan.words()
+    assert not done.plan.conflicts, done.plan
+    assert not done.plan.orphaned, done.plan
 
 
 # --- sensors and forces that change places ---
@@ -64,13 +65,9 @@ def test_sensors_that_change_places_are_all_there(
         check_says_nothing(done)
 
 
-def test_a_sensor_that_moves_to_where_the_other_side_put_one_is_named() -> None:
-    result, done = merged(sensors(None, "touch", "imu"), sensors("imu", "touch", "other"))
-    names = [p.sensor.name for b in result.bodies for p in b.points if p.sensor]
-    assert names == ["imu", "touch", "other"]
-    assert [conflict.why for conflict in done.plan.conflicts] == [
-        "the URDF has a sensor of its own there now"
-    ]
+def test_two_sensors_on_one_point_are_refused() -> None:
+    with pytest.raises(ConversionError, match="each put a sensor on point 'tip'"):
+        merged(sensors(None, "touch", "imu"), sensors("imu", "touch", "other"))
 
 
 # --- what both sides added under one name ---
@@ -84,15 +81,15 @@ def both_add(parent: str, end: str, *more: Point, mass: float = 1.0) -> Edit:
 
 
 @pytest.mark.parametrize("prefer", ["urdf", "edited", None])
-def test_what_both_sides_added_is_one_or_is_named(prefer: Any) -> None:
+def test_what_both_sides_added_is_one_or_refused(prefer: Any) -> None:
     theirs = both_add("trunk", "leg")
     result, done = merged(theirs, theirs, prefer)
     assert not done.plan.updated
     check_says_nothing(done)
-    # ours hangs elsewhere
-    result, done = merged(both_add("leg", "cart"), theirs, prefer)
-    assert [orphan.name for orphan in done.plan.orphaned] == ["load", "rope"]
-    assert b"<parent>\n      <bodyname>leg<" in (done.orphans or b"")
+    # the edit attached it elsewhere
+    with pytest.raises(ConversionError, match="each gave a link the name 'rope'") as error:
+        merged(both_add("leg", "cart"), theirs, prefer)
+    assert any("a body the name 'load'" in problem.message for problem in error.value.earlier)
     # ours has more in it
     eye = Point("eye", (0.0, 0.0, 2.0), sensor=Sensor("looking", ("Pos",)))
     result, done = merged(both_add("trunk", "leg", eye), theirs, prefer)
@@ -114,32 +111,34 @@ def test_what_both_sides_added_is_one_or_is_named(prefer: Any) -> None:
         (move("bodies.0.joints", "bodies.1.joints"), all_of(*[drop("bodies.0.joints", 1)] * 3)),
         (drop("bodies.0.joints", 0),
          all_of(*[move("bodies.0.joints", "bodies.1.joints", 1)] * 3)),
-        (new_body_takes_a_joint, move("bodies.0.joints", "bodies.1.joints")),
     ],
 )  # fmt: skip
-def test_a_body_keeps_a_joint_if_each_side_takes_some_away(
+def test_a_body_that_would_lose_all_joints_is_refused(
     mine: Edit, theirs: Edit, prefer: Any
 ) -> None:
-    result, done = merged(mine, theirs, prefer)
-    assert all(body.joints for body in result.bodies)
-    assert "lift" in result.joints()
-    assert done.plan.conflicts
+    with pytest.raises(ConversionError, match="body 'trunk' lost all joints"):
+        merged(mine, theirs, prefer)
+
+
+def test_a_new_body_that_loses_its_joint_in_a_conflict_is_refused() -> None:
+    theirs = move("bodies.0.joints", "bodies.1.joints")
+    with pytest.raises(ConversionError, match="body 'foot' lost all joints"):
+        merged(new_body_takes_a_joint, theirs, "urdf")
+    result, done = merged(new_body_takes_a_joint, theirs, "edited")
+    assert [joint.name for joint in result.bodies[-1].joints] == ["lift"]
+    assert [conflict.wins for conflict in done.plan.conflicts] == ["edited"]
 
 
 @pytest.mark.parametrize("prefer", ["urdf", "edited", None])
-def test_two_bodies_that_are_hung_on_each_other_are_not_lost(prefer: Any) -> None:
+def test_bodies_that_would_be_attached_in_a_circle_are_refused(prefer: Any) -> None:
     arm_on_leg = all_of(
         put("bodies.1.parent", "leg"), put("bodies.1.point", None),
         lambda mbs: mbs.bodies.insert(2, mbs.bodies.pop(1)),
     )  # fmt: skip
     leg_on_arm = all_of(put("bodies.2.parent", "arm"), put("bodies.2.point", "tip"))
-    for mine, theirs, there in (
-        (arm_on_leg, leg_on_arm, ("arm", "tip")), (leg_on_arm, arm_on_leg, ("trunk", None)),
-    ):  # fmt: skip
-        result, done = merged(mine, theirs, prefer)
-        assert {body.name for body in result.bodies} == {"trunk", "arm", "leg", "cart"}
-        assert [body.place for body in result.bodies if body.name == "leg"] == [there]
-        assert [conflict.wins for conflict in done.plan.conflicts] == ["urdf"]
+    for mine, theirs in ((arm_on_leg, leg_on_arm), (leg_on_arm, arm_on_leg)):
+        with pytest.raises(ConversionError, match="bodies are attached in a circle: body '"):
+            merged(mine, theirs, prefer)
 
 
 # --- bodies on points that are new ---
@@ -215,7 +214,7 @@ def test_what_one_side_changed_is_no_conflict(case: str) -> None:
     for ours, theirs in ((base, changed), (changed, base), (changed, changed)):
         done = three(base, ours, theirs)
         check_says_nothing(done)
-        assert not differences(read_mbs(done.data, "m"), read_mbs(changed, "m")).changes
+        assert not find_differences(read_mbs(done.data, "m"), read_mbs(changed, "m")).changes
         if ours == changed:
             assert done.data == ours
 
@@ -241,7 +240,9 @@ def test_what_nobody_knows_goes_along_if_ours_did_not_change_it(old: str, new: s
         for ours, theirs in ((one, two), (two, one)):
             done = three(one.encode(), ours.encode(), theirs.encode())
             check_says_nothing(done)
-            assert not differences(read_mbs(done.data, "m"), read_mbs(two.encode(), "m")).changes
+            assert not find_differences(
+                read_mbs(done.data, "m"), read_mbs(two.encode(), "m")
+            ).changes
             assert canonical(etree.fromstring(done.data)) == canonical(etree.XML(two.encode()))
     # ours changes something beside it
     mine = other.replace("<type>T3</type>", "<type>T1</type>", 1)

@@ -6,7 +6,6 @@ from random import Random
 from typing import Any
 
 import pytest
-from lxml import etree
 
 from plugins.edits import edits
 from urdf2mbs.cli import main
@@ -14,7 +13,7 @@ from urdf2mbs.disk.record import is_ours
 from urdf2mbs.mbs.model import Point
 from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.mbs.writer import write
-from urdf2mbs_edits.merge.base import is_base
+from urdf2mbs_edits.merge.base_file import is_base
 
 ROBOT = """<robot name="one">
   <link name="body"><inertial><mass value="1"/>
@@ -116,24 +115,39 @@ def test_both_changed_it_and_the_urdf_wins_unless_the_edit_is_preferred(
     assert ("as edited in one.mbs" in said.out) == bool(prefer)
 
 
-def test_what_cannot_stand_is_kept_beside(here: Path, capsys: Any) -> None:
-    shorter = ROBOT[: ROBOT.index('  <link name="arm">')] + "</robot>"
-    for point in ("mine", "later"):  # those of the next time stand beside the first
-        Path("one.urdf").write_text(ROBOT)
-        assert convert("-q") == 0
-        mbs = read_mbs((here / "one.mbs").read_bytes(), "one")
-        mbs.bodies[-1].points.append(Point(point, (0.5, 0.0, 0.0)))
-        (here / "one.mbs").write_bytes(write(mbs))
-        Path("one.urdf").write_text(shorter)
-        capsys.readouterr()
-        assert convert() == 0
-        gone = f"body 'arm' is gone: point '{point}' of body 'arm' added"
-        assert f"warning[merge-orphaned]: {gone}" in capsys.readouterr().err
-    orphans = (here / "one.orphaned.mbs").read_bytes()
-    assert b"\n  <!-- body 'arm' is gone -->\n  <body>\n" in orphans
-    assert b"<pointname>mine</pointname>" in orphans
-    assert b"<pointname>later</pointname>" in orphans
-    assert len(etree.fromstring(orphans)) == 4  # two of them say why
+SHORTER = ROBOT[: ROBOT.index('  <link name="arm">')] + "</robot>"
+
+
+def test_edits_that_lost_their_body_are_listed_and_the_file_is_untouched(
+    here: Path, capsys: Any
+) -> None:
+    assert convert("-q") == 0
+    mbs = read_mbs((here / "one.mbs").read_bytes(), "one")
+    mbs.bodies[-1].points += [Point(name, (0.5, 0.0, 0.0)) for name in ("eye", "hook")]
+    (here / "one.mbs").write_bytes(write(mbs))
+    Path("one.urdf").write_text(SHORTER)
+    before = {path: path.read_bytes() for path in here.iterdir()}
+    capsys.readouterr()
+    assert convert() == 1
+    lines = capsys.readouterr().err.splitlines()
+    assert sorted(lines[:2]) == [
+        f"one.mbs: error[merge-inconsistent]: point '{name}' belongs to body 'arm', "
+        "which the URDF removed"
+        for name in ("eye", "hook")
+    ]
+    assert {path: path.read_bytes() for path in here.iterdir()} == before
+
+
+def test_a_changed_value_of_a_body_that_the_urdf_removed_is_named(here: Path, capsys: Any) -> None:
+    assert convert("-q") == 0
+    text = (here / "one.mbs").read_text()
+    (here / "one.mbs").write_text(text.replace("<mass>2.0", "<mass>3.0"))
+    Path("one.urdf").write_text(SHORTER)
+    capsys.readouterr()
+    assert convert() == 0
+    lost = "body 'arm' was removed by the URDF: body 'arm': mass 2 -> 3 kg"
+    assert f"warning[merge-orphaned]: {lost}" in capsys.readouterr().err
+    assert not list(here.glob("*.orphaned.mbs"))
 
 
 def test_starting_over(here: Path) -> None:
@@ -217,4 +231,4 @@ def test_a_mass_below_zero_in_an_edited_file_is_said(here: Path, capsys: Any) ->
     assert convert() == 0
     said = capsys.readouterr().err
     assert "warning[mass-negative]" in said
-    assert "body 'arm' has the mass -4 kg in one.mbs" in said
+    assert "body 'arm': mass is -4 kg in one.mbs; expected 0 or more" in said
