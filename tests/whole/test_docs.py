@@ -37,7 +37,7 @@ from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.engine.plugins import Plugins
 from urdf2mbs.hookspecs import Pass, hookimpl
 from urdf2mbs.testing import TINY
-from urdf2mbs.urdf.elements import ATTRIBUTES
+from urdf2mbs.urdf.elements import ELEMENTS
 from urdf2mbs_many.sweep import members
 from urdf2mbs_setup.dump import state
 
@@ -351,7 +351,9 @@ def test_every_section_is_documented() -> None:
 def test_every_element_and_attribute_of_urdf_is_mapped() -> None:
     text = (DOCS / "mapping.md").read_text()
     rows = re.findall(r"^\| `<(\w+)>` \| (?:`(\w+)`)? ?\|", text, re.MULTILINE)
-    wanted = [(tag, name) for tag, names in ATTRIBUTES.items() for name in ("", *names)]
+    wanted = [
+        (tag, name) for tag, element in ELEMENTS.items() for name in ("", *element.attributes)
+    ]
     assert sorted(rows) == sorted(wanted)
     gaps = re.findall(r"^\|.*\*\*GAP\*\*.*$", text, re.MULTILINE)
     assert gaps

@@ -23,7 +23,7 @@ SHARED_ROBOTS: dict[str, tuple[int, str | None, str]] = {
     "07": (0, "property-unused", "property 'M_PI'"),
     "08": (0, "xacro-left", "xacro did not expand <xacro:v1_pelvis_sensors_usb>"),
     "09": (0, None, ""),
-    "10": (0, "number-commas", "numbers are parted by commas"),
+    "10": (0, "number-commas", "numbers are separated by commas"),
     "11": (0, "number-left-out", "lower of <limit> is '-pi/2'"),
     "12": (0, "no-mass", "NO DYNAMICS"),
     "13": (0, "world-implied", "it is implied"),

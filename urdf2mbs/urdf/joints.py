@@ -1,4 +1,4 @@
-"""``<joint>``: its links, axis and limits, and what it mimics."""
+"""``<joint>``: its links, axis and limits, and the joint that it mimics."""
 
 from __future__ import annotations
 
@@ -6,34 +6,17 @@ from typing import TYPE_CHECKING, Any
 
 from urdf2mbs.messages.diagnostics import ConversionError, nearest
 from urdf2mbs.spatial import ZERO
-from urdf2mbs.urdf.elements import quote, suggest_attributes
-from urdf2mbs.urdf.model import (
-    JOINT_TYPES,
-    RATES,
-    Calibration,
-    Dynamics,
-    Joint,
-    Limit,
-    Mimic,
-    SafetyController,
-)
-from urdf2mbs.urdf.tree import loops
+from urdf2mbs.urdf.elements import ELEMENTS, quote, suggest_attributes
+from urdf2mbs.urdf.model import JOINT_TYPES, RATES, Dynamics, Joint, Limit
+from urdf2mbs.urdf.tree import find_loops
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from urdf2mbs.urdf.model import Robot
     from urdf2mbs.urdf.values import Reading
 
-
-#: Parts of a joint that can be left out, by the name that they have in URDF and in the model.
-OPTIONAL: dict[str, Callable[..., Any]] = {
-    "dynamics": Dynamics,
-    "mimic": Mimic,
-    "safety_controller": SafetyController,
-    "calibration": Calibration,
-}
-#: Numbers that are zero or more, by element, and what they do below zero.
+#: Children that are left out, with a warning, if they cannot be read.
+OPTIONAL = ("dynamics", "mimic", "safety_controller", "calibration")
+#: Numbers that are zero or more, by element, and the effect of one below zero.
 NOT_NEGATIVE = {
     "dynamics": (("damping", "friction"), "drives the joint"),
     "limit": (("effort", *RATES), "permits nothing"),
@@ -55,36 +38,40 @@ def read_joint(reading: Reading, element: Any, joints: dict[str, Joint]) -> None
     name = reading.name(element, "joint", joints)
     if name is None:
         return
-    kind = read_type(reading, element, name)
+    joint_type = read_type(reading, element, name)
     parts = reading.parts(element)
     parent = read_end(reading, element, parts, "parent")
     child = read_end(reading, element, parts, "child")
     if parent == child:
-        what = f"joint '{name}' has the link '{parent}' as its parent and as its child"
-        reading.fail("joint-same-link", what, parts["child"])
-    joint = joints[name] = Joint(
-        name, kind, parent, child, reading.origin(parts.get("origin")), line=element.sourceline
-    )
-    axis = parts.get("axis")
-    if axis is not None and kind not in ("fixed", "floating"):  # these have none
-        joint.axis = reading.values(axis)["xyz"]
-        if joint.axis == ZERO:
-            what = f"joint '{name}' is {kind}, and its axis is zero"
-            hint = 'give a direction, such as xyz="0 0 1", or make the joint fixed'
-            reading.fail("axis-zero", what, axis, hint)
+        message = f"joint '{name}' has the link '{parent}' as its parent and as its child"
+        reading.fail("joint-same-link", message, parts["child"])
+    origin, line = reading.origin(parts.get("origin")), element.sourceline
+    joint = joints[name] = Joint(name, joint_type, parent, child, origin, line=line)
+    if "axis" in parts and joint_type not in ("fixed", "floating"):  # these have no axis
+        read_axis(reading, joint, parts["axis"])
     if "limit" in parts:
         joint.limit = read_limit(reading, joint, parts["limit"])
-    elif kind in ("revolute", "prismatic"):
-        message = f"a {kind} joint has no <limit>: it is treated as unlimited"
-        reading.warn("joint-limit-missing", message, element.sourceline)
-    for tag, make in OPTIONAL.items():
+    elif joint_type in ("revolute", "prismatic"):
+        message = f"a {joint_type} joint has no <limit>: it is treated as unlimited"
+        reading.warn("joint-limit-missing", message, line)
+    for tag in OPTIONAL:
         if tag in parts:
+            struct: Any = ELEMENTS[tag].struct
             try:
-                setattr(joint, tag, make(**reading.values(parts[tag])))
+                setattr(joint, tag, struct(**reading.values(parts[tag])))
             except ConversionError as error:
                 reading.warn_of_left_out(parts[tag], f"<{tag}>", error)
     if joint.dynamics is not None:
         warn_of_negative(reading, parts["dynamics"], joint.dynamics)
+
+
+def read_axis(reading: Reading, joint: Joint, element: Any) -> None:
+    """Set the axis of a joint, in the child link's frame; raise ConversionError for 0 0 0."""
+    joint.axis = reading.values(element)["xyz"]
+    if joint.axis == ZERO:
+        message = f"joint '{joint.name}': axis is 0 0 0; expected a non-zero vector"
+        hint = 'give a direction, such as xyz="0 0 1", or make the joint fixed'
+        reading.fail("axis-zero", message, element, hint)
 
 
 def warn_of_negative(reading: Reading, element: Any, numbers: Dynamics | Limit) -> None:
@@ -101,37 +88,38 @@ def warn_of_negative(reading: Reading, element: Any, numbers: Dynamics | Limit) 
 
 def read_type(reading: Reading, element: Any, name: str) -> str:
     """Return the type of a joint, which may have capitals or blanks, with a warning."""
-    kind: str | None = element.get("type")
+    written: str | None = element.get("type")
     if len(element.attrib) != 2:
         reading.unknown_attributes(element)
-    if kind in JOINT_TYPES:
-        return kind
-    types = f"the types are: {', '.join(JOINT_TYPES)}"
-    if not kind:
-        reading.fail("joint-type-missing", f"joint '{name}' has no type", element, types)
-    reading.text(element, "type", kind)
-    plain = kind.strip().lower()
-    if plain not in JOINT_TYPES:
-        what = f"joint '{name}' is of the type {quote(kind)}, which URDF does not know"
-        reading.fail("joint-type-unknown", what, element, nearest(plain, JOINT_TYPES) or types)
-    what = f"the type {quote(kind)} is read as '{plain}'"
-    reading.warn("joint-type-spelling", what, element.sourceline)
-    return plain
+    if written in JOINT_TYPES:
+        return written
+    hint = f"the types are: {', '.join(JOINT_TYPES)}"
+    if not written:
+        reading.fail("joint-type-missing", f"joint '{name}' has no type", element, hint)
+    reading.check_expanded(element, "type", written)
+    joint_type = written.strip().lower()
+    if joint_type not in JOINT_TYPES:
+        message = f"joint '{name}' is of the type {quote(written)}, which URDF does not know"
+        hint = nearest(joint_type, JOINT_TYPES) or hint
+        reading.fail("joint-type-unknown", message, element, hint)
+    message = f"the type {quote(written)} is read as '{joint_type}'"
+    reading.warn("joint-type-spelling", message, element.sourceline)
+    return joint_type
 
 
-def read_end(reading: Reading, element: Any, parts: dict[str, Any], which: str) -> str:
+def read_end(reading: Reading, element: Any, parts: dict[str, Any], tag: str) -> str:
     """Return the name of a joint's ``parent`` or ``child`` link."""
-    part = parts.get(which)
+    part = parts.get(tag)
     name: str | None = None if part is None else part.get("link")
     if part is not None and len(part.attrib) != 1:
         reading.unknown_attributes(part)
     if not name:
-        what, at = f"{reading.where} has no {which} link", element if part is None else part
-        written = "" if part is None else (part.text or "").strip()  # as in SDF
-        hint = suggest_attributes(which, {"link": written or "..."})
-        reading.fail("joint-link-missing", what, at, hint)
+        text = "" if part is None else (part.text or "").strip()  # as in SDF
+        hint = suggest_attributes(tag, {"link": text or "..."})
+        message = f"{reading.where} has no {tag} link"
+        reading.fail("joint-link-missing", message, element if part is None else part, hint)
     if part is not None and len(part):
-        reading.unknown_children(which, part, ())
+        reading.unknown_children(tag, part, ())
     return name
 
 
@@ -174,21 +162,18 @@ def check_mimics(reading: Reading, robot: Robot) -> None:
         if joint.mimic is None:
             continue
         leader = joint.mimic.joint
-        if leader not in joints:
-            joint.mimic = None
-            reading.warn(
-                "mimic-left-out",
-                f"'{leader}' is no joint, so its followers move freely"
-                if leader
-                else "<mimic> names no joint, so its joint moves freely",
-                joint.line, owner=("joint", joint.name), like=(leader, joints),
-            )  # fmt: skip
-        else:
+        if leader in joints:
             leaders[joint.name] = leader
-    for loop in loops(leaders):
+            continue
+        joint.mimic = None
+        message = "<mimic> names no joint, so its joint moves freely"
+        if leader:
+            message = f"'{leader}' is no joint, so its followers move freely"
+        owner, like = ("joint", joint.name), (leader, joints)
+        reading.warn("mimic-left-out", message, joint.line, owner=owner, like=like)
+    for loop in find_loops(leaders):
         for name in loop:
             joints[name].mimic = None
-            reading.warn(
-                "mimic-left-out", "joints mimic one another, or themselves, so they move freely",
-                joints[loop[0]].line, owner=("joint", name),
-            )  # fmt: skip
+            message = "joints mimic one another, or themselves, so they move freely"
+            line = joints[loop[0]].line
+            reading.warn("mimic-left-out", message, line, owner=("joint", name))

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from urdf2mbs.spatial import NO_INERTIA
 from urdf2mbs.urdf import inertia
-from urdf2mbs.urdf.elements import MOMENTS
+from urdf2mbs.urdf.elements import ELEMENTS, MOMENTS
 from urdf2mbs.urdf.model import Inertial, Link
 from urdf2mbs.urdf.shapes import read_collision, read_visual
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from urdf2mbs.urdf.model import Collision, Visual
     from urdf2mbs.urdf.values import Reading
 
-REPAIR = "estimate-inertia: {repair: true} takes the nearest that a body can have"
+HINT_REPAIR = "estimate-inertia: {repair: true} takes the nearest that a body can have"
 
 
 def read_link(reading: Reading, element: Any, links: dict[str, Link]) -> None:
@@ -34,7 +34,7 @@ def read_link(reading: Reading, element: Any, links: dict[str, Link]) -> None:
         return
     if len(element.attrib) != 1:
         reading.unknown_attributes(element)
-    inertial: Any = None
+    inertial_element: Any = None
     visuals: list[Visual] = []
     collisions: list[Collision] = []
     unknown: list[Any] = []
@@ -44,16 +44,16 @@ def read_link(reading: Reading, element: Any, links: dict[str, Link]) -> None:
             read_visual(reading, child, visuals)
         elif tag == "collision":
             read_collision(reading, child, collisions)
-        elif tag == "inertial" and inertial is not None:
+        elif tag == "inertial" and inertial_element is not None:
             reading.warn_of_double("link", child)
         elif tag == "inertial":
-            inertial = child
-        elif tag != "contact":
+            inertial_element = child
+        elif tag != "contact":  # of Bullet, which plugins read
             unknown.append(child)
     if unknown:
-        reading.unknown_children("link", unknown, ("visual", "collision", "inertial"))
-    mass = None if inertial is None else read_inertial(reading, inertial)
-    links[name] = Link(name, mass, visuals, collisions, element.sourceline)
+        reading.unknown_children("link", unknown, ELEMENTS["link"].children)
+    inertial = None if inertial_element is None else read_inertial(reading, inertial_element)
+    links[name] = Link(name, inertial, visuals, collisions, element.sourceline)
 
 
 def read_inertial(reading: Reading, element: Any) -> Inertial | None:
@@ -71,21 +71,20 @@ def read_inertial(reading: Reading, element: Any) -> Inertial | None:
     mass_element, inertia_element = parts.get("mass"), parts.get("inertia")
     line = element.sourceline
     if mass_element is None:
-        what = "<inertial> without <mass> is not used, as in ROS: no mass, no inertia"
-        reading.warn("inertial-incomplete", what, line)
+        message = "<inertial> without <mass> is not used, as in ROS: no mass, no inertia"
+        reading.warn("inertial-incomplete", message, line)
         return None
     mass: float = reading.values(mass_element)["value"]
     if mass < 0.0:
-        reading.warn(
-            "mass-negative", "no body has a mass below zero; it is kept",
-            mass_element.sourceline, detail=f"{mass!r} kg", hint=REPAIR,
-        )  # fmt: skip
+        message = "no body has a mass below zero; it is kept"
+        detail, mass_line = f"{mass!r} kg", mass_element.sourceline
+        reading.warn("mass-negative", message, mass_line, detail=detail, hint=HINT_REPAIR)
     if inertia_element is None or not inertia_element.attrib:
         if inertia_element is not None:
             reading.unknown_children("inertia", inertia_element, ())
-        lacks = "<inertia>" if inertia_element is None else "the attributes of <inertia>"
-        what = f"<inertial> without {lacks}: mass, but no inertia, as in ROS"
-        reading.warn("inertial-incomplete", what, line)
+        missing = "<inertia>" if inertia_element is None else "the attributes of <inertia>"
+        message = f"<inertial> without {missing}: mass, but no inertia, as in ROS"
+        reading.warn("inertial-incomplete", message, line)
         return Inertial(mass, NO_INERTIA, origin)
     tensor = read_inertia(reading, inertia_element)
     if tensor != NO_INERTIA:
@@ -99,26 +98,29 @@ def read_inertial(reading: Reading, element: Any) -> Inertial | None:
 
 def read_inertia(reading: Reading, element: Any) -> Sym:
     """Return an inertia (kg m^2); products that are missing are zero, with a warning."""
-    given = reading.values(element)
-    missing = [name for name in ("ixy", "ixz", "iyz") if name not in given]
+    values = reading.values(element)
+    missing = [name for name in ("ixy", "ixz", "iyz") if name not in values]
     if missing:
-        what = "<inertia> has not all products of inertia; those missing are zero"
+        message = "<inertia> has not all products of inertia; those missing are zero"
         detail = ", ".join(missing)
-        reading.warn("inertia-incomplete", what, element.sourceline, detail=detail)
-    xx, xy, xz, yy, yz, zz = (given.get(name, 0.0) for name in MOMENTS)
+        reading.warn("inertia-incomplete", message, element.sourceline, detail=detail)
+    xx, xy, xz, yy, yz, zz = (values.get(name, 0.0) for name in MOMENTS)
     return (xx, xy, xz, yy, yz, zz)
 
 
 def check_inertia(reading: Reading, tensor: Sym, mass: float, element: Any) -> None:
-    """Warn of an inertia that no body has."""
+    """Warn of an inertia (kg m^2, about the centre of mass) that no body has."""
     fault = inertia.find_fault(tensor, mass)
     if fault is None:
         return
-    why = "one principal moment exceeds the sum of the others"
+    reason = "one principal moment exceeds the sum of the others"
     if fault.code == "inertia-indefinite":
-        why = "a principal moment is below zero"
+        reason = "a principal moment is below zero"
+    moments = ", ".join(f"{moment:.6g}" for moment in fault.moments)
     reading.warn(
-        fault.code, f"no body has this inertia, as {why}; it is kept", element.sourceline,
-        detail="principal moments " + ", ".join(f"{m:.6g}" for m in fault.moments) + " kg m^2",
-        hint="check that it is about the centre of mass, and its signs; " + REPAIR,
-    )  # fmt: skip
+        fault.code,
+        f"no body has this inertia, as {reason}; it is kept",
+        element.sourceline,
+        detail=f"principal moments {moments} kg m^2",
+        hint=f"check that it is about the centre of mass, and its signs; {HINT_REPAIR}",
+    )

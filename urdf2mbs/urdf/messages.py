@@ -14,72 +14,105 @@ if TYPE_CHECKING:
 
 #: A message about more links or joints than these says how many more there are.
 _NAMES_SHOWN = 4
-#: So many errors of one file are told together.
+#: The most errors of one file that are reported together.
 MAX_ERRORS = 20
+
+Level = Literal["error", "warning", "note"]
 
 
 class _Group(msgspec.Struct):
-    """Warnings of one kind, said once for all the elements they are about."""
+    """Equal messages about several elements, which become one."""
 
-    level: Literal["error", "warning", "note"]
+    level: Level
     line: int | None
     hint: str | None
     owners: dict[tuple[str, str], str] = {}
-    """Kind and name of each element, and what the message adds for it alone."""
+    """Kind and name of each element, and the detail that the message adds for it alone."""
 
 
 class Messages:
-    """All that is said about one file, and which element of it is being read."""
+    """The messages about one file, and the element of it that is being read."""
 
     def __init__(self, file: str, expanded: Sequence[str]) -> None:
         self.file = file
         self.expanded = expanded
-        """The files from which xacro has written the text that is read."""
+        """The files from which xacro has made the text that is read."""
         self.groups: dict[tuple[str, str], _Group] = {}
         self.errors: list[Diagnostic] = []
         """All errors but the last."""
         self.last: ConversionError | None = None
+        """The last error."""
         self.owner = ("robot", "")
         """Kind and name of the element being read, for messages."""
 
     @property
     def where(self) -> str:
+        """The element being read, as messages name it: ``joint 'knee'``."""
         kind, name = self.owner
         return f"{kind} '{name}'" if name else f"<{kind}>"
 
     def fail(
         self, code: str, message: str, element: Any = None, hint: str | None = None
     ) -> NoReturn:
+        """Raise the error about an element.
+
+        Args:
+            code: The code of the error.
+            message: What is wrong, and what was expected.
+            element: The element of lxml, or its line; None if it is not known.
+            hint: What to do.
+
+        Raises:
+            ConversionError: Always.
+        """
         line = element if element is None or isinstance(element, int) else element.sourceline
         if self.expanded:
-            made = (
+            expanded_line = (
                 f"it is line {line} of the text that xacro made: 'urdf2mbs convert --dump DIR' "
                 "writes it, as DIR/expanded.urdf"
             )
             place = written.find_declaration(*self.owner, self.expanded)
-            at = f"{self.where} is in {place[0]}:{place[1]}" if place else None
-            hint = "; ".join(filter(None, [hint, at, made]))
+            declared = f"{self.where} is in {place[0]}:{place[1]}" if place else None
+            hint = "; ".join(filter(None, [hint, declared, expanded_line]))
         raise ConversionError(code, message, file=self.file, line=line, hint=hint)
 
     def keep(self, error: ConversionError) -> None:
-        """Go on after an error, so that those that follow are told with it."""
+        """Keep an error, so that it is reported together with those that follow.
+
+        Raises:
+            ConversionError: The error, if it is number ``MAX_ERRORS``.
+        """
         if self.last is not None:
             self.errors.append(self.last.diagnostic())
         self.last = error
         if len(self.errors) + 1 == MAX_ERRORS:
-            more = f"these are the first {MAX_ERRORS} errors: there may be more"
-            error.hint = f"{error.hint}; {more}" if error.hint else more
+            limit = f"these are the first {MAX_ERRORS} errors: there may be more"
+            error.hint = f"{error.hint}; {limit}" if error.hint else limit
             raise error
 
     def warn(
-        self, code: str, message: str, line: int | None, *, hint: str | None = None,
-        like: tuple[str, Iterable[str]] | None = None, owner: tuple[str, str] | None = None,
-        level: Literal["error", "warning", "note"] = "warning", detail: str = "",
-    ) -> None:  # fmt: skip
-        """The same message about several links or joints is said once, with their names.
+        self,
+        code: str,
+        message: str,
+        line: int | None,
+        *,
+        hint: str | None = None,
+        like: tuple[str, Iterable[str]] | None = None,
+        owner: tuple[str, str] | None = None,
+        level: Level = "warning",
+        detail: str = "",
+    ) -> None:
+        """Add a warning; the same message about several elements becomes one, with their names.
 
-        ``like``: a wrong name and the right ones, the nearest of which is offered; ``detail``:
-        what differs from one link or joint to the next.
+        Args:
+            code: The code of the warning.
+            message: The text, which is the same for all elements that it is about.
+            line: The line of the element.
+            hint: What to do.
+            like: A wrong name and the right ones; the hint offers the nearest of these.
+            owner: Kind and name of the element; by default, the one being read.
+            level: The level, if it is not a warning.
+            detail: What differs from one element to the next, such as a number.
         """
         group = self.groups.get((code, message))
         if group is None:
@@ -87,15 +120,14 @@ class Messages:
                 hint = nearest(like[0], sorted(like[1]))
             group = self.groups[code, message] = _Group(level, line, hint)
         owner = owner or self.owner
-        before = group.owners.get(owner, "")
-        details = dict.fromkeys(filter(None, [*before.split("; "), detail]))
+        previous = group.owners.get(owner, "")
+        details = dict.fromkeys(filter(None, [*previous.split("; "), detail]))
         group.owners[owner] = "; ".join(details)
 
     def diagnostics(self) -> list[Diagnostic]:
-        said = []
+        """Return all messages but the errors, each with the names of the elements it is about."""
+        diagnostics = []
         for (code, message), group in self.groups.items():
-            owners = list(group.owners)
-            kind, name = owners[0]
             elements = (
                 f"{kind} '{name}'" + (f" ({detail})" if detail else "")
                 for (kind, name), detail in group.owners.items()
@@ -103,8 +135,19 @@ class Messages:
             )
             names = some(elements, _NAMES_SHOWN)
             text = f"{message}: {names}" if names else message
-            only = {kind: name} if len(owners) == 1 else {}
-            place = written.locate(kind, name, self.expanded, self.file, group.line)
-            link, joint = only.get("link"), only.get("joint")
-            said.append(Diagnostic(group.level, code, text, link, joint, *place, group.hint))
-        return said
+            kind, name = next(iter(group.owners))
+            single = {kind: name} if len(group.owners) == 1 else {}
+            file, line = written.locate(kind, name, self.expanded, self.file, group.line)
+            diagnostics.append(
+                Diagnostic(
+                    group.level,
+                    code,
+                    text,
+                    link=single.get("link"),
+                    joint=single.get("joint"),
+                    file=file,
+                    line=line,
+                    hint=group.hint,
+                )
+            )
+        return diagnostics

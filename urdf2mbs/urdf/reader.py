@@ -1,4 +1,4 @@
-"""From a URDF or xacro file to a ``Robot``, or to one error that says what is wrong where.
+"""From a URDF or xacro file to a ``Robot``, or to errors with file and line.
 
 A file without a meaning is an error.  Odd parts stay as they are, with a warning.  Unreadable parts
 that the .mbs does not need are left out, with a warning.  If URDF leaves a choice, the reader does
@@ -25,6 +25,7 @@ from urdf2mbs.urdf.model import JOINT_TYPES, Extension, Robot
 from urdf2mbs.urdf.rewrite import rename_doubled, rename_drake_joints, split_joints
 from urdf2mbs.urdf.shapes import check_materials, read_global_material
 from urdf2mbs.urdf.tree import check_tree
+from urdf2mbs.urdf.unread import report_stray_texts
 from urdf2mbs.urdf.values import Reading
 
 if TYPE_CHECKING:
@@ -32,13 +33,16 @@ if TYPE_CHECKING:
 
 #: Roots of other kinds of file.
 OTHER_ROOTS = {
-    "sdf": "an SDF file (Gazebo)", "mujoco": "an MJCF file (MuJoCo)",
+    "sdf": "an SDF file (Gazebo)",
+    "mujoco": "an MJCF file (MuJoCo)",
     "mbsDescR7": "an .mbs file (Robotran) already",
-}  # fmt: skip
+}
+#: Endings of a robot's file that are no part of its name.
+_ENDINGS = (".urdf", ".xacro", ".xml")
 
 
 class Expansion(NamedTuple):
-    """The URDF that a file of another format stands for, such as xacro."""
+    """The URDF that a file of another format, such as xacro, is expanded to."""
 
     text: bytes
     """In UTF-8."""
@@ -48,7 +52,7 @@ class Expansion(NamedTuple):
 
 
 class Located(NamedTuple):
-    """Where a robot that has a name is, and how it is read."""
+    """The file of a robot that has a name, and how it is read."""
 
     source: Path
     packages: dict[str, Path]
@@ -61,15 +65,71 @@ ReadExtension = Callable[..., object]
 
 
 def is_name(source: str) -> bool:
-    """True for a robot that is no file but has a name, as ``robot_descriptions:atlas``."""
+    """Return True for a robot that is no file but has a name, as ``robot_descriptions:atlas``."""
     return re.match(r"[a-z]\w+:(?![/\\])", source) is not None
 
 
+def stem(source: Path) -> str:
+    """Return a robot's file name without its endings: ``panda`` of ``panda.urdf.xacro``."""
+    name = source
+    while name.suffix.lower() in _ENDINGS:
+        name = name.with_suffix("")
+    return name.name
+
+
+def read_robot_file(source: Path) -> bytes:
+    """Return the bytes of a robot's file.
+
+    Raises:
+        ConversionError: The file is empty, or cannot be read.
+    """
+    file = str(source)
+    try:
+        data = files.read_bytes(source)
+    except FileNotFoundError:
+        hint = nearest(source.name, _list_similar_robots(source))
+        raise ConversionError("file-not-found", "no such file", file=file, hint=hint) from None
+    except IsADirectoryError:
+        message, hint = "this is a folder, not a URDF or xacro file", "name the file in it"
+        raise ConversionError("file-is-directory", message, file=file, hint=hint) from None
+    except (OSError, ValueError) as error:
+        message = f"cannot be read: {getattr(error, 'strerror', None) or error}"
+        raise ConversionError("file-unreadable", message, file=file) from None
+    if not data.strip():
+        raise ConversionError("file-empty", "the file is empty", file=file)
+    return data
+
+
+def _list_similar_robots(source: Path) -> list[str]:
+    """Return the robots' files beside a file whose names begin nearly as its name."""
+    try:
+        names = [entry.name for entry in sorted(source.parent.iterdir())]
+    except OSError:
+        return []
+    robots = [name for name in names if name.lower().endswith((".urdf", ".xacro"))]
+    beginning = source.name.split(".")[0]
+    return [name for name in robots if nearest(beginning, [name.split(".")[0]])]
+
+
 def read_text(
-    source: Path, data: bytes, expansion: Expansion | None, xacro_args: Mapping[str, str],
+    source: Path,
+    data: bytes,
+    expansion: Expansion | None,
+    xacro_args: Mapping[str, str],
     extend: ReadExtension | None = None,
-) -> tuple[Robot, list[Diagnostic]]:  # fmt: skip
-    """Read a robot's file, or what it was expanded to; raises ConversionError."""
+) -> tuple[Robot, list[Diagnostic]]:
+    """Read a robot's file, or the URDF that it was expanded to.
+
+    Args:
+        source: The file, which gives its name to a robot without one.
+        data: The bytes of the file.
+        expansion: The URDF that they were expanded to; None if they are URDF.
+        xacro_args: The arguments of xacro, which have no effect without an expansion.
+        extend: As of ``parse_urdf``.
+
+    Raises:
+        ConversionError: The last of the errors, with the others in its ``earlier``.
+    """
     text, names, warnings = expansion or (data, [], [])
     try:
         robot, diagnostics = parse_urdf(text, str(source), expanded=names, extend=extend)
@@ -80,16 +140,16 @@ def read_text(
         raise
     diagnostics[:0] = warnings
     if expansion is None and xacro_args:
-        said = "arguments have no effect, as there is no xacro in the file: "
-        said += ", ".join(sorted(xacro_args))
-        diagnostics.append(Diagnostic("warning", "xacro-unused-arg", said, file=str(source)))
+        message = "arguments have no effect, as there is no xacro in the file: "
+        message += ", ".join(sorted(xacro_args))
+        diagnostics.append(Diagnostic("warning", "xacro-unused-arg", message, file=str(source)))
     if not robot.name:
         robot.name = stem(source)
     return robot, diagnostics
 
 
 def _explain_macros(error: ConversionError, data: bytes, source: Path) -> None:
-    """Say that a file without links defines macros and calls none."""
+    """Add to an error that a file without links defines macros and calls none."""
     root, _ = xml.parse(data, str(source))
     macros = [macro.get("name", "") for macro in root.iter("{*}macro")]
     called = {element.tag.partition("}")[2] for element in root.iter(etree.Element)}
@@ -98,26 +158,22 @@ def _explain_macros(error: ConversionError, data: bytes, source: Path) -> None:
         error.hint = "convert the file that calls it"
 
 
-#: Endings of a robot's file that are no part of its name.
-_ENDINGS = (".urdf", ".xacro", ".xml")
-
-
-def stem(source: Path) -> str:
-    """A robot's file name without its endings: ``panda_v1.0`` of ``panda_v1.0.urdf.xacro``."""
-    name = source
-    while name.suffix.lower() in _ENDINGS:
-        name = name.with_suffix("")
-    return name.name
-
-
 def parse_urdf(
     data: bytes, file: str, *, expanded: Sequence[str] = (), extend: ReadExtension | None = None
 ) -> tuple[Robot, list[Diagnostic]]:
-    """Read a plain URDF text; ``expanded`` are the files from which xacro has written it.
+    """Read a plain URDF text.
 
-    ``extend`` reads the elements of other programs; without it they are kept as they are.
+    Args:
+        data: The text.
+        file: The name of its file.
+        expanded: The files from which xacro has made the text.
+        extend: Reads the elements of other programs; without it they are kept as they are.
 
-    :raises ConversionError: the last of the errors, with the others in its ``said``
+    Returns:
+        The robot, and the warnings and notes about it.
+
+    Raises:
+        ConversionError: The last of the errors, with the others in its ``earlier``.
     """
     name = file + written.EXPANDED if expanded else file
     reading = Reading(name, expanded)
@@ -132,39 +188,14 @@ def parse_urdf(
 def _read_root(
     reading: Reading, root: Any, extend: ReadExtension | None
 ) -> tuple[Robot, list[Diagnostic]]:
-    """The robot of a URDF's root element, and what is odd about it; raises ConversionError."""
+    """Return the robot of a URDF's root element, and the warnings; raise ConversionError."""
     _check_root(reading, root)
     _rewrite(reading, root)
     reading.quaternions = root.get("version") in ("1.1", "1.2")
     robot = Robot("", file=reading.file)
-    links, joints = robot.links, robot.joints
-    foreign: list[Any] = []
-    unknown: list[Any] = []
-    for child in root:
-        tag = child.tag
-        if tag in ("link", "joint"):
-            try:
-                if tag == "link":
-                    read_link(reading, child, links)
-                    foreign += child.iterchildren("contact")  # of Bullet
-                else:
-                    read_joint(reading, child, joints)
-            except ConversionError as error:
-                reading.keep(error)
-        elif tag == "material":
-            read_global_material(reading, child, robot)
-        elif isinstance(tag, str):
-            reading.owner = ("robot", "")
-            if tag not in FOREIGN:
-                if reading.report_xacro(child):
-                    continue
-                if not _is_joint_of_another_program(reading, child):
-                    unknown.append(child)
-            foreign.append(child)
-    reading.owner = ("robot", "")
-    reading.unknown_children("robot", unknown, ("link", "joint", "material", *FOREIGN))
-    reading.report_stray_texts(root)
-    if reading.last is not None:  # the tree cannot be judged where links or joints are not known
+    foreign = _read_children(reading, root, robot)
+    report_stray_texts(reading, root)
+    if reading.last is not None:  # the tree is unknown where links or joints are
         raise reading.last
     robot.name = reading.values(root).get("name", "").strip()
     if not robot.name:
@@ -177,6 +208,35 @@ def _read_root(
         extend(elements=elements, reading=reading, robot=robot)
     check_mimics(reading, robot)
     return robot, reading.diagnostics()
+
+
+def _read_children(reading: Reading, root: Any, robot: Robot) -> list[Any]:
+    """Add the links, joints and materials of a URDF; return the elements of other programs."""
+    foreign: list[Any] = []
+    unknown: list[Any] = []
+    for child in root:
+        tag = child.tag
+        if tag in ("link", "joint"):
+            try:
+                if tag == "link":
+                    read_link(reading, child, robot.links)
+                    foreign += child.iterchildren("contact")  # of Bullet
+                else:
+                    read_joint(reading, child, robot.joints)
+            except ConversionError as error:
+                reading.keep(error)
+        elif tag == "material":
+            read_global_material(reading, child, robot)
+        elif isinstance(tag, str):
+            reading.owner = ("robot", "")
+            if tag not in FOREIGN and reading.report_xacro(child):
+                continue
+            if tag not in FOREIGN and not _is_joint_of_another_program(reading, child):
+                unknown.append(child)
+            foreign.append(child)
+    reading.owner = ("robot", "")
+    reading.unknown_children("robot", unknown, ("link", "joint", "material", *FOREIGN))
+    return foreign
 
 
 def _is_joint_of_another_program(reading: Reading, element: Any) -> bool:
@@ -203,22 +263,21 @@ def _is_joint_of_another_program(reading: Reading, element: Any) -> bool:
 
 
 def _keep(element: Any) -> Extension:
-    """An element of another program, as it is written."""
+    """Return an element of another program, as it is written."""
     tag = plain(element.tag)
-    about = element.getparent().get("name") if tag == "contact" else element.get("reference")
+    parent = element.getparent()
+    reference = parent.get("name") if tag == "contact" else element.get("reference")
     text = etree.tostring(element, encoding=str, with_tail=False)
-    return Extension(tag, text, about, element.sourceline)
+    return Extension(tag, text, reference, element.sourceline)
 
 
 def _rewrite(reading: Reading, root: Any) -> None:
-    """Write in the words of URDF what has one meaning, and warn of what changes."""
+    """Rewrite elements that URDF does not allow but that have one meaning, with a warning."""
     rename_drake_joints(root)
     lines = {joint.get("name"): joint.sourceline for joint in root.iterchildren("joint")}
-    for own, name in rename_doubled(root).items():
-        reading.warn(
-            "joint-renamed", f"several joints are called '{name}', and this one is renamed",
-            lines.get(name), owner=("joint", own),
-        )  # fmt: skip
+    for new_name, name in rename_doubled(root).items():
+        message = f"several joints are called '{name}', and this one is renamed"
+        reading.warn("joint-renamed", message, lines.get(name), owner=("joint", new_name))
     for name, count in split_joints(root):
         names = ", ".join(f"NAME_R{number}" for number in range(1, count + 1))
         message = f"a joint of {count} rotations becomes {count} joints without limits: {names}"
@@ -226,50 +285,21 @@ def _rewrite(reading: Reading, root: Any) -> None:
 
 
 def _check_root(reading: Reading, root: Any) -> None:
+    """Remove a namespace of <robot>; raise ConversionError for another root."""
     tag = root.tag
     if tag.startswith("{"):
-        space = root.nsmap[root.prefix]
+        namespace = root.nsmap[root.prefix]
         tag = etree.QName(root).localname
         if tag == "robot":
-            _strip_namespace(root, f"{{{space}}}")
+            _strip_namespace(root, f"{{{namespace}}}")
     if tag == "robot":
         return
-    looks = f": this looks like {OTHER_ROOTS[tag]}" if tag in OTHER_ROOTS else ""
-    what = f"the root element is <{tag}>, not <robot>{looks}"
-    reading.fail("wrong-root", what, root, "URDF and xacro files are read")
+    format_name = f": this looks like {OTHER_ROOTS[tag]}" if tag in OTHER_ROOTS else ""
+    message = f"the root element is <{tag}>, not <robot>{format_name}"
+    reading.fail("wrong-root", message, root, "URDF and xacro files are read")
 
 
-def _strip_namespace(root: Any, space: str) -> None:
+def _strip_namespace(root: Any, namespace: str) -> None:
     """Remove the namespace of <robot>, which says nothing, from all elements."""
-    for element in root.iter(f"{space}*"):
-        element.tag = element.tag[len(space) :]
-
-
-def read_robot_file(source: Path) -> bytes:
-    """The bytes of a robot's file; raises ConversionError, also where there are none."""
-    file = str(source)
-    try:
-        data = files.read_bytes(source)
-    except FileNotFoundError:
-        try:
-            names = [entry.name for entry in sorted(source.parent.iterdir())]
-        except OSError:
-            names = []
-        beginning = source.name.split(".")[0]
-        robots = [
-            name
-            for name in names
-            if name.lower().endswith((".urdf", ".xacro"))
-            and nearest(beginning, [name.split(".")[0]])
-        ]
-        hint = nearest(source.name, robots)
-        raise ConversionError("file-not-found", "no such file", file=file, hint=hint) from None
-    except IsADirectoryError:
-        what, hint = "this is a folder, not a URDF or xacro file", "name the file in it"
-        raise ConversionError("file-is-directory", what, file=file, hint=hint) from None
-    except (OSError, ValueError) as error:
-        what = f"cannot be read: {getattr(error, 'strerror', None) or error}"
-        raise ConversionError("file-unreadable", what, file=file) from None
-    if not data.strip():
-        raise ConversionError("file-empty", "the file is empty", file=file)
-    return data
+    for element in root.iter(f"{namespace}*"):
+        element.tag = element.tag[len(namespace) :]

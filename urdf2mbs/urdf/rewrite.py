@@ -11,7 +11,7 @@ from typing import Any
 
 from lxml import etree
 
-from urdf2mbs.urdf.elements import CHILDREN, is_drake, split_tag
+from urdf2mbs.urdf.elements import ELEMENTS, is_drake, split_tag
 from urdf2mbs.urdf.model import JOINT_TYPES
 
 #: The axes of the revolute joints that a joint of several rotations is made of, by its type.
@@ -35,7 +35,7 @@ def rename_drake_joints(root: Any) -> None:
             joint.tag = "joint"
             for child in joint.iterchildren(etree.Element):
                 name = split_tag(child.tag)[0]
-                if is_drake(child.tag) and name in CHILDREN["joint"]:
+                if is_drake(child.tag) and name in ELEMENTS["joint"].children:
                     child.tag = name
 
 

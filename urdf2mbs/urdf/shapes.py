@@ -1,4 +1,4 @@
-"""``<visual>``, ``<collision>`` and ``<material>``: shapes, where they are and how they look."""
+"""``<visual>``, ``<collision>`` and ``<material>``: shapes, their poses and their appearance."""
 
 from __future__ import annotations
 
@@ -7,32 +7,17 @@ from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 from urdf2mbs.messages.diagnostics import ConversionError
-from urdf2mbs.urdf.elements import is_drake, plain, split_tag
-from urdf2mbs.urdf.model import (
-    Box,
-    Capsule,
-    Collision,
-    Cylinder,
-    Material,
-    Mesh,
-    Sphere,
-    Visual,
-)
+from urdf2mbs.urdf.elements import ELEMENTS, is_drake, plain, split_tag
+from urdf2mbs.urdf.model import Collision, Material, Visual
 
 if TYPE_CHECKING:
     from urdf2mbs.spatial import Vec
     from urdf2mbs.urdf.model import Geometry, Origin, Robot
     from urdf2mbs.urdf.values import Reading
 
-#: The model's class of each shape; it calls the attributes as URDF does.
-SHAPES: dict[str, Any] = {
-    "box": Box,
-    "cylinder": Cylinder,
-    "capsule": Capsule,
-    "sphere": Sphere,
-    "mesh": Mesh,
-}
-#: What xacro makes of ``file://$(find NAME)/...`` where the package was not found.
+#: The tags of shapes.
+SHAPES = ELEMENTS["geometry"].children
+#: xacro makes this of ``file://$(find NAME)/...`` if the package was not found.
 _UNRESOLVED = r"^file:/*(?=package://)"
 
 
@@ -40,25 +25,35 @@ def read_visual(reading: Reading, element: Any, visuals: list[Visual]) -> None:
     """Append a ``<visual>``: its shape, origin (m, rad) in its link's frame, and material."""
     name = reading.values(element).get("name")
     parts = reading.parts(element)
-    material = parts.get("material")
-    look = None if material is None else read_material(reading, material)
-    placed = read_shape(reading, element, parts)
-    if placed is not None:
-        visuals.append(Visual(*placed, look, name, element.sourceline))
+    material = None
+    if "material" in parts:
+        material = read_material(reading, parts["material"])
+    shape = read_shape(reading, element, parts)
+    if shape is not None:
+        visuals.append(Visual(*shape, material, name, element.sourceline))
 
 
 def read_collision(reading: Reading, element: Any, collisions: list[Collision]) -> None:
     """Append a ``<collision>``: its shape and origin (m, rad) in its link's frame."""
     name = reading.values(element).get("name")
-    placed = read_shape(reading, element, reading.parts(element))
-    if placed is not None:
-        collisions.append(Collision(*placed, name, element.sourceline))
+    shape = read_shape(reading, element, reading.parts(element))
+    if shape is not None:
+        collisions.append(Collision(*shape, name, element.sourceline))
 
 
 def read_shape(
     reading: Reading, element: Any, parts: dict[str, Any]
 ) -> tuple[Geometry, Origin] | None:
-    """Geometry and origin of a visual or collision; None, with a warning: they cannot be read."""
+    """Return the geometry and origin of a visual or collision.
+
+    Args:
+        reading: The file being read.
+        element: The ``<visual>`` or ``<collision>``.
+        parts: Its children, by tag.
+
+    Returns:
+        None, after a warning, if the shape is not known or cannot be read.
+    """
     try:
         geometry = read_geometry(reading, element, parts.get("geometry"))
         return None if geometry is None else (geometry, reading.origin(parts.get("origin")))
@@ -73,70 +68,85 @@ def read_geometry(reading: Reading, owner: Any, element: Any) -> Geometry | None
     Args:
         reading: The file being read.
         owner: The ``<visual>`` or ``<collision>``.
-        element: The ``<geometry>``; None if there is none.
+        element: The ``<geometry>``; None if there is no such element.
 
     Raises:
         ConversionError: A number cannot be read.
     """
-    shapes = [] if element is None else [child for child in element if isinstance(child.tag, str)]
-    if element is not None:
-        reading.values(element)
-    if not shapes:
-        what = f"<{owner.tag}> without a geometry is left out"
-        reading.warn("geometry-unknown", what, owner.sourceline)
-        return None
-    for shape in shapes:
-        if is_drake(shape.tag) and split_tag(shape.tag)[0] in SHAPES:  # <drake:capsule>
-            shape.tag = split_tag(shape.tag)[0]
-    shape, *others = sorted(shapes, key=lambda child: child.tag not in SHAPES)
-    for child in others:
-        if child.tag in SHAPES:
-            what = "more than one shape in <geometry>: only the first is used"
-            reading.warn("doubled-element", what, child.sourceline)
-    unknown = [child for child in others if child.tag not in SHAPES]
-    reading.unknown_children("geometry", unknown, SHAPES)
-    kind = SHAPES.get(shape.tag)
-    if kind is None:
-        reading.report_xacro(shape)
-        what = f"<{owner.tag}> is left out, its geometry <{plain(shape.tag)}> is not known"
-        reading.warn("geometry-unknown", what, shape.sourceline)
+    shape = _find_shape(reading, owner, element)
+    if shape is None:
         return None
     values = reading.values(shape)
-    if kind is Mesh:
+    if shape.tag == "mesh":
         filename = values.get("filename", "")
         if not filename.strip():
-            what = f"<{owner.tag}> whose mesh has no filename is left out"
-            reading.warn("geometry-unknown", what, shape.sourceline)
+            message = f"<{owner.tag}> whose mesh has no filename is left out"
+            reading.warn("geometry-unknown", message, shape.sourceline)
             return None
         values["filename"] = re.sub(_UNRESOLVED, "", filename)
         if "scale" in values:
             values["scale"] = read_scale(reading, shape, values["scale"])
-    sizes = chain.from_iterable(
-        map(abs, value) if kind is Mesh else value if isinstance(value, tuple) else [value]
-        for name, value in values.items()
-        if name != "filename"
-    )
-    if min(sizes, default=1.0) <= 0.0:  # a scale below zero is a mirror
-        what = f"the <{shape.tag}> of a <{owner.tag}> has a size of zero or less, and is kept"
-        reading.warn("geometry-size", what, shape.sourceline)
-    return kind(**values)
+    struct: Any = ELEMENTS[shape.tag].struct
+    geometry: Geometry = struct(**values)
+    if min(_list_sizes(values), default=1.0) <= 0.0:
+        message = f"the <{shape.tag}> of a <{owner.tag}> has a size of zero or less, and is kept"
+        reading.warn("geometry-size", message, shape.sourceline)
+    return geometry
+
+
+def _find_shape(reading: Reading, owner: Any, element: Any) -> Any:
+    """Return the first known shape in ``<geometry>``; None, after a warning, without one."""
+    shapes = [] if element is None else [child for child in element if isinstance(child.tag, str)]
+    if element is not None:
+        reading.values(element)
+    if not shapes:
+        message = f"<{owner.tag}> without a geometry is left out"
+        reading.warn("geometry-unknown", message, owner.sourceline)
+        return None
+    for shape in shapes:
+        name = split_tag(shape.tag)[0]
+        if is_drake(shape.tag) and name in SHAPES:  # <drake:capsule>
+            shape.tag = name
+    first, *rest = sorted(shapes, key=lambda child: child.tag not in SHAPES)
+    for child in rest:
+        if child.tag in SHAPES:
+            message = "more than one shape in <geometry>: only the first is used"
+            reading.warn("doubled-element", message, child.sourceline)
+    unknown = [child for child in rest if child.tag not in SHAPES]
+    reading.unknown_children("geometry", unknown, SHAPES)
+    if first.tag in SHAPES:
+        return first
+    reading.report_xacro(first)
+    message = f"<{owner.tag}> is left out, its geometry <{plain(first.tag)}> is not known"
+    reading.warn("geometry-unknown", message, first.sourceline)
+    return None
+
+
+def _list_sizes(values: dict[str, Any]) -> list[float]:
+    """Return the sizes of a shape (m), and the scale of a mesh, which is a mirror below zero."""
+    if "filename" in values:
+        return [abs(factor) for factor in values.get("scale", ())]
+    sizes = (size if isinstance(size, tuple) else (size,) for size in values.values())
+    return list(chain.from_iterable(sizes))
 
 
 def read_scale(reading: Reading, element: Any, text: str) -> Vec:
-    """The scale of a mesh: three numbers, or one for all directions."""
+    """Return the scale of a mesh: three numbers, or one for all directions."""
     if len(text.split()) != 1:
         x, y, z = reading.numbers(element, "scale", text, 3)
         return (x, y, z)
     factor = reading.number(element, "scale", text)
-    reading.warn(
-        "mesh-scale", "the scale of a mesh is one number, taken for all directions",
-        element.sourceline, detail=text.strip(),
-    )  # fmt: skip
+    message = "the scale of a mesh is one number, taken for all directions"
+    reading.warn("mesh-scale", message, element.sourceline, detail=text.strip())
     return (factor, factor, factor)
 
 
 def read_material(reading: Reading, element: Any) -> Material | None:
-    """Name, colour (red, green, blue, alpha from 0 to 1) and texture; None: nothing of use."""
+    """Return a material: name, colour (red, green, blue, alpha from 0 to 1) and texture.
+
+    Returns:
+        None if the element has none of these.
+    """
     name = reading.values(element).get("name", "")
     color: tuple[float, float, float, float] | None = None
     parts = reading.parts(element)
@@ -149,8 +159,9 @@ def read_material(reading: Reading, element: Any) -> Material | None:
             reading.colourless.add(name)
         if color is not None and (min(color) < 0.0 or max(color) > 1.0):
             reading.warn("color-range", "rgba is not within 0 and 1", child.sourceline)
-    named = reading.values(parts["texture"]) if "texture" in parts else {}
-    texture = named.get("filename") or None
+    texture = None
+    if "texture" in parts:
+        texture = reading.values(parts["texture"]).get("filename") or None
     if not name and color is None and texture is None:
         return None
     return Material(name, color, texture)
@@ -169,7 +180,7 @@ def read_global_material(reading: Reading, element: Any, robot: Robot) -> None:
 
 
 def check_materials(reading: Reading, robot: Robot) -> None:
-    """A material that a link defines in place is known by its name everywhere."""
+    """Add the materials that links define to those of the robot; warn of undefined ones."""
     used = []
     for link in robot.links.values():
         for visual in link.visuals:
@@ -181,7 +192,6 @@ def check_materials(reading: Reading, robot: Robot) -> None:
                     robot.materials.setdefault(material.name, material)
     for name, link_name, line in used:
         if name not in robot.materials and name not in reading.colourless:
-            reading.warn(
-                "material-undefined", f"the material '{name}' is not defined, and grey",
-                line, owner=("link", link_name), like=(name, robot.materials),
-            )  # fmt: skip
+            message = f"the material '{name}' is not defined, and grey"
+            owner, like = ("link", link_name), (name, robot.materials)
+            reading.warn("material-undefined", message, line, owner=owner, like=like)

@@ -13,103 +13,117 @@ if TYPE_CHECKING:
     from urdf2mbs.urdf.model import Joint, Robot
     from urdf2mbs.urdf.values import Reading
 
+HINT_TREE = "a robot in URDF is a tree: a loop cannot be closed in it"
+
 
 def check_tree(reading: Reading, robot: Robot, line: int | None) -> None:
-    """One root, and every other link the child of exactly one joint; ``line``: of <robot>."""
+    """Check that one link is the root, and every other link the child of exactly one joint.
+
+    Args:
+        reading: The file being read.
+        robot: The robot, whose links may lack ``world`` or be unattached.
+        line: The line of ``<robot>``.
+
+    Raises:
+        ConversionError: The links and joints are no tree.
+    """
     if not robot.links:
         reading.fail("no-links", "the robot has no links", line)
-    above: dict[str, Joint] = {}
+    parent_joints: dict[str, Joint] = {}
     imply_world(reading, robot)
     links = robot.links
     for joint in robot.joints.values():
         try:
-            check_ends(reading, joint, links, above)
+            check_ends(reading, joint, links, parent_joints)
         except ConversionError as error:
             reading.keep(error)
     if reading.last is not None:
         raise reading.last
-    check_loops(reading, links, above)
-    roots = [name for name in links if name not in above]
+    check_loops(reading, links, parent_joints)
+    roots = [name for name in links if name not in parent_joints]
     if len(roots) > 1:
         roots = drop_unattached(reading, robot, roots)
     if len(roots) > 1:
-        reading.fail(
-            "several-roots",
-            f"{len(roots)} links have no parent: {_list(roots)}",
-            links[roots[1]].line,
-            "join them by a joint, or take away what does not belong to the robot",
-        )
+        message = f"{len(roots)} links have no parent: {_quote_names(roots)}"
+        hint = "join them by a joint, or take away what does not belong to the robot"
+        reading.fail("several-roots", message, links[roots[1]].line, hint)
 
 
 def check_ends(
-    reading: Reading, joint: Joint, links: Mapping[str, Link], above: dict[str, Joint]
+    reading: Reading, joint: Joint, links: Mapping[str, Link], parent_joints: dict[str, Joint]
 ) -> None:
-    """A joint's links exist, and its child has no other parent."""
-    for which, name in (("parent", joint.parent), ("child", joint.child)):
+    """Check that a joint's links exist, and that its child has no other parent.
+
+    Args:
+        reading: The file being read.
+        joint: The joint.
+        links: All links, by name.
+        parent_joints: The joints that were checked before, by their children; this one is added.
+
+    Raises:
+        ConversionError: ``link-unknown`` or ``two-parents``.
+    """
+    for end, name in (("parent", joint.parent), ("child", joint.child)):
         if name not in links:
-            what = f"joint '{joint.name}': there is no link called '{name}' ({which})"
-            reading.fail("link-unknown", what, joint.line, nearest(name, links))
-    other = above.setdefault(joint.child, joint)
-    if other is not joint:
-        reading.fail(
-            "two-parents",
-            f"link '{joint.child}' has two parents: '{other.parent}' by the joint"
-            f" '{other.name}' (line {other.line}), and '{joint.parent}' by the joint"
-            f" '{joint.name}'",
-            joint.line,
-            "a robot in URDF is a tree: a loop cannot be closed in it",
+            message = f"joint '{joint.name}': there is no link called '{name}' ({end})"
+            reading.fail("link-unknown", message, joint.line, nearest(name, links))
+    first = parent_joints.setdefault(joint.child, joint)
+    if first is not joint:
+        message = (
+            f"link '{joint.child}' has two parents: '{first.parent}' by the joint"
+            f" '{first.name}' (line {first.line}), and '{joint.parent}' by the joint"
+            f" '{joint.name}'"
         )
+        reading.fail("two-parents", message, joint.line, HINT_TREE)
 
 
 def imply_world(reading: Reading, robot: Robot) -> None:
-    """A link ``world`` that joints name as their parent need not be declared."""
+    """Add a link ``world`` that joints name as their parent and that is not declared."""
     for joint in robot.joints.values():
         if joint.parent == "world" and "world" not in robot.links:
             robot.links = {"world": Link("world"), **robot.links}
-            reading.warn(
-                "world-implied", "there is no link called 'world': it is implied",
-                joint.line, owner=("joint", joint.name),
-            )  # fmt: skip
+            message = "there is no link called 'world': it is implied"
+            reading.warn("world-implied", message, joint.line, owner=("joint", joint.name))
 
 
 def drop_unattached(reading: Reading, robot: Robot, roots: list[str]) -> list[str]:
-    """Take away links that no joint holds and that hold nothing: no mass, no shape."""
-    holding = {joint.parent for joint in robot.joints.values()}
-    empty = [
-        link
-        for name, link in robot.links.items()
-        if name in roots and name not in holding
-        and link.massless and not link.visuals and not link.collisions
-    ]  # fmt: skip
+    """Remove roots without joints, mass and shapes, unless all are; return those that stay."""
+    parents = {joint.parent for joint in robot.joints.values()}
+    empty = []
+    for link in robot.links.values():
+        is_empty = link.massless and not link.visuals and not link.collisions
+        if link.name in roots and link.name not in parents and is_empty:
+            empty.append(link)
     for link in empty if len(empty) < len(roots) else []:
         del robot.links[link.name]
-        reading.warn(
-            "link-unattached", "no joint leads to it, and nothing is in it: left out",
-            link.line, owner=("link", link.name),
-        )  # fmt: skip
+        message = "no joint leads to it, and nothing is in it: left out"
+        reading.warn("link-unattached", message, link.line, owner=("link", link.name))
     return [name for name in roots if name in robot.links]
 
 
-def check_loops(reading: Reading, links: Mapping[str, Link], above: Mapping[str, Joint]) -> None:
-    """Refuse links that are their own ancestors; ``above``: the joint that carries each link."""
-    parents = {name: above[name].parent for name in links if name in above}
-    for names in loops(parents):
-        joints = [above[name] for name in reversed(names)]
-        reading.fail(
-            "loop",
-            f"the links {_list(joint.parent for joint in joints)} form a loop"
-            f" (joints {_list(joint.name for joint in joints)})",
-            joints[0].line,
-            "a robot in URDF is a tree: a loop cannot be closed in it",
-        )
+def check_loops(
+    reading: Reading, links: Mapping[str, Link], parent_joints: Mapping[str, Joint]
+) -> None:
+    """Raise ConversionError for links that are their own ancestors."""
+    parents = {name: parent_joints[name].parent for name in links if name in parent_joints}
+    for names in find_loops(parents):
+        joints = [parent_joints[name] for name in reversed(names)]
+        link_names = _quote_names(joint.parent for joint in joints)
+        joint_names = _quote_names(joint.name for joint in joints)
+        message = f"the links {link_names} form a loop (joints {joint_names})"
+        reading.fail("loop", message, joints[0].line, HINT_TREE)
 
 
-def _list(names: Iterable[str]) -> str:
+def _quote_names(names: Iterable[str]) -> str:
     return some(f"'{name}'" for name in names)
 
 
-def loops(following: Mapping[str, str]) -> Iterator[list[str]]:
-    """The loops in which names lead to one another; ``following``: where each name leads."""
+def find_loops(following: Mapping[str, str]) -> Iterator[list[str]]:
+    """Yield the loops in which names lead to one another.
+
+    Args:
+        following: The name that each name leads to.
+    """
     seen: dict[str, str] = {}
     for start in following:
         name = start

@@ -11,41 +11,60 @@ from lxml import etree
 
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.spatial import ZERO, from_quaternion, to_xyz_angles, transpose
+from urdf2mbs.urdf import xml
 from urdf2mbs.urdf.elements import (
-    ATTRIBUTES,
-    LEAVES,
-    REQUIRED,
-    Elements,
+    ELEMENTS,
+    TEXT,
     is_drake,
     quote,
     split_tag,
     suggest_attributes,
 )
+from urdf2mbs.urdf.messages import Messages
 from urdf2mbs.urdf.model import Origin
+from urdf2mbs.urdf.unread import report_unknown_attributes, report_unknown_children, report_xacro
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
+    from collections.abc import Iterable, Mapping, Sequence
 
 NO_ORIGIN = Origin()
 #: Commas between numbers: a blank follows each, or the text has no blank.
 _COMMAS = r"\s*[^\s,]+(?:(?:,\s+[^\s,]+)+|(?:,[^\s,]+)+)\s*"
 
 
-class Reading(Elements):
-    """One URDF file being read: its messages, its XML and its values."""
+class Reading(Messages):
+    """One URDF file being read: its values, and the messages about it.
+
+    ``element`` is an element of lxml in all methods.
+    """
 
     def __init__(self, file: str, expanded: Sequence[str]) -> None:
         super().__init__(file, expanded)
         self.colourless: set[str] = set()
-        """Materials whose colour could not be read; a warning has said so."""
+        """Materials whose colour could not be read, for which there is a warning."""
         self.quaternions = False
         """True if the file's version has ``quat_xyzw``; urdfdom ignores it in older versions."""
 
-    def name(self, element: Any, kind: str, taken: Mapping[str, Any]) -> str | None:
-        """The ``name`` of a link or joint: there must be a name, and only once.
+    def xml(self, data: bytes) -> Any:
+        """Return the root element of an XML text, and warn of what was repaired in it."""
+        root, slips = xml.parse(data, self.file)
+        for slip in slips:
+            self.warn(slip.code, slip.message, slip.line)
+        return root
 
-        None for an element that repeats another element of that name word for word.
+    def name(self, element: Any, kind: str, taken: Mapping[str, Any]) -> str | None:
+        """Return the ``name`` of a link or joint, which it alone must have.
+
+        Args:
+            element: The ``<link>`` or ``<joint>``.
+            kind: Its tag.
+            taken: The links or joints that were read before, by name.
+
+        Returns:
+            None, after a warning, for an element that repeats another one word for word.
+
+        Raises:
+            ConversionError: ``name-missing`` or ``name-doubled``.
         """
         name: str | None = element.get("name")
         bare = name.strip() if name else ""
@@ -54,29 +73,41 @@ class Reading(Elements):
             self.fail("name-missing", f"a {kind} without a name", element, hint)
         self.owner = (kind, name)
         if name != bare:
-            what = "the name begins or ends with a blank, which is kept"
-            self.warn("name-blank", what, element.sourceline)
+            message = "the name begins or ends with a blank, which is kept"
+            self.warn("name-blank", message, element.sourceline)
         if name in taken:
-            named = (
-                one for one in element.getparent().iterchildren(kind) if one.get("name") == name
-            )
-            if _write_plainly(next(named)) == _write_plainly(element):
+            siblings = element.getparent().iterchildren(kind)
+            first = next(sibling for sibling in siblings if sibling.get("name") == name)
+            if _write_canonically(first) == _write_canonically(element):
                 self.warn_of_double("robot", element)
                 return None
-            what = f"two {kind}s are called '{name}'; the first is in line {taken[name].line}"
-            self.fail("name-doubled", what, element, f"give one of the {kind}s another name")
+            message = f"two {kind}s are called '{name}'; the first is in line {taken[name].line}"
+            self.fail("name-doubled", message, element, f"give one of the {kind}s another name")
         return name
 
-    def text(self, element: Any, attribute: str, text: str) -> None:
-        if "${" in text or "$(" in text:
-            what = f"{attribute}={quote(text)} of {self.where} was left by xacro"
-            self.fail("xacro-unexpanded", what, element)
+    def parts(self, element: Any) -> dict[str, Any]:
+        """Return the children of an element by tag, the first of each; report the others."""
+        tag = element.tag
+        known = ELEMENTS[tag].children
+        parts: dict[str, Any] = {}
+        unknown: list[Any] = []
+        for child in element[:]:  # faster than its iterator
+            name = child.tag
+            if name not in known:
+                unknown.append(child)
+            elif name in parts:
+                self.warn_of_double(tag, child)
+            else:
+                parts[name] = child
+        if unknown:
+            self.unknown_children(tag, unknown, known)
+        return parts
 
     def values(self, element: Any, lenient: str = "") -> dict[str, Any]:
-        """Return the attributes that an element states, by ``ATTRIBUTES``; report the others.
+        """Return the attributes that an element states, by ``ELEMENTS``; report the others.
 
         Args:
-            element: The element of lxml.
+            element: The element.
             lenient: What a message calls a number that cannot be read, whose value is None; if
                 empty, such a number is an error.
 
@@ -84,7 +115,7 @@ class Reading(Elements):
             ConversionError: A number is missing, or cannot be read.
         """
         tag = element.tag
-        known = ATTRIBUTES[tag]
+        known, required, children, _ = ELEMENTS[tag]
         values: dict[str, Any] = {}
         stated: list[tuple[str, str]] = element.items()
         for attribute, text in stated:
@@ -97,7 +128,7 @@ class Reading(Elements):
                     values[name] = self.number(element, name, text)
                 elif count:
                     values[name] = self.numbers(element, name, text, count)
-                elif count is not None:
+                elif count == TEXT:
                     values[name] = text
             except ConversionError as error:
                 if not lenient:
@@ -106,23 +137,30 @@ class Reading(Elements):
                 values[name] = None
         if len(values) < len(stated):
             self.unknown_attributes(element)
-        if len(element) and tag in LEAVES:
+        if not children and len(element):
             self.unknown_children(tag, element, ())
-        for name in REQUIRED.get(tag, ()):
+        for name in required:
             if name not in values:
-                self.bad_number(element, name, None, known[name])
+                self.fail_number(element, name, None, known[name])
         return values
 
     def number(self, element: Any, attribute: str, text: str) -> float:
+        """Return a finite number.
+
+        Raises:
+            ConversionError: ``number-missing``, ``number-invalid``, ``number-count`` or
+                ``xacro-unexpanded``.
+        """
         try:
             value = float(text)
         except ValueError:
             value = nan
         if not (text.isascii() and isfinite(value)) or "_" in text:
-            self.bad_number(element, attribute, text, 1)
+            self.fail_number(element, attribute, text, 1)
         return value
 
     def numbers(self, element: Any, attribute: str, text: str, count: int) -> tuple[float, ...]:
+        """Return ``count`` finite numbers; raise as ``number`` does."""
         if text.isascii() and "_" not in text:
             try:
                 values = tuple(map(float, text.split()))
@@ -131,51 +169,49 @@ class Reading(Elements):
             if len(values) == count and all(map(isfinite, values)):
                 return values
             if attribute == "rpy" and len(values) > count and not any(values[count:]):
-                what = "rpy has zeros behind its three numbers, which are left out, as Bullet does"
-                self.warn("number-zeros", what, element.sourceline)
+                message = (
+                    "rpy has zeros after its three numbers, which are left out, as Bullet does"
+                )
+                self.warn("number-zeros", message, element.sourceline)
                 return values[:count]
         if text.count(",") == count - 1 > 0 and re.fullmatch(_COMMAS, text):
-            self.warn("number-commas", "numbers are parted by commas", element.sourceline)
+            message = "numbers are separated by commas, which are read as blanks"
+            self.warn("number-commas", message, element.sourceline)
             return self.numbers(element, attribute, text.replace(",", " "), count)
-        return self.bad_number(element, attribute, text, count)
+        return self.fail_number(element, attribute, text, count)
 
-    def bad_number(self, element: Any, attribute: str, text: str | None, count: int) -> NoReturn:
-        """Raise the error for an attribute that has not as many numbers as expected."""
-        wanted = "a number" if count == 1 else f"{count} numbers"
-        what = f"{self.where}: {attribute} of <{element.tag}>"
+    def fail_number(self, element: Any, attribute: str, text: str | None, count: int) -> NoReturn:
+        """Raise the error for an attribute that has not ``count`` numbers."""
+        expected = "a number" if count == 1 else f"{count} numbers"
+        subject = f"{self.where}: {attribute} of <{element.tag}>"
         if text is None or not text.strip():
-            written = element.findtext(attribute) or element.text or ""
-            hint = f"give {wanted}"
-            if written.strip():  # as in SDF
-                hint = suggest_attributes(element.tag, {attribute: written})
-            self.fail("number-missing", f"{what} is missing", element, hint)
-        self.text(element, attribute, text)
+            stated = element.findtext(attribute) or element.text or ""
+            hint = f"give {expected}"
+            if stated.strip():  # as in SDF
+                hint = suggest_attributes(element.tag, {attribute: stated})
+            self.fail("number-missing", f"{subject} is missing", element, hint)
+        self.check_expanded(element, attribute, text)
         for word in text.split() if text.isascii() else [text]:
             value = None
             with suppress(ValueError):
                 value = float(word) if word.isascii() and "_" not in word else None
             if value is None:
                 fault = f"{quote(word)} is not a number"
-                hint = _comma_hint(text, count) or "write it as 1.5 or -2e-3"
+                hint = _suggest_without_commas(text, count) or "write it as 1.5 or -2e-3"
             elif not isfinite(value):
-                fault, hint = "numbers must be finite", f"give {wanted}"
+                fault, hint = "numbers must be finite", f"give {expected}"
             else:
                 continue
-            self.fail("number-invalid", f"{what} is {quote(text)}: {fault}", element, hint)
-        self.fail(
-            "number-count",
-            f"{what} is {quote(text)}: {wanted} wanted, {len(text.split())} given",
-            element,
-            f"give {wanted}" + (", with blanks between them" if count > 1 else ""),
-        )
+            self.fail("number-invalid", f"{subject} is {quote(text)}: {fault}", element, hint)
+        message = f"{subject} is {quote(text)}: expected {expected}, got {len(text.split())}"
+        hint = f"give {expected}" + (", with blanks between them" if count > 1 else "")
+        self.fail("number-count", message, element, hint)
 
-    def warn_of_left_out(self, element: Any, what: str, error: ConversionError) -> None:
-        """Warn that something is left out: it cannot be read, and the .mbs does not need it."""
-        reason = error.message.partition(f"{self.where}: ")[2] or error.message
-        self.warn(
-            "number-left-out", f"{what} is left out, as it cannot be read", element.sourceline,
-            detail=reason,
-        )  # fmt: skip
+    def check_expanded(self, element: Any, attribute: str, text: str) -> None:
+        """Raise ConversionError if xacro has left an expression in a text."""
+        if "${" in text or "$(" in text:
+            message = f"{attribute}={quote(text)} of {self.where} was left by xacro"
+            self.fail("xacro-unexpanded", message, element)
 
     def origin(self, element: Any) -> Origin:
         """Return an ``<origin>`` (m, rad), where URDF 1.1 permits a quaternion, too.
@@ -191,27 +227,56 @@ class Reading(Elements):
             return Origin(stated.get("xyz", ZERO), stated.get("rpy", ZERO))
         self.unknown_attributes(element, also_read=("quat_xyzw",))
         self.unknown_children("origin", element, ())
-        turn = self.numbers(element, "quat_xyzw", quaternion, 4)
+        x, y, z, w = self.numbers(element, "quat_xyzw", quaternion, 4)
         fault = "" if element.get("rpy") is None else "<origin> has both rpy and quat_xyzw"
-        fault = fault if any(turn) else "quat_xyzw of <origin> is zero"
+        fault = fault if any((x, y, z, w)) else "quat_xyzw of <origin> is zero"
         if fault:
             hint = "give a rotation, and give it once"
             self.fail("number-invalid", f"{self.where}: {fault}", element, hint)
         # R = Rz Ry Rx is the inverse of Rx Ry Rz by the negative angles
-        roll, pitch, yaw = to_xyz_angles(transpose(from_quaternion(*turn)))
+        roll, pitch, yaw = to_xyz_angles(transpose(from_quaternion(x, y, z, w)))
         x, y, z = self.numbers(element, "xyz", element.get("xyz", "0 0 0"), 3)
         return Origin((x, y, z), (-roll, -pitch, -yaw))
 
+    def unknown_attributes(self, element: Any, also_read: Iterable[str] = ()) -> None:
+        """Report the attributes of an element that are not read."""
+        report_unknown_attributes(self, element, also_read)
 
-def _write_plainly(element: Any) -> bytes:
-    """An element in canonical XML, without comments and without blanks around texts."""
+    def unknown_children(self, parent: str, children: Iterable[Any], known: Iterable[str]) -> None:
+        """Report the children of an element that are not read.
+
+        Args:
+            parent: The tag of their parent.
+            children: The elements of lxml; comments are passed over.
+            known: The tags that are read in this parent.
+        """
+        report_unknown_children(self, parent, children, known)
+
+    def report_xacro(self, element: Any) -> bool:
+        """Return True, after a message, if an element is one of xacro that was not expanded."""
+        return report_xacro(self, element)
+
+    def warn_of_double(self, parent: str, child: Any) -> None:
+        """Warn that an element is there twice, and only the first is used."""
+        message = f"more than one <{child.tag}> in <{parent}>: only the first is used"
+        self.warn("doubled-element", message, child.sourceline)
+
+    def warn_of_left_out(self, element: Any, subject: str, error: ConversionError) -> None:
+        """Warn that something is left out: it cannot be read, and the .mbs does not need it."""
+        detail = error.message.partition(f"{self.where}: ")[2] or error.message
+        message = f"{subject} is left out, as it cannot be read"
+        self.warn("number-left-out", message, element.sourceline, detail=detail)
+
+
+def _write_canonically(element: Any) -> bytes:
+    """Return an element in canonical XML, without comments and without blanks around texts."""
     options: dict[str, Any] = {"method": "c14n2", "strip_text": True, "with_comments": False}
     text: bytes = etree.tostring(element, with_tail=False, **options)
     return text
 
 
-def _comma_hint(text: str, count: int) -> str | None:
-    """A hint about commas in numbers."""
+def _suggest_without_commas(text: str, count: int) -> str | None:
+    """Return a hint about commas in numbers."""
     if "," not in text:
         return None
     if count > 1 and len(text.replace(",", " ").split()) == count:

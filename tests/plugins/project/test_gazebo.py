@@ -106,8 +106,8 @@ def test_a_pose_may_be_left_out_or_empty() -> None:
 
 
 BAD = [
-    ("<pose>1 2 3 4 5</pose>", "6 numbers wanted, 5 given"),
-    ("<pose>1 2 3 4 5 6 7</pose>", "6 numbers wanted, 7 given"),
+    ("<pose>1 2 3 4 5</pose>", "expected 6 numbers, got 5"),
+    ("<pose>1 2 3 4 5 6 7</pose>", "expected 6 numbers, got 7"),
     ("<pose>0,2 0 0 0 0 0</pose>", "'0,2' is not a number"),
     ("<pose>nan 0 0 0 0 0</pose>", "numbers must be finite"),
     ("<pose>0 0 0 0 0 1e999</pose>", "numbers must be finite"),
