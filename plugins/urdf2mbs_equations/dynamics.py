@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import dataclass
 
-from urdf2mbs_equations.columns import Columns
 from urdf2mbs_equations.graph import Scalar
 from urdf2mbs_equations.tree import Frame, Tree
 from urdf2mbs_equations.vectors import (
@@ -190,7 +189,7 @@ def matter(tree: Tree) -> list[Matter]:
 
 def mass_matrix(tree: Tree) -> dict[tuple[int, int], Scalar]:
     """The elements of the mass matrix with row <= column, by joint number, zeros left out."""
-    composite, columns = matter(tree), Columns(tree)
+    composite = matter(tree)
     matrix: dict[tuple[int, int], Scalar] = {}
     for frame in reversed(tree.frames[1:]):
         k, axis = frame.number, frame.axis
@@ -204,6 +203,21 @@ def mass_matrix(tree: Tree) -> dict[tuple[int, int], Scalar]:
         else:
             force = Spatial((own.mass * frame.unit, own.first.cross(frame.unit)))
         matrix[k, k] = frame.along(force)
-        columns.carry(frame, force, matrix)
+        _carry(tree, frame, force, matrix)
         composite[frame.parent] += turned.shifted(frame)
     return {key: value for key, value in matrix.items() if value}
+
+
+def _carry(
+    tree: Tree, frame: Frame, force: Spatial, matrix: dict[tuple[int, int], Scalar]
+) -> None:
+    """Fill the column of a joint from force and moment about its origin, in the axes that its
+    frame has where the joint is at zero."""
+    column = frame.number
+    f, n = frame.to_parent_axes(force.linear), frame.to_parent_axes(force.angular)
+    force = Spatial((f, n + frame.offset.cross(f)))
+    frame = tree.frames[frame.parent]
+    while frame.number:
+        matrix[frame.number, column] = frame.along(force)
+        force = frame.inward(force)
+        frame = tree.frames[frame.parent]

@@ -75,8 +75,8 @@ def test_random_limbs(mbs: Mbs, fold: bool, seed: int) -> None:
 @pytest.mark.parametrize(
     ("name", "dirdyna", "invdyna"),
     [
-        ("nao-naoV50_generated_urdf", (12569, 11150), (5796, 4990)),
-        ("icub-iCubGazeboV2_5", (13880, 9338), (5712, 4200)),
+        ("nao-naoV50_generated_urdf", (13529, 12074), (5796, 4990)),
+        ("icub-iCubGazeboV2_5", (14673, 11250), (5712, 4200)),
     ],
 )
 def test_humanoids_are_mirrored(
