@@ -8,9 +8,9 @@ from __future__ import annotations
 from collections.abc import Collection
 
 from urdf2mbs_equations.graph import Expr, root
-from urdf2mbs_equations.kinematics import End, Motion, common, ends, motion, relative
+from urdf2mbs_equations.kinematics import Motion, common, ends, motion, relative
 from urdf2mbs_equations.routine import Absent, Call, Routine
-from urdf2mbs_equations.tree import Frame, Tree
+from urdf2mbs_equations.tree import Tree
 from urdf2mbs_equations.vectors import NONE, Vector
 
 XYZ = (1, 2, 3)
@@ -79,10 +79,6 @@ def _ask(
     return result
 
 
-#: The MBSysPad of 2014. Its generator gives Z the sign of q where a link lies along one T joint.
-VERSION_2014 = "0.0.beta"
-
-
 def links(tree: Tree) -> Routine | Absent:
     """Forces along the line between two points; positive ones pull these together."""
     every_link = [link for link in tree.mbs.links if link.kind == "link"]
@@ -96,11 +92,7 @@ def links(tree: Tree) -> Routine | Absent:
         a = motion(tree, *end1, start=start, accelerations=False)
         b = motion(tree, *end2, start=start, accelerations=False)
         between = b.position - a.position
-        shift = _only_shift(tree, end1, end2) or _only_shift(tree, end2, end1)
-        if shift and tree.mbs.version == VERSION_2014:
-            length, rate = shift.q, shift.qd
-            line = shift.unit if shift.number == end2[0] else -shift.unit
-        elif any(between):
+        if any(between):
             length = root(between @ between)
             line = 1 / length * between
             rate = (b.velocity - a.velocity) @ line
@@ -119,15 +111,6 @@ def links(tree: Tree) -> Routine | Absent:
             load.put(end2[0], -(b.axes @ pull), end2[1])
     load.store(routine)
     return routine
-
-
-def _only_shift(tree: Tree, end: End, outer: End) -> Frame | None:
-    """The T joint from one end of a link to the other, if nothing else lies between."""
-    frame = tree.frames[outer[0]]
-    if not frame.number or frame.turns or outer[1] != NONE or frame.parent != end[0]:
-        return None
-    shifted = end[1] + frame.to_parent_axes(frame.q * frame.unit)
-    return frame if frame.offset == shifted else None
 
 
 def links3d(tree: Tree) -> Routine | Absent:
