@@ -208,9 +208,7 @@ def mass_matrix(tree: Tree) -> dict[tuple[int, int], Scalar]:
     return {key: value for key, value in matrix.items() if value}
 
 
-def _carry(
-    tree: Tree, frame: Frame, force: Spatial, matrix: dict[tuple[int, int], Scalar]
-) -> None:
+def _carry(tree: Tree, frame: Frame, force: Spatial, matrix: dict[tuple[int, int], Scalar]) -> None:
     """Fill the column of a joint from force and moment about its origin, in the axes that its
     frame has where the joint is at zero."""
     column = frame.number

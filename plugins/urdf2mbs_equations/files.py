@@ -24,7 +24,6 @@ from urdf2mbs_equations.mirror import find_mirrored
 from urdf2mbs_equations.python import PythonWriter
 from urdf2mbs_equations.regressor import regressor
 from urdf2mbs_equations.routine import Absent, Cases, Count, Loops, Made, Refused, Routine
-from urdf2mbs_equations.standalone import headers
 from urdf2mbs_equations.tree import Tree, is_fixed
 from urdf2mbs_equations.writer import Writer
 
@@ -83,7 +82,6 @@ def generate(
     energy: bool = False,
     functions: Iterable[str] = FUNCTIONS,
     derivatives: bool = False,
-    standalone: bool = False,
 ) -> Equations:
     """Generate the equations of a model.
 
@@ -91,8 +89,7 @@ def generate(
     constants as numbers; else masses, centres of mass, inertias and points are read from the
     data.  ``pairs`` lets C compute mirrored limbs together, which takes gcc or clang.  ``energy``
     also writes the functions ``energy``, ``momentum`` and ``com``.  ``functions`` are those that
-    are wanted.  ``derivatives`` adds the derivatives of invdyna and its regressor, ``standalone``
-    headers for C that stand for Robotran's.
+    are wanted.  ``derivatives`` adds the derivatives of invdyna and its regressor.
 
     Raises ConversionError where the model's name is no identifier: it is part of the names.
     """
@@ -126,9 +123,6 @@ def generate(
             _write(name, made, writer, head, out, fold=fold)
         elif name == "link3D" and writer.facts()["LINKS3D"]:
             out.left_out[name] = "how Robotran has it in this language is not known"
-    if standalone:
-        for name, text in headers(mbs).items():
-            out.files[name] = f"// {mark}\n\n{text}".encode()
     return out
 
 

@@ -37,7 +37,6 @@ SWITCHES = {
     "--fold": "write masses, points and the like as numbers",
     "--energy": "also write energy, momentum and centre of mass",
     "--derivatives": "also write derivatives and regressor of invdyna",
-    "--standalone": "also write headers that stand for Robotran's: C that runs alone (c)",
     "--no-pairs": "compute mirrored limbs one after the other, for compilers other than gcc and "
     "clang (c)",
 }
@@ -67,11 +66,6 @@ def add_options(command: argparse.ArgumentParser) -> None:
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
-    if arguments.standalone and arguments.output is None:
-        message = (
-            "--standalone writes headers with the names of Robotran's: it needs a folder of its own"
-        )
-        raise ConfigError("usage", message, hint="-o DIR")
     model: Path = arguments.model
     if is_stream(model) or is_stream(arguments.output):
         raise ConfigError("usage", "the equations are several files beside their model, not '-'")
@@ -79,7 +73,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
     project = project_of(model)
     languages = [arguments.language] if arguments.language else find_languages(project)
     if "c" not in languages:
-        refuse(arguments, ("no_pairs", "standalone"), "C: leave it out, or add --language c")
+        refuse(arguments, ("no_pairs",), "C: leave it out, or add --language c")
     folder: Path = arguments.output or project / "symbolicR"
     mbs, made = _generate(arguments, model, languages)
     for warning in made.warnings:
@@ -124,7 +118,6 @@ def _generate(
             pairs=not arguments.no_pairs,
             energy=arguments.energy,
             derivatives=arguments.derivatives,
-            standalone=arguments.standalone and language == "c",
         )
         made.files |= equations.files
         made.counts |= equations.counts

@@ -1,23 +1,16 @@
 """The command and the pass, as a user meets them."""
 
 import json
-import shutil
-import subprocess
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from urdf2mbs.cli import main
-from urdf2mbs.mbs.model import Connection
 from urdf2mbs.mbs.reader import read_mbs
-from urdf2mbs.mbs.writer import write
 from urdf2mbs.testing import TINY, convert_text
 from urdf2mbs_equations.c import CWriter
-from urdf2mbs_equations.files import generate
 from urdf2mbs_equations.routine import Refused
-from urdf2mbs_equations.standalone import headers
-from urdf2mbs_simulate.runtime import MbsData
 
 
 @pytest.fixture
@@ -131,65 +124,6 @@ def test_no_such_model_and_no_such_mix(model: Path, tmp_path: Path, capsys: Any)
     model.write_bytes(b"mbsDescR7")
     assert main(["equations", str(model)]) == 1
     assert "not-xml" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize("more", [["-o", "out"], ["--language", "c"]])
-def test_standalone_is_for_c_in_a_folder_of_its_own(
-    model: Path, more: list[str], capsys: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(model.parent)
-    assert main(["equations", str(model), "--standalone", *more]) == 2
-    assert "--standalone" in capsys.readouterr().err
-    assert not (model.parent / "out").exists()
-    assert not (model.parent.parent / "symbolicR").exists()
-
-
-PRINT = """
-#include <stdio.h>
-#include "mbs_sensor.h"
-static void show(const double *row, int count)
-{
-    for (int k = 0; k < count; k++) printf("%.17g%c", row[k], k + 1 < count ? ' ' : '\\n');
-}
-int main(void)
-{
-    const MbsData *s = &mbs_model;
-    show(s->q, MBS_JOINTS + 1), show(s->g, 4), show(s->m, MBS_JOINTS + 1);
-    show(s->lrod, 2), show(s->Z, 2), show(s->Fl, 2);
-    for (int k = 1; k < 4; k++) show(s->l[k], MBS_JOINTS + 1);
-    for (int k = 1; k < 10; k++) show(s->In[k], MBS_JOINTS + 1);
-    for (int k = 1; k < 4; k++) show(s->dpt[k], POINTS + 1);
-    for (int k = 1; k < 4; k++) show(s->frc[k], MBS_JOINTS + 1), show(s->trq[k], MBS_JOINTS + 1);
-    return 0;
-}
-"""
-
-
-def test_the_model_for_c_alone_is_the_runtimes(model: Path, tmp_path: Path) -> None:
-    gcc = shutil.which("gcc") or pytest.skip("no C compiler")
-    mbs = read_mbs(model.read_bytes(), "")
-    one, *_, last = mbs.bodies
-    mbs.joints()["shoulder"].q, last.com, last.inertia = 0.3, (1.0, 2.0, 3.0), (9.0, 1, 2, 8, 3, 7)
-    mbs.bodies[1].com = mbs.bodies[1].inertia = None
-    ends = (one.name, None), (last.name, None)
-    mbs.cuts.append(Connection("rod", "rod", *ends, 0.7))
-    mbs.links += [Connection(kind, kind, *ends) for kind in ("link", "link3D")]
-    model.write_bytes(write(mbs))
-    data = MbsData(model)
-    made = generate(data._run.mbs, model.read_bytes(), "m.mbs", language="c", standalone=True).files
-    assert made.keys() > headers(data._run.mbs).keys()
-    for name, text in headers(data._run.mbs).items():
-        assert made[name].endswith(text.encode())
-        (tmp_path / name).write_text(text)
-    (tmp_path / "main.c").write_text(PRINT)
-    words = [gcc, "-std=c99", "-Wall", "-Werror", f"-DPOINTS={data.npt}", "main.c", "-o", "main"]
-    subprocess.run(words, cwd=tmp_path, check=True)
-    printed = subprocess.run([tmp_path / "main"], capture_output=True, text=True, check=True).stdout
-    zero = [list(data.Z), list(data.Fl)]
-    loads = [row for pair in zip(data.frc[1:], data.trq[1:], strict=True) for row in pair]
-    rows = [data.q, data.g, data.m, data.lrod, *zero, *data.l[1:], *data.In[1:], *data.dpt[1:]]
-    found = [[float(word) for word in line.split()] for line in printed.splitlines()]
-    assert found == [list(row) for row in (*rows, *loads)]
 
 
 def test_what_is_not_generated_stops_the_run() -> None:
