@@ -30,6 +30,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from itertools import product
 from pathlib import Path
 from typing import Any
 from unittest.mock import patch
@@ -41,10 +42,12 @@ from robots import ARMS, DH, REAL, by_dh, real, without_meshes
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.testing import convert_text
-from urdf2mbs_equations.files import Equations, Maker, generate
-from urdf2mbs_equations.routine import statements
+from urdf2mbs_equations.contents import ContentMaker
+from urdf2mbs_equations.files import Equations, generate
+from urdf2mbs_equations.options import EquationOptions
+from urdf2mbs_equations.routine import make_statements
 from urdf2mbs_equations.tree import Tree
-from urdf2mbs_equations.vectors import STILL
+from urdf2mbs_equations.vectors import ZERO_SPATIAL
 
 sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))
 from oracle.generated import HEADER, TABLES, VECTORS, Data, random_state
@@ -259,7 +262,7 @@ def _one(name: str, text: str, function: str, libraries: dict[str, bytes], folde
     runs: dict[str, Callable[[], float]] = {}
     told: dict[str, str] = {}
     for fold in (False, True):
-        made = generate(mbs, data, name, language="c", fold=fold, functions=[function])
+        made = generate(mbs, data, name, EquationOptions(language="c", fold=fold), [function])
         for flag, flags in FLAGS.items():
             label = f"{flag}{', folded' if fold else ''}"
             built, took = compiled(made, function, flags, folder / f"{name} {function} {label}")
@@ -301,7 +304,7 @@ def generation(names: list[str]) -> None:
             for _ in range(7):
                 begun = time.process_time()
                 mbs = read_mbs(data, name, mechanics_only=True)
-                made = generate(mbs, data, name, language=language)
+                made = generate(mbs, data, name, EquationOptions(language=language))
                 best = min(best, time.process_time() - begun)
                 size = sum(len(file) for file in made.files.values())
             print(
@@ -320,7 +323,9 @@ def pairs(names: list[str]) -> None:
             mbs = read_mbs(data, name, mechanics_only=True)
             runs = []
             for paired in (True, False):
-                made = generate(mbs, data, name, language="c", pairs=paired, functions=["dirdyna"])
+                made = generate(
+                    mbs, data, name, EquationOptions(language="c", pairs=paired), ["dirdyna"]
+                )
                 folder = Path(temporary) / f"{name}{paired}"
                 runs.append(runner(compiled(made, "dirdyna", FLAGS["-O2"], folder)[0], mbs))
             best = [1.0, 1.0]
@@ -349,9 +354,9 @@ def counts(names: list[str]) -> None:
                 break
             row += f" {len(mbs.numbers())} |"
             for fold in (False, True):
-                maker = Maker(mbs, fold=fold)
-                for made in (maker.dirdyna(), maker.invdyna()):
-                    count = statements(made)[1]
+                maker = ContentMaker(mbs, fold=fold)
+                for made in (maker.make_dirdyna(), maker.make_invdyna()):
+                    count = make_statements(made)[1]
                     row += f" {count.operations - count.signs} |"
         if row:
             rows.setdefault(row, []).append(robot.name)
@@ -365,11 +370,12 @@ def arms(names: list[str]) -> None:
     for name in [arm for arm in DH if not names or arm in names]:
         data = convert_text(by_dh(name), base="fixed", pipeline="compact").data
         mbs = read_mbs(data, name, mechanics_only=True)
-        for fold, loads in ((False, True), (False, False), (True, True), (True, False)):
-            maker = Maker(mbs, fold=fold)
-            with patch.object(Tree, "loads", Tree.loads if loads else lambda *_: STILL):
-                count = statements(maker.invdyna())[1]
-            told = f"{', folded' if fold else ''}{'' if loads else ', no loads'}"
+        forces, no_forces = Tree.get_external_force, lambda *_: ZERO_SPATIAL
+        for fold, loads in product((False, True), (forces, no_forces)):
+            maker = ContentMaker(mbs, fold=fold)
+            with patch.object(Tree, "get_external_force", loads):
+                count = make_statements(maker.make_invdyna())[1]
+            told = f"{', folded' if fold else ''}{'' if loads is forces else ', no loads'}"
             print(f"{name}{told}: {count.products} products + {count.sums} sums")
 
 

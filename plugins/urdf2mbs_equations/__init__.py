@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     from urdf2mbs.plugin import Conversion, Summary
 
 
-def _are_there(conversion: Conversion, given: bool) -> bool:
-    """True if equations are asked for, or those of an earlier model may be there."""
+def _has_work(conversion: Conversion, given: bool) -> bool:
+    """Return True if equations are asked for, or those of an earlier model may exist."""
     settings = conversion.settings
     folder = settings.project or settings.output.parent
     return given or (folder / "symbolicR").is_dir()
@@ -22,17 +22,20 @@ def _are_there(conversion: Conversion, given: bool) -> bool:
 
 @hookimpl
 def urdf2mbs_passes() -> list[PassEntry]:
-    return [PassEntry("equations", "urdf2mbs_equations", after=("check",), work=_are_there)]
+    """Return the pass ``equations``."""
+    return [PassEntry("equations", "urdf2mbs_equations", after=("check",), work=_has_work)]
 
 
 @hookimpl
 def urdf2mbs_commands() -> list[Command]:
-    does = "write Robotran's equations for an .mbs file"
-    return [Command("equations", does, "urdf2mbs_equations.commands.equations")]
+    """Return the command ``equations``."""
+    description = "write Robotran's equations for an .mbs file"
+    return [Command("equations", description, "urdf2mbs_equations.commands.equations")]
 
 
 @hookimpl
 def urdf2mbs_summary(conversion: Conversion) -> Summary | None:
+    """Return the next steps of a project."""
     if conversion.settings.project is None:
         return None
     from urdf2mbs_equations.summary import summarize
@@ -42,6 +45,7 @@ def urdf2mbs_summary(conversion: Conversion) -> Summary | None:
 
 @hookimpl
 def urdf2mbs_codes() -> dict[str, str]:
+    """Return the codes of the plugin's diagnostics."""
     from urdf2mbs_equations.codes import CODES
 
     return CODES

@@ -13,20 +13,26 @@ enum {DEPENDENT = 1, INDEPENDENT = 2, CUTS = 1, USER_ROWS = 0, ROWS = 1};
 static const int dependent[] = {0, 3};
 static const int independent[] = {0, 1, 2};
 
-/* --- pieces --- (of long functions: a compiler is not to make one of them again) */
+/* --- pieces --- (of long functions: a compiler must not merge them into one function again) */
 #if defined(__GNUC__) || defined(__clang__)
 #define PIECE static __attribute__((noinline)) void
+#define RESTRICT restrict
+#elif defined(_MSC_VER)
+#define PIECE static __declspec(noinline) void
+#define RESTRICT __restrict
 #else
 #define PIECE static void
+#define RESTRICT restrict
 #endif
 
-/* --- pairs --- (what is done for two mirrored limbs at a time) */
-#if defined(__GNUC__) || defined(__clang__)
+/* --- pairs --- (two mirrored limbs in one vector; compilers without vectors use plain C) */
+#if (defined(__GNUC__) || defined(__clang__)) && !defined(MBS_NO_PAIRS)
+#define HAS_PAIRS 1
 typedef double pair __attribute__((vector_size(16)));
-#else
-#error "pairs are for gcc and clang: generate with --no-pairs, or equations: {pairs: false}"
-#endif
 #define PAIR(x, y) ((pair) {(x), (y)})
+#else
+#define HAS_PAIRS 0
+#endif
 
 /* --- info --- */
 #ifndef MBS_INFO_SUCCESS

@@ -1,25 +1,36 @@
-"""The equations in C, in pieces that a compiler makes short work of."""
+"""The equations in C, for MBsysC.
+
+A long function is split into pieces, which compile faster and run faster::
+
+    PIECE mbs_dirdyna_1(MbsData *s, double *RESTRICT w)      { ... w[0] = x12; ... }
+    PIECE mbs_dirdyna_2(double **M, double *RESTRICT w)      { const double x12 = w[0]; ... }
+    void mbs_dirdyna(double **M, ...)  { double w[1]; mbs_dirdyna_1(s, w); mbs_dirdyna_2(M, w); }
+
+Variables that several pieces use are elements of an array: ``w`` of numbers, ``v`` of pairs.
+"""
 
 from __future__ import annotations
 
 import re
+from typing import NamedTuple
 
 from urdf2mbs.plugin import Mbs
-from urdf2mbs_equations.pairs import in_pairs
+from urdf2mbs_equations.pairs import pair_mirrored
 from urdf2mbs_equations.routine import (
     Absent,
     Cases,
+    Content,
     Loops,
-    Made,
+    OperationCount,
     Refused,
     Routine,
     Statement,
-    arrays,
+    list_arrays,
 )
 from urdf2mbs_equations.writer import CASES, Writer
 
-#: The parameters of each function.
 _FORCES = "double **frc, double **trq"
+#: The parameters of each function.
 PARAMETERS = {
     "dirdyna": "double **M, double *c, MbsData *s, double tsim",
     "invdyna": "double *phi, MbsData *s, double tsim",
@@ -43,20 +54,21 @@ _MOTION = (
     "double PxF[4], double RxF[4][4], double VxF[4], double OMxF[4], double AxF[4], "
     "double OMPxF[4], MbsData *s, double tsim, int ixF"
 )
-USER = {
+#: The declarations of user functions.
+DECLARATIONS = {
     "user_ExtForces": f"double *USER(ExtForces)({_MOTION});",
     "user_Link3DForces": f"double *USER(Link3DForces)({_MOTION});",
     "user_LinkForces": "double USER(LinkForces)(double Z, double Zd, MbsData *s, double tsim, "
     "int ilnk);",
 }
 
-#: A long function is cut into pieces of so many statements.  Pieces of 60 to 100 compile and run
-#: fastest (tried: 40 to 1000).
-PIECE = 80
+#: The number of statements in a piece.  Of 40 to 1000, 60 to 100 compile and run fastest.
+PIECE_LENGTH = 80
 
 #: The arrays of MbsData with two indices.
-TABLES = frozenset(["l", "In", "dpt", "frc", "trq"])
+MATRICES = frozenset(["l", "In", "dpt", "frc", "trq"])
 
+#: accelred of a model without loops.
 TREE = """\
 
 int mbs_accelred(MbsData *s, double tsim)
@@ -69,174 +81,234 @@ int mbs_accelred(MbsData *s, double tsim)
 }
 """
 
+#: The headers that a file includes, by a word in its text.
+HEADERS = {"stderr": "<stdio.h>", "memset(": "<string.h>"}
+#: The sections of the template that a file begins with, by a word in its text.
+MACROS = {"PIECE ": "pieces", "pair ": "pairs"}
+
 
 class CWriter(Writer):
-    suffix, comment, template, lacks = "c", "//", "accelred.c", frozenset()
+    """Writes functions for MBsysC."""
+
+    suffix, comment, template, missing_functions = "c", "//", "accelred.c", frozenset()
 
     def __init__(self, mbs: Mbs, *, pairs: bool = True) -> None:
         super().__init__(mbs)
         self.pairs = pairs
 
-    def function(self, name: str, made: Made) -> str:
-        if isinstance(made, Absent | Refused):
-            text = self._stub(name, made)
-        elif isinstance(made, dict):
-            text = self._cases(name, made)
-        elif isinstance(made, Loops):
+    def write_function(self, name: str, content: Content) -> str:
+        if isinstance(content, Absent | Refused):
+            text = self._write_stub(name, content)
+        elif isinstance(content, dict):
+            text = self._write_cases(name, content)
+        elif isinstance(content, Loops):
             lists = ("dependent", "independent") if name == "accelred" else ("dependent",)
-            text = self._model(made, *lists)
-            text += self.sections("info", "calls", "forces", "loops", name)
+            text = self._write_model(content, *lists)
+            text += self.read_sections("info", "calls", "forces", "loops", name)
         elif name == "accelred":
-            text = self._model(None) + self.sections("info", "calls", "forces")
-            text += self._define("static void accelerations", "MbsData *s", made) + TREE
+            text = self._write_model(None) + self.read_sections("info", "calls", "forces")
+            text += self._write_routine("static void accelerations", "MbsData *s", content) + TREE
         else:
-            if self.pairs and made.alike:
-                made = in_pairs(made)
-            text = self._define(f"void mbs_{name}", PARAMETERS[name], made)
-        return self._includes(name, text) + text.rstrip("\n") + "\n"
+            text = self._write_routine(f"void mbs_{name}", PARAMETERS[name], content)
+            if self.pairs and content.mirrored:
+                text = self._add_pairs(name, content, text)
+        return self._write_includes(name, text) + text.rstrip("\n") + "\n"
 
-    def _includes(self, name: str, text: str) -> str:
-        uses = {"stderr": "<stdio.h>", "memset(": "<string.h>"}
-        out = "#include <math.h>\n"
-        out += "".join(f"#include {header}\n" for word, header in uses.items() if word in text)
-        out += '\n#include "mbs_data.h"\n'
-        out += '#include "mbs_sensor.h"\n' * name.endswith("sensor")
-        parts = {"PIECE ": "pieces", "pair ": "pairs"}
-        return out + "\n" + self.sections(*(part for word, part in parts.items() if word in text))
+    def _add_pairs(self, name: str, routine: Routine, plain_text: str) -> str:
+        """Write a function twice: with pairs for gcc and clang, without for other compilers."""
+        self.count = OperationCount()  # that of the function with pairs
+        paired = pair_mirrored(routine)
+        text = self._write_routine(f"void mbs_{name}", PARAMETERS[name], paired)
+        return f"#if HAS_PAIRS\n\n{text}\n#else\n\n{plain_text}\n#endif\n"
 
-    def _model(self, loops: Loops | None, *lists: str) -> str:
-        facts = {name: int(value) for name, value in self.facts().items()}
-        text = _enum({"JOINTS": len(self.mbs.numbers()), **facts})
+    def _write_includes(self, name: str, text: str) -> str:
+        """Write the includes and macros that a file needs."""
+        headers = "#include <math.h>\n"
+        headers += "".join(f"#include {HEADERS[word]}\n" for word in HEADERS if word in text)
+        headers += '\n#include "mbs_data.h"\n'
+        headers += '#include "mbs_sensor.h"\n' * name.endswith("sensor")
+        macros = self.read_sections(*(MACROS[word] for word in MACROS if word in text))
+        return f"{headers}\n{macros}"
+
+    def _write_model(self, loops: Loops | None, *lists: str) -> str:
+        """Write the tables of the template for this model."""
+        features = {name: int(value) for name, value in self.find_features().items()}
+        text = _write_enum({"JOINTS": len(self.mbs.numbers()), **features})
         if loops is not None:
-            text += _enum(
-                {"DEPENDENT": len(loops.dependent), "INDEPENDENT": len(loops.independent),
-                 "CUTS": loops.cuts, "USER_ROWS": loops.user, "ROWS": loops.cuts + loops.user}
-            )  # fmt: skip
+            sizes = {
+                "DEPENDENT": len(loops.dependent),
+                "INDEPENDENT": len(loops.independent),
+                "CUTS": loops.n_cut_rows,
+                "USER_ROWS": loops.n_user_rows,
+                "ROWS": loops.n_cut_rows + loops.n_user_rows,
+            }
+            text += _write_enum(sizes)
             text += "/* numbers of the joints, the first of each list not being used */\n"
             for name in lists:
                 numbers = ", ".join(map(str, [0, *getattr(loops, name)]))
                 text += f"static const int {name}[] = {{{numbers}}};\n"
         return text + "\n"
 
-    def _stub(self, name: str, made: Absent | Refused) -> str:
-        text = f'    fputs("mbs_{name}: {made.message}\\n", stderr);\n    s->flag_stop = 1;\n'
+    def _write_stub(self, name: str, content: Absent | Refused) -> str:
+        """Write a function that only says why it does nothing."""
+        text = f'    fputs("mbs_{name}: {content.message}\\n", stderr);\n    s->flag_stop = 1;\n'
         head = "void"
         if name in ("accelred", "invdynared"):
-            head, text = self.sections("info") + "int", text + "    return MBS_INFO_FAILURE;\n"
-        if isinstance(made, Absent):  # only libraries of before 2025 call it
+            head = f"{self.read_sections('info')}int"
+            text += "    return MBS_INFO_FAILURE;\n"
+        if isinstance(content, Absent):  # only libraries of before 2025 call it
             text = f"#ifndef MBS_BEFORE_2025\n{text}#endif\n"
-        text = _voided(PARAMETERS[name].split(", ")) + text
+        text = _mark_unused(PARAMETERS[name].split(", ")) + text
         return f"{head} mbs_{name}({PARAMETERS[name]})\n{{\n{text}}}\n"
 
-    def _cases(self, name: str, cases: Cases) -> str:
-        """A function that does another routine for each number."""
-        text = choice = ""
+    def _write_cases(self, name: str, cases: Cases) -> str:
+        """Write a function that calls another routine for each number."""
+        text = choices = ""
         for number, routine in cases.items():
             case = f"mbs_{name}_{number}"
-            text += self._define(f"static void {case}", "MbsSensor *sens, MbsData *s", routine)
+            text += self._write_routine(
+                f"static void {case}", "MbsSensor *sens, MbsData *s", routine
+            )
             text += "\n"
-            choice += f"    case {number}:\n        {case}(sens, s);\n        break;\n"
+            choices += f"    case {number}:\n        {case}(sens, s);\n        break;\n"
         body = (
-            f"    switch (isens) {{\n{choice}"
+            f"    switch (isens) {{\n{choices}"
             f'    default:\n        fprintf(stderr, "mbs_{name}: the model has no {CASES[name]} '
             f'%d: it has {len(cases)}\\n", isens);\n'
             "        s->flag_stop = 1;\n        break;\n    }\n"
         )
-        return text + _function(f"void mbs_{name}", PARAMETERS[name], body)
+        return text + _write_function(f"void mbs_{name}", PARAMETERS[name], body)
 
-    def _define(self, head: str, parameters: str, routine: Routine) -> str:
-        """A function; ``head`` ends with its name."""
-        lines = self.statements(routine)
-        calls = [line.call for line in lines if line.call is not None]
-        if len(lines) > PIECE and not calls:
-            return _in_pieces(head, parameters, lines)
+    def _write_routine(self, head: str, parameters: str, routine: Routine) -> str:
+        """Write a function; ``head`` ends with its name."""
+        statements = self.make_statements(routine)
+        calls = [statement.call for statement in statements if statement.call is not None]
+        if len(statements) > PIECE_LENGTH and not calls:
+            return _write_in_pieces(head, parameters, statements)
         text = body = ""
         if calls:
             functions = sorted({call.function for call in calls})
-            declared = "".join(f"{USER[function]}\n" for function in functions)
-            text = f"{self.sections('calls')}{declared}\n"
+            declarations = "".join(f"{DECLARATIONS[function]}\n" for function in functions)
+            text = f"{self.read_sections('calls')}{declarations}\n"
         for call in calls:
             pointer = "" if call.function == "user_LinkForces" else "*"
             body += f"    double {pointer}{call.result};\n"
             for array in call.arguments[:6] if pointer else ():
                 size = "[4][4] = {{0.0}}" if array.startswith("Rx") else "[4] = {0.0}"
                 body += f"    double {array}{size};\n"
-        body += _read(lines) + "".join(map(_statement, lines))
-        return text + _function(head, parameters, body)
+        body += _read_arrays(statements) + "".join(map(_write_statement, statements))
+        return text + _write_function(head, parameters, body)
 
 
-def _in_pieces(head: str, parameters: str, lines: list[Statement]) -> str:
-    """A function in several pieces, which share arrays: w of numbers, v of pairs."""
-    pieces = [lines[i : i + PIECE] for i in range(0, len(lines), PIECE)]
-    piece_of = {line.variable: k for k, piece in enumerate(pieces) for line in piece}
-    kinds = {line.variable: "v" if line.pair else "w" for line in lines}
-    shared: dict[str, str] = {}
-    sizes = {"w": 0, "v": 0}
-    for k, piece in enumerate(pieces):
-        for name in [name for line in piece for name in line.uses]:
-            if piece_of.get(name, k) != k and name not in shared:
-                shared[name] = f"{kinds[name]}[{sizes[kinds[name]]}]"
-                sizes[kinds[name]] += 1
-    used = [p for p in parameters.split(", ") if not p.endswith((" tsim", " isens"))]
-    types = {array: "pair" if array == "v" else "double" for array in sizes if sizes[array]}
-    given = [*used, *(f"{kind} *restrict {array}" for array, kind in types.items())]
+class _SharedVariable(NamedTuple):
+    """A variable that one piece computes and others use."""
+
+    type: str
+    element: str
+    """Where it is, such as ``w[3]``."""
+
+
+#: The arrays of shared variables, by the type of their elements.
+SHARED_ARRAYS = {"double": "w", "pair": "v"}
+
+
+def _write_in_pieces(head: str, parameters: str, statements: list[Statement]) -> str:
+    """Write a function as pieces of ``PIECE_LENGTH`` statements."""
+    pieces = [
+        statements[start : start + PIECE_LENGTH]
+        for start in range(0, len(statements), PIECE_LENGTH)
+    ]
+    shared = _find_shared(pieces)
+    sizes = {
+        kind: sum(variable.type == kind for variable in shared.values()) for kind in SHARED_ARRAYS
+    }
+    arrays = {kind: array for kind, array in SHARED_ARRAYS.items() if sizes[kind]}
+    available = [p for p in parameters.split(", ") if not p.endswith((" tsim", " isens"))]
+    available += [f"{kind} *RESTRICT {array}" for kind, array in arrays.items()]
     name = head.split(" ")[-1]
-    text = end = ""
-    for k, piece in enumerate(pieces):
-        body = _read(piece)
-        here: set[str | None] = set()
-        for line in piece:
-            # as late as can be: each is one register less
-            for variable in dict.fromkeys(line.uses):
-                if variable in shared and piece_of[variable] != k and variable not in here:
-                    here.add(variable)
-                    kind = types[kinds[variable]]
-                    body += f"    const {kind} {variable} = {shared[variable]};\n"
-            body += _statement(line)
-            if line.variable in shared:
-                body += f"    {shared[line.variable]} = {line.variable};\n"
-        taken = [p for p in given if _uses(body, p)]
-        text += f"PIECE {name}_{k + 1}({', '.join(taken)})\n{{\n{body}}}\n\n"
-        end += f"    {name}_{k + 1}({', '.join(map(_name, taken))});\n"
-    arrays_shared = "".join(
-        f"    {kind} {array}[{sizes[array]}];\n" for array, kind in types.items()
-    )
-    return text + _function(head, parameters, arrays_shared + end)
+    text = "".join(f"    {kind} {array}[{sizes[kind]}];\n" for kind, array in arrays.items())
+    functions = ""
+    for number, piece in enumerate(pieces, start=1):
+        body = _write_piece(piece, shared)
+        used = [parameter for parameter in available if _uses(body, parameter)]
+        functions += f"PIECE {name}_{number}({', '.join(used)})\n{{\n{body}}}\n\n"
+        text += f"    {name}_{number}({', '.join(map(_get_name, used))});\n"
+    return functions + _write_function(head, parameters, text)
 
 
-def _function(head: str, parameters: str, body: str) -> str:
-    """A function, with a line for each parameter that Robotran gives and the body does not use."""
-    unused = [p for p in parameters.split(", ") if not _uses(body, p)]
-    return f"{head}({parameters})\n{{\n{_voided(unused)}{body}}}\n"
+def _find_shared(pieces: list[list[Statement]]) -> dict[str, _SharedVariable]:
+    """Find the variables that are used in other pieces than the one that computes them."""
+    piece_of = {line.variable: number for number, piece in enumerate(pieces) for line in piece}
+    types = {
+        line.variable: "pair" if line.is_pair else "double" for piece in pieces for line in piece
+    }
+    shared: dict[str, _SharedVariable] = {}
+    sizes = dict.fromkeys(SHARED_ARRAYS, 0)
+    for number, piece in enumerate(pieces):
+        for name in [name for line in piece for name in line.uses]:
+            if piece_of.get(name, number) != number and name not in shared:
+                kind = types[name]
+                shared[name] = _SharedVariable(kind, f"{SHARED_ARRAYS[kind]}[{sizes[kind]}]")
+                sizes[kind] += 1
+    return shared
 
 
-def _voided(parameters: list[str]) -> str:
-    return "".join(f"    (void){_name(p)};\n" for p in parameters)
+def _write_piece(statements: list[Statement], shared: dict[str, _SharedVariable]) -> str:
+    """Write the body of a piece.
+
+    A shared variable is read just before its first use, so that it needs no register earlier.
+    """
+    body = _read_arrays(statements)
+    computed_here = {line.variable for line in statements}
+    is_read: set[str] = set()
+    for line in statements:
+        for name in dict.fromkeys(line.uses):
+            if name in shared and name not in computed_here and name not in is_read:
+                is_read.add(name)
+                body += f"    const {shared[name].type} {name} = {shared[name].element};\n"
+        body += _write_statement(line)
+        if line.variable in shared:
+            body += f"    {shared[line.variable].element} = {line.variable};\n"
+    return body
 
 
-def _name(parameter: str) -> str:
+def _write_function(head: str, parameters: str, body: str) -> str:
+    """Write a function; parameters of Robotran's signature that it does not use are marked."""
+    unused = [parameter for parameter in parameters.split(", ") if not _uses(body, parameter)]
+    return f"{head}({parameters})\n{{\n{_mark_unused(unused)}{body}}}\n"
+
+
+def _mark_unused(parameters: list[str]) -> str:
+    return "".join(f"    (void){_get_name(parameter)};\n" for parameter in parameters)
+
+
+def _get_name(parameter: str) -> str:
     return parameter.split(" ")[-1].lstrip("*")
 
 
 def _uses(body: str, parameter: str) -> bool:
-    return re.search(rf"\b{_name(parameter)}\b", body) is not None
+    return re.search(rf"\b{_get_name(parameter)}\b", body) is not None
 
 
-def _read(lines: list[Statement]) -> str:
-    """The arrays of the data that some statements use."""
+def _read_arrays(statements: list[Statement]) -> str:
+    """Write the declarations of the arrays of MbsData that statements read."""
     return "".join(
-        f"    double {'**' if a in TABLES else '*'}{a} = s->{a};\n" for a in arrays(lines)
+        f"    double {'**' if array in MATRICES else '*'}{array} = s->{array};\n"
+        for array in list_arrays(statements)
     )
 
 
-def _statement(line: Statement) -> str:
-    if line.call is not None:
-        function = line.call.function.removeprefix("user_")
-        return f"    {line.call.result} = USER({function})({', '.join(line.call.arguments)});\n"
-    kind = "" if line.variable is None else "const pair " if line.pair else "const double "
-    places = [place.replace(".", "->") for place in line.places]
-    return f"    {kind}{' = '.join([*places, line.text])};\n"
+def _write_statement(statement: Statement) -> str:
+    call = statement.call
+    if call is not None:
+        function = call.function.removeprefix("user_")
+        return f"    {call.result} = USER({function})({', '.join(call.arguments)});\n"
+    declaration = ""
+    if statement.variable is not None:
+        declaration = "const pair " if statement.is_pair else "const double "
+    targets = [target.replace(".", "->") for target in statement.targets]
+    return f"    {declaration}{' = '.join([*targets, statement.text])};\n"
 
 
-def _enum(values: dict[str, int]) -> str:
+def _write_enum(values: dict[str, int]) -> str:
     return f"enum {{{', '.join(f'{name} = {value}' for name, value in values.items())}}};\n"

@@ -1,4 +1,4 @@
-"""Equations of motion."""
+"""The codes of the plugin's diagnostics: level, meaning and remedy of each."""
 
 CODES = {
     "equations-language": "warning: `passes: {equations: ...}` has no `language`: no equations. "

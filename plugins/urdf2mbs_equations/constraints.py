@@ -1,11 +1,20 @@
-"""Cuts: the equations that close the loops of a model, h = 0.
+"""Cuts: the equations h(q) = 0 that close the loops of a model.
 
-A ``rod`` keeps the distance of two points, a ``ball`` keeps them together, a ``solid`` also
-keeps the axes of their bodies parallel.  All is seen from the frame from which the ways to
-both ends part: nothing further in can matter.
+A ``rod`` keeps the distance of two points, a ``ball`` keeps two points together, and a ``solid``
+also keeps the axes of their bodies parallel.  All vectors are in axes of the last frame that is on
+both chains of joints from the base to the points, so joints closer to the base have no effect::
 
-As Robotran does, an equation is left out if its Jacobian is zero by its form: if no joint of
-either way moves it, where sums and products of what is not zero never cancel.
+    base --- o --- start --- o --- o --- point of end 1
+                      \\                       | cut
+                       o --- o --- o --- point of end 2
+
+For an equation h with Jacobian J, the generated functions compute h, J, and the part of the second
+derivative that remains for qdd = 0 (Robotran's ``jdqd``)::
+
+    h'' = J qdd + jdqd
+
+As in Robotran, an equation is left out if its Jacobian is structurally zero: if no joint between
+start and the points can change it, where sums of nonzero terms are assumed not to cancel.
 """
 
 from __future__ import annotations
@@ -17,166 +26,215 @@ from typing import NamedTuple
 
 from urdf2mbs.plugin import Connection, Mbs
 from urdf2mbs_equations.graph import Expr, Scalar
-from urdf2mbs_equations.kinematics import Motion, common, ends, motion
+from urdf2mbs_equations.kinematics import (
+    AnchorPoint,
+    Motion,
+    compute_motion,
+    find_common_ancestor,
+    find_ends,
+)
 from urdf2mbs_equations.tree import Frame, Tree
-from urdf2mbs_equations.vectors import NONE, Vector
+from urdf2mbs_equations.vectors import ZERO_VECTOR, Vector
 
-#: The order of Robotran's equations; within a kind, that of the file.
-ORDER = ("ball", "rod", "solid")
-#: A gap up to this (m, m^2 or 1) is a rounding.
+#: The kinds of cuts, in the order of Robotran's equations; within a kind, the order of the file.
+KINDS = ("ball", "rod", "solid")
+#: A gap up to this (m, m^2 or 1) is a rounding of zero.
 CLOSED = 1e-6
 
 
-#: The fields of a Constraint behind ``start``.
-Row = tuple[str, Scalar, dict[int, Scalar], Scalar, bool]
+@dataclass
+class Equation:
+    """One equation h = 0."""
+
+    direction: str
+    """``along x``, ``about x``, or ``along the rod``."""
+    value: Scalar
+    """h: m for a ball, m^2 for a rod, 1 for a rotation of a solid."""
+    jacobian: dict[int, Scalar]
+    """dh/dq by joint number."""
+    jdqd: Scalar
+    is_movable: bool
+    """False if the Jacobian is structurally zero: Robotran leaves the equation out."""
 
 
 @dataclass
-class Constraint:
-    """One equation: h, its derivatives by the joints, and what is left of h'' at qdd = 0."""
+class Constraint(Equation):
+    """An equation of a cut."""
 
     cut: Connection
     start: Frame
-    """The frame from which the ways to both ends part: ``value`` is in its axes."""
-    what: str
-    """The direction that the equation holds: ``along x``, ``about x``, or a rod's."""
-    value: Scalar
-    """m for a ball, m^2 for a rod, 1 for a turn of a solid."""
-    jacobian: dict[int, Scalar]
-    jdqd: Scalar
-    movable: bool
-    """False if the Jacobian is zero by its form: Robotran leaves the equation out."""
+    """The last frame that is on both chains: ``value`` is in its axes."""
 
 
-def constraints(tree: Tree) -> list[Constraint]:
-    """The equations of all cuts that Robotran writes, in its order."""
-    return [constraint for constraint in every_constraint(tree) if constraint.movable]
+def list_constraints(tree: Tree) -> list[Constraint]:
+    """Return the equations of all cuts that Robotran writes, in its order."""
+    return [constraint for constraint in iterate_constraints(tree) if constraint.is_movable]
 
 
 def count_equations(mbs: Mbs) -> int:
-    """How many equations the cuts make."""
-    return len(constraints(Tree(mbs)))
+    """Return the number of equations of all cuts."""
+    return len(list_constraints(Tree(mbs)))
 
 
 def drops_row(mbs: Mbs) -> bool:
-    """True if Robotran leaves out an equation of a cut, as that of a ball in a planar loop."""
-    return not all(constraint.movable for constraint in every_constraint(Tree(mbs)))
+    """Return True if Robotran leaves out an equation, as that of a ball in a planar loop."""
+    return not all(constraint.is_movable for constraint in iterate_constraints(Tree(mbs)))
 
 
-def constant_gaps(mbs: Mbs) -> Iterator[tuple[str, str]]:
-    """The cuts that can never close, each with a sentence on an equation that no joint fulfils."""
-    tree, still = Tree(mbs), Tree(mbs, still=True)
-    for constraint, at_start in zip(every_constraint(tree), every_constraint(still), strict=True):
-        assert not isinstance(at_start.value, Expr)  # all is a number at the start position
-        gap = abs(at_start.value)
-        moves = any(x and tree.frames[k].moves for k, x in constraint.jacobian.items())
-        if gap <= CLOSED or moves:
-            continue
-        start, name = constraint.start, constraint.cut.name
-        axes = f"'{start.body.name}'" if start.body else "the ground"
-        gap_in_words = {
-            "along the rod": "its ends are not as far apart as it is long",
-            "along": f"its ends are {gap:.3g} m apart {constraint.what} of {axes}",
-            "about": f"its bodies are turned {constraint.what} of {axes} (sine {gap:.3g})",
-        }
-        words = gap_in_words.get(constraint.what) or gap_in_words[constraint.what[:5]]
-        yield name, f"cut '{name}' can never close: {words}, and no joint changes that"
+def find_constant_gaps(mbs: Mbs) -> Iterator[tuple[str, str]]:
+    """Find the cuts that can never close, since no joint changes one of their equations.
+
+    Yields:
+        The name of a cut, and a message about one of its equations.
+    """
+    tree, at_start = Tree(mbs), Tree(mbs, at_start=True)
+    for constraint, number in zip(
+        iterate_constraints(tree), iterate_constraints(at_start), strict=True
+    ):
+        assert not isinstance(number.value, Expr)  # at the start position, all data are numbers
+        gap = abs(number.value)
+        changes = any(x and tree.frames[k].is_variable for k, x in constraint.jacobian.items())
+        if gap > CLOSED and not changes:
+            yield constraint.cut.name, _describe_gap(constraint, gap)
 
 
-def every_constraint(tree: Tree) -> Iterator[Constraint]:
-    rods = 0
-    cuts = [cut for kind in ORDER for cut in tree.mbs.cuts if cut.kind == kind]
-    cuts = [cut for cut in cuts if not cut.is_draft]
+def _describe_gap(constraint: Constraint, gap: float) -> str:
+    start, name, direction = constraint.start, constraint.cut.name, constraint.direction
+    axes = f"'{start.body.name}'" if start.body else "the ground"
+    if direction == "along the rod":
+        reason = "its ends are not as far apart as it is long"
+    elif direction.startswith("along"):
+        reason = f"its ends are {gap:.3g} m apart {direction} of {axes}"
+    else:
+        reason = f"its bodies are turned {direction} of {axes} (sine {gap:.3g})"
+    return f"cut '{name}' can never close: {reason}, and no joint changes that"
+
+
+def iterate_constraints(tree: Tree) -> Iterator[Constraint]:
+    """Iterate over the equations of all cuts, those that Robotran leaves out included."""
+    n_rods = 0
+    cuts = [cut for kind in KINDS for cut in tree.mbs.cuts if cut.kind == kind]
     for cut in cuts:
-        (last1, at1), (last2, at2) = ends(tree, cut)
-        start = common(tree, last1, last2)
-        a = motion(tree, last1, at1, start=start, accelerations=False)
-        b = motion(tree, last2, at2, start=start, accelerations=False)
-        forms = _form(tree, last1, at1, start), _form(tree, last2, at2, start)
-        form = Form(*(one | two for one, two in zip(*forms, strict=True)))
+        if cut.is_draft:
+            continue
+        end1, end2 = find_ends(tree, cut)
+        start = find_common_ancestor(tree, end1.joint, end2.joint)
+        first = compute_motion(tree, end1, start=start, accelerations=False)
+        second = compute_motion(tree, end2, start=start, accelerations=False)
+        structure = _find_structure(tree, end1, start).unite(_find_structure(tree, end2, start))
         if cut.kind == "rod":
-            rods += 1
-            rows = [_rod(a, b, tree.parameter(cut.length, f"lrod[{rods}]"), form)]
+            n_rods += 1
+            length = tree.get_parameter(cut.length, f"lrod[{n_rods}]")
+            equations = [_make_rod(first, second, length, structure)]
         else:
-            rows = _ball(a, b, form) + (_parallel(a, b, form) if cut.kind == "solid" else [])
-        for row in rows:
-            yield Constraint(cut, tree.frames[start], *row)
+            equations = _make_ball(first, second, structure)
+            if cut.kind == "solid":
+                equations += _make_parallel_axes(first, second, structure)
+        for equation in equations:
+            yield Constraint(**vars(equation), cut=cut, start=tree.frames[start])
 
 
-def _difference(a: dict[int, Vector], b: dict[int, Vector]) -> dict[int, Vector]:
-    return {k: a.get(k, NONE) - b.get(k, NONE) for k in sorted({*a, *b})}
+def _subtract_jacobians(left: dict[int, Vector], right: dict[int, Vector]) -> dict[int, Vector]:
+    return {
+        k: left.get(k, ZERO_VECTOR) - right.get(k, ZERO_VECTOR) for k in sorted({*left, *right})
+    }
 
 
-def _rod(a: Motion, b: Motion, length: Scalar, form: Form) -> Row:
-    """Half the difference of the squares of distance and length."""
-    d = b.position - a.position
-    v = b.velocity - a.velocity
+def _make_rod(first: Motion, second: Motion, length: Scalar, structure: Structure) -> Equation:
+    """Return the equation of a rod, with d from the first point to the second::
+
+    h = (d . d - length^2) / 2      J = d^T (J2 - J1)      jdqd = v . v + d . a
+    """
+    d = second.position - first.position
+    v = second.velocity - first.velocity
     value = 0.5 * (d @ d - length * length)
-    jacobian = {k: d @ column for k, column in _difference(b.linear, a.linear).items()}
-    jdqd = v @ v + d @ (b.acceleration - a.acceleration)
-    return "along the rod", value, jacobian, jdqd, bool(form.place & form.linear)
+    difference = _subtract_jacobians(second.linear, first.linear)
+    jacobian = {k: d @ column for k, column in difference.items()}
+    jdqd = v @ v + d @ (second.acceleration - first.acceleration)
+    is_movable = bool(structure.position & structure.linear)
+    return Equation("along the rod", value, jacobian, jdqd, is_movable)
 
 
-def _ball(a: Motion, b: Motion, form: Form) -> list[Row]:
-    """The first point less the second."""
-    gaps, jdqd = a.position - b.position, a.acceleration - b.acceleration
-    return _rows("along", gaps, _difference(a.linear, b.linear), jdqd, form.linear)
+def _make_ball(first: Motion, second: Motion, structure: Structure) -> list[Equation]:
+    """Return the equations of a ball: h = the first point minus the second."""
+    gaps = first.position - second.position
+    jdqd = first.acceleration - second.acceleration
+    jacobian = _subtract_jacobians(first.linear, second.linear)
+    return _split("along", gaps, jacobian, jdqd, structure.linear)
 
 
-def _parallel(a: Motion, b: Motion, form: Form) -> list[Row]:
-    """The elements (3,2), (1,3) and (2,1) of R1 R2^T, where the columns of R1 and R2 are the axes
-    of the bodies.  As in Robotran's equations, their Jacobian is that of the difference of the
-    angular velocities, which is their derivative only where the constraint holds."""
-    first, second = a.axes.T, b.axes.T
-    sines = Vector(first[i - 1] @ second[i - 2] for i in range(3))
-    jdqd = a.omega_dot - b.omega_dot
-    return _rows("about", sines, _difference(a.angular, b.angular), jdqd, form.angular)
+def _make_parallel_axes(first: Motion, second: Motion, structure: Structure) -> list[Equation]:
+    """Return the equations of a solid that keep the axes of both bodies parallel.
+
+    h is the elements (3,2), (1,3) and (2,1) of R1 R2^T, where the columns of R1 and R2 are the axes
+    of the bodies.  As in Robotran, J is the difference of the angular Jacobians, which is dh/dq
+    only where h = 0.
+    """
+    axes1, axes2 = first.axes.T, second.axes.T
+    sines = Vector(axes1[i - 1] @ axes2[i - 2] for i in range(3))
+    jdqd = first.omega_dot - second.omega_dot
+    jacobian = _subtract_jacobians(first.angular, second.angular)
+    return _split("about", sines, jacobian, jdqd, structure.angular)
 
 
-def _rows(
-    way: str, values: Vector, columns: dict[int, Vector], jdqd: Vector, movable: set[int]
-) -> list[Row]:
-    """The equations along or about x, y and z."""
+def _split(
+    preposition: str,
+    values: Vector,
+    jacobian: dict[int, Vector],
+    jdqd: Vector,
+    movable_axes: set[int],
+) -> list[Equation]:
+    """Split a vector equation into its equations along or about x, y and z."""
     return [
-        (f"{way} {axis}", values[i], {k: v[i] for k, v in columns.items()}, jdqd[i], i in movable)
+        Equation(
+            f"{preposition} {axis}",
+            values[i],
+            {k: column[i] for k, column in jacobian.items()},
+            jdqd[i],
+            i in movable_axes,
+        )
         for i, axis in enumerate("xyz")
     ]
 
 
-class Form(NamedTuple):
-    """Which coordinates (0, 1, 2) of a point and of its Jacobian can be other than zero."""
+class Structure(NamedTuple):
+    """The coordinates (0, 1, 2) of a point and of its Jacobians that are not structurally zero."""
 
-    place: set[int]
+    position: set[int]
     linear: set[int]
-    """Of the velocity, for any joint of the way."""
+    """Of the linear Jacobian, for any joint of the chain."""
     angular: set[int]
 
+    def unite(self, structure: Structure) -> Structure:
+        return Structure(*(a | b for a, b in zip(self, structure, strict=True)))
 
-def _form(tree: Tree, number: int, at: Vector, start: int) -> Form:
-    """The form of a point ``at`` in the frame behind a joint, in the axes of the frame ``start``.
 
-    Inwards, a turn mixes two axes of all that comes after it, and a shift and a point add their
-    coordinates.  What a turn moves is its axis crossed with all that comes after it.  A joint that
-    never moves turns by its angle and moves nothing.
+def _find_structure(tree: Tree, point: AnchorPoint, start: int) -> Structure:
+    """Find the structure of a point in axes of the frame ``start``, from the point inwards.
+
+    A rotation about axis k mixes the coordinates i and j of everything farther out; a translation
+    adds its coordinate.  The velocity for a revolute joint is its axis x the position of what is
+    farther out.  A joint that never moves rotates by its angle and moves nothing.
     """
-    form = Form({i for i in range(3) if at[i]}, set(), set())
-    turns: list[tuple[set[int], set[int]]] = []
-    """The axis of each turn, and all that comes after it."""
+    structure = Structure({i for i in range(3) if point.position[i]}, set(), set())
+    rotations: list[tuple[set[int], set[int]]] = []
+    """Coordinates of the axis of each revolute joint, and of the position farther out."""
+    number = point.joint
     while number != start:
         frame = tree.frames[number]
         i, j = (frame.axis + 1) % 3, (frame.axis + 2) % 3
-        if frame.moves and frame.turns:
-            turns.append(({frame.axis}, set(form.place)))
-        elif frame.moves:
-            form.linear.add(frame.axis)
-        for coordinates in chain(form, *turns) if frame.sin else ():
+        if frame.is_variable and frame.is_revolute:
+            rotations.append(({frame.axis}, set(structure.position)))
+        elif frame.is_variable:
+            structure.linear.add(frame.axis)
+        for coordinates in chain(structure, *rotations) if frame.sine else ():
             mixed = {i + j - k for k in coordinates if k != frame.axis}
-            if not frame.cos:
+            if not frame.cosine:
                 coordinates.difference_update((i, j))
             coordinates.update(mixed)
-        form.place.update(k for k in range(3) if frame.offset[k])
+        structure.position.update(k for k in range(3) if frame.offset[k])
         number = frame.parent
-    for axis, after in turns:
-        form.angular.update(axis)
-        form.linear.update(3 - i - j for i in axis for j in after if i != j)
-    return form
+    for axis, position in rotations:
+        structure.angular.update(axis)
+        structure.linear.update(3 - i - j for i in axis for j in position if i != j)
+    return structure

@@ -1,9 +1,21 @@
-"""Derivatives of the joint forces by q, qd and qdd, from composite bodies.
+"""Derivatives of the joint forces by q, qd and qdd, from composite rigid bodies.
 
-The closed forms of Singh, Russell and Wensing (Efficient analytical derivatives of rigid-body
-dynamics using spatial vector algebra, 2022), in the frames of the bodies.  Each frame sees the
-others as if its own origin stood still: no force changes if everything moves on evenly.  So its own
-body has an angular velocity and no velocity, and few terms are left.
+These are the closed forms of Singh, Russell and Wensing (Efficient analytical derivatives of
+rigid-body dynamics using spatial vector algebra, 2022), in body frames.  Each frame describes all
+bodies relative to an observer who moves with the velocity of its own origin, without rotation.
+Forces do not depend on a constant velocity of the observer, and the frame's own body has an angular
+velocity only, so few terms are left.
+
+If q, qd or qdd of a joint j changes by a unit, all bodies of its subtree change their angular
+velocity by dw and their acceleration by da.  For a composite body of mass moments m, h, K and
+momenta with the velocities v of its parts,
+
+    P = 2 sum of dm v      N = 2 sum of dm x v^T      spread(A) = trace(A) 1 - A
+
+the force changes by
+
+    I da:  f = m da + da/dt x h     n = h x da + spread(K) da/dt      (linear da, angular da/dt)
+    dw:    f = dw x P               n = spread(N)^T dw
 """
 
 from __future__ import annotations
@@ -11,160 +23,203 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from urdf2mbs_equations.dynamics import Matter, Moving, matter, motions, turning
+from urdf2mbs_equations.dynamics import (
+    BodyMotion,
+    MassMoments,
+    compute_body_motions,
+    compute_mass_moments,
+    compute_moment,
+)
 from urdf2mbs_equations.graph import Scalar
 from urdf2mbs_equations.tree import Frame, Tree
-from urdf2mbs_equations.vectors import NONE, Matrix, Spatial, Vector, outer
+from urdf2mbs_equations.vectors import ZERO_VECTOR, Matrix, Spatial, Vector, outer
 
 
 @dataclass
-class JointMotion:
-    """What changes for all further out by a unit of a joint's q, of its qd, or of its qdd."""
+class JointVariation:
+    """The change of motion of a joint's subtree for a unit of its q, its qd, or its qdd."""
 
     omega_by_q: Vector
-    """The change of the angular velocity."""
+    """Change of the angular velocity."""
     omega_by_qd: Vector
     by_q: Spatial
-    """The change of the acceleration; a change of omega adds its own in each body."""
+    """Change of the acceleration, without the part of the changed angular velocity."""
     by_qd: Spatial
     by_qdd: Spatial
 
 
 @dataclass
-class Composite:
-    """All that a joint carries, about the origin of its frame and in its axes."""
+class CompositeBody:
+    """Everything that moves with a joint, about the origin of its frame and in its axes."""
 
-    matter: Matter
+    moments: MassMoments
     momentum: Vector
-    """Twice the sum of dm v (kg m/s)."""
+    """P: twice the sum of dm v (kg m/s)."""
     mixed: Matrix
-    """Twice the sum of dm x v^T, for the place x and the velocity v (kg m^2/s)."""
+    """N: twice the sum of dm x v^T, with position x and velocity v (kg m^2/s)."""
     force: Spatial
-    """What its motion takes."""
+    """The force that its motion requires."""
 
-    def __add__(self, more: Composite) -> Composite:
-        return Composite(
-            self.matter + more.matter, self.momentum + more.momentum, self.mixed + more.mixed,
-            self.force + more.force,
-        )  # fmt: skip
+    def __add__(self, body: CompositeBody) -> CompositeBody:
+        return CompositeBody(
+            self.moments + body.moments,
+            self.momentum + body.momentum,
+            self.mixed + body.mixed,
+            self.force + body.force,
+        )
 
-    def accelerated(self, acceleration: Spatial) -> Spatial:
-        """The force that an acceleration takes."""
-        (linear, angular), first = acceleration, self.matter.first
-        f = self.matter.mass * linear + angular.cross(first)
-        return Spatial((f, first.cross(linear) + _spread(self.matter.second) @ angular))
+    def compute_inertial_force(self, acceleration: Spatial) -> Spatial:
+        """Return I a: the force that an acceleration requires."""
+        (linear, angular), first = acceleration, self.moments.first
+        f = self.moments.mass * linear + angular.cross(first)
+        return Spatial((f, first.cross(linear) + _spread(self.moments.second) @ angular))
 
-    def spun(self, omega: Vector) -> Spatial:
-        """The force that an angular velocity more takes, as all moves: twice dm omega x v."""
+    def compute_gyroscopic_force(self, omega: Vector) -> Spatial:
+        """Return the force that an additional angular velocity requires: 2 dm omega x v."""
         return Spatial((omega.cross(self.momentum), _spread(self.mixed).T @ omega))
 
 
 @dataclass
-class Wrenches:
-    """What a joint's q, qd or qdd changes in the forces of joints further in, and its own force by
-    the angular velocity of these."""
+class ForceVariation:
+    """The change of the force of a joint's subtree, in a frame between the base and the joint."""
 
     by_q: Spatial
+    """For a unit of the joint's q."""
     by_qd: Spatial
     by_qdd: Spatial
     by_omega: Vector
+    """Change of the joint's own force for a unit angular velocity of the frame."""
 
-    def of_inner(self, joint: JointMotion) -> Iterator[tuple[str, Scalar]]:
-        """The derivatives of the force of a joint further in."""
-        for by, force in (("q", self.by_q), ("qd", self.by_qd), ("qdd", self.by_qdd)):
-            yield by, joint.by_qdd @ force
+    def list_column_elements(self, ancestor: JointVariation) -> Iterator[tuple[str, Scalar]]:
+        """List the derivatives of an ancestor's force by q, qd and qdd of the joint."""
+        for variable, force in (("q", self.by_q), ("qd", self.by_qd), ("qdd", self.by_qdd)):
+            yield variable, ancestor.by_qdd @ force
 
-    def by_inner(self, joint: JointMotion) -> Iterator[tuple[str, Scalar]]:
-        """The derivatives by a joint further in."""
-        yield "q", joint.by_q @ self.by_qdd + joint.omega_by_q @ self.by_omega
-        yield "qd", joint.by_qd @ self.by_qdd + joint.omega_by_qd @ self.by_omega
-        yield "qdd", joint.by_qdd @ self.by_qdd
+    def list_row_elements(self, ancestor: JointVariation) -> Iterator[tuple[str, Scalar]]:
+        """List the derivatives of the joint's force by q, qd and qdd of an ancestor."""
+        yield "q", ancestor.by_q @ self.by_qdd + ancestor.omega_by_q @ self.by_omega
+        yield "qd", ancestor.by_qd @ self.by_qdd + ancestor.omega_by_qd @ self.by_omega
+        yield "qdd", ancestor.by_qdd @ self.by_qdd
 
-    def inward(self, frame: Frame, drift: Vector) -> Wrenches:
-        """The same, as the frame before sees it."""
-        by_qdd = frame.inward(self.by_qdd)
-        by_omega = frame.to_parent(self.by_omega) + drift.cross(by_qdd.linear)
-        return Wrenches(frame.inward(self.by_q), frame.inward(self.by_qd), by_qdd, by_omega)
+    def transform_to_parent(self, frame: Frame, drift: Vector) -> ForceVariation:
+        """Transform from a frame to its parent; ``drift`` is that of ``_compute_drift``."""
+        by_qdd = frame.transform_force_to_parent(self.by_qdd)
+        by_omega = frame.rotate_to_parent(self.by_omega) + drift.cross(by_qdd.linear)
+        return ForceVariation(
+            frame.transform_force_to_parent(self.by_q),
+            frame.transform_force_to_parent(self.by_qd),
+            by_qdd,
+            by_omega,
+        )
 
 
-def derivatives(tree: Tree) -> dict[tuple[str, int, int], Scalar]:
-    """By ``q``, ``qd`` or ``qdd``, the derivatives of the force of a joint (the first number) by
-    that of a joint (the second); zeros are left out."""
-    moving = motions(tree, range(len(tree.frames)))
-    composite = [
-        _body(tree, frame, moving[frame.number], own)
-        for frame, own in zip(tree.frames, matter(tree), strict=True)
+def compute_derivatives(tree: Tree) -> dict[tuple[str, int, int], Scalar]:
+    """Compute the derivatives of the joint forces.
+
+    Returns:
+        By ``q``, ``qd`` or ``qdd``, number of the force's joint (row) and number of the variable's
+        joint (column); zeros are left out.
+    """
+    motions = compute_body_motions(tree, range(len(tree.frames)))
+    bodies = [
+        _make_body(tree, frame, motions[frame.number], moments)
+        for frame, moments in zip(tree.frames, compute_mass_moments(tree), strict=True)
     ]
-    joints = [_joint_motion(frame, moving[frame.number]) for frame in tree.frames]
-    drifts = [_drift(frame, moving[frame.parent].omega) for frame in tree.frames]
-    out: dict[tuple[str, int, int], Scalar] = {}
+    joints = [_vary_joint(frame, motions[frame.number]) for frame in tree.frames]
+    drifts = [_compute_drift(frame, motions[frame.parent].omega) for frame in tree.frames]
+    derivatives: dict[tuple[str, int, int], Scalar] = {}
     for frame in reversed(tree.frames[1:]):
         k = frame.number
-        wrenches, at = _wrenches(composite[k], joints[k]), frame
-        while at.number:
-            i = at.number
-            out |= {(by, i, k): value for by, value in wrenches.of_inner(joints[i])}
-            out |= {(by, k, i): value for by, value in wrenches.by_inner(joints[i])}
-            wrenches, at = wrenches.inward(at, drifts[i]), tree.frames[at.parent]
-        composite[frame.parent] += _inward(frame, composite[k], drifts[k])
-    return {key: value for key, value in out.items() if value}
+        force, ancestor = _vary_force(bodies[k], joints[k]), frame
+        while ancestor.number:
+            i = ancestor.number
+            for variable, value in force.list_column_elements(joints[i]):
+                derivatives[variable, i, k] = value
+            for variable, value in force.list_row_elements(joints[i]):
+                derivatives[variable, k, i] = value
+            force = force.transform_to_parent(ancestor, drifts[i])
+            ancestor = tree.frames[ancestor.parent]
+        bodies[frame.parent] += _transform_to_parent(frame, bodies[k], drifts[k])
+    return {key: value for key, value in derivatives.items() if value}
 
 
-def _body(tree: Tree, frame: Frame, moving: Moving, own: Matter) -> Composite:
-    """A body alone."""
-    alpha, beta, first = moving.alpha, moving.beta, own.first
-    f = own.mass * alpha + beta @ first
-    n = first.cross(alpha) + turning(beta, own.second)
+def _make_body(tree: Tree, frame: Frame, motion: BodyMotion, moments: MassMoments) -> CompositeBody:
+    """Return a single body as a composite body."""
+    alpha, beta, first = motion.alpha, motion.beta, moments.first
+    f = moments.mass * alpha + beta @ first
+    n = first.cross(alpha) + compute_moment(beta, moments.second)
     if frame.body is not None:
-        frc, trq = tree.loads(frame)
-        f, n = f - frc, n - (trq + tree.centre(frame).cross(frc))
-    twice = 2.0 * moving.omega
-    mixed = Matrix(map(twice.cross, own.second))
-    return Composite(own, twice.cross(first), mixed, Spatial((f, n)))
+        frc, trq = tree.get_external_force(frame)
+        f, n = f - frc, n - (trq + tree.get_centre(frame).cross(frc))
+    twice = 2.0 * motion.omega
+    mixed = Matrix(map(twice.cross, moments.second))
+    return CompositeBody(moments, twice.cross(first), mixed, Spatial((f, n)))
 
 
-def _joint_motion(frame: Frame, moving: Moving) -> JointMotion:
-    axis = frame.unit
-    across = moving.omega.cross(axis)
-    twice, change = 2.0 * across, moving.beta @ axis
-    if frame.turns:
-        by_q = Spatial((moving.alpha.cross(axis), change))
-        return JointMotion(across, axis, by_q, Spatial((NONE, twice)), frame.motion)
-    by_q, by_qd = Spatial((change, NONE)), Spatial((twice, NONE))
-    return JointMotion(NONE, NONE, by_q, by_qd, frame.motion)
+def _vary_joint(frame: Frame, motion: BodyMotion) -> JointVariation:
+    """Return the change of motion for a unit of q, qd and qdd, with the joint axis e.
+
+    For a rotation by dq about e, the quantities of the subtree are unchanged in its own axes, and
+    those of the parent are rotated by -dq::
+
+        R:  by q: dw = w x e, da = (alpha x e, beta e)     by qd: dw = e, da = (0, 2 w x e)
+        T:  by q: dw = 0,     da = (beta e, 0)             by qd: dw = 0, da = (2 w x e, 0)
+    """
+    axis = frame.joint_axis
+    omega_change = motion.omega.cross(axis)
+    coriolis, by_position = 2.0 * omega_change, motion.beta @ axis
+    if frame.is_revolute:
+        by_q = Spatial((motion.alpha.cross(axis), by_position))
+        by_qd = Spatial((ZERO_VECTOR, coriolis))
+        return JointVariation(omega_change, axis, by_q, by_qd, frame.motion_subspace)
+    by_q, by_qd = Spatial((by_position, ZERO_VECTOR)), Spatial((coriolis, ZERO_VECTOR))
+    return JointVariation(ZERO_VECTOR, ZERO_VECTOR, by_q, by_qd, frame.motion_subspace)
 
 
-def _drift(frame: Frame, omega: Vector) -> Vector:
-    """Twice the velocity of a frame's origin, as the frame before it sees it."""
-    own = frame.to_parent_axes(frame.qd * frame.motion.linear)
-    return 2.0 * (omega.cross(frame.offset) + own)
+def _compute_drift(frame: Frame, parent_omega: Vector) -> Vector:
+    """Return twice the velocity of a frame's origin relative to that of its parent."""
+    joint_velocity = frame.permute_to_parent(frame.qd * frame.motion_subspace.linear)
+    return 2.0 * (parent_omega.cross(frame.offset) + joint_velocity)
 
 
-def _wrenches(composite: Composite, joint: JointMotion) -> Wrenches:
-    (linear, angular), (f, n) = joint.by_qdd, composite.force
-    turned = Spatial((angular.cross(f), angular.cross(n) + linear.cross(f)))
-    of_q, of_qd = composite.spun(joint.omega_by_q), composite.spun(joint.omega_by_qd)
-    return Wrenches(
-        turned + (composite.accelerated(joint.by_q) + of_q),
-        composite.accelerated(joint.by_qd) + of_qd,
-        composite.accelerated(joint.by_qdd),
-        composite.momentum.cross(linear) + _spread(composite.mixed) @ angular,
+def _vary_force(body: CompositeBody, joint: JointVariation) -> ForceVariation:
+    """Return the change of the force of a composite body for a unit of its joint's q, qd, qdd."""
+    (linear, angular), (f, n) = joint.by_qdd, body.force
+    rotated_force = Spatial((angular.cross(f), angular.cross(n) + linear.cross(f)))
+    of_omega_by_q = body.compute_gyroscopic_force(joint.omega_by_q)
+    of_omega_by_qd = body.compute_gyroscopic_force(joint.omega_by_qd)
+    return ForceVariation(
+        rotated_force + (body.compute_inertial_force(joint.by_q) + of_omega_by_q),
+        body.compute_inertial_force(joint.by_qd) + of_omega_by_qd,
+        body.compute_inertial_force(joint.by_qdd),
+        body.momentum.cross(linear) + _spread(body.mixed) @ angular,
     )
 
 
-def _inward(frame: Frame, own: Composite, drift: Vector) -> Composite:
-    """The same, as the frame before sees it."""
-    turned = own.matter.turned(frame)
-    rows = map(frame.to_parent, own.mixed)
-    mixed = Matrix(map(frame.to_parent, Matrix(rows).T)).T
-    momentum = frame.to_parent(own.momentum) + own.matter.mass * drift
-    mixed += outer(frame.to_parent_axes(turned.first), drift)
+def _transform_to_parent(frame: Frame, body: CompositeBody, drift: Vector) -> CompositeBody:
+    """Transform a composite body to the parent frame.
+
+    With R the rotation, p the offset, d the drift, m and h mass and first moment::
+
+        P' = R P + m d          N' = R N R^T + R h d^T + p P'^T
+    """
+    at_zero = body.moments.rotate_to_zero(frame)
+    rows = map(frame.rotate_to_parent, body.mixed)
+    mixed = Matrix(map(frame.rotate_to_parent, Matrix(rows).T)).T
+    momentum = frame.rotate_to_parent(body.momentum) + body.moments.mass * drift
+    mixed += outer(frame.permute_to_parent(at_zero.first), drift)
     mixed += outer(frame.offset, momentum)
-    return Composite(turned.shifted(frame), momentum, mixed, frame.inward(own.force))
+    moments = at_zero.shift_to_parent(frame)
+    return CompositeBody(moments, momentum, mixed, frame.transform_force_to_parent(body.force))
 
 
 def _spread(matrix: Matrix) -> Matrix:
-    """The trace as a matrix, less a matrix: the inertia of second moments."""
-    m = matrix
-    sums = Vector((m[1][1] + m[2][2], m[2][2] + m[0][0], m[0][0] + m[1][1]))
-    return Matrix.of(lambda i, j: sums[i] if i == j else -m[i][j])
+    """Return ``trace(A) 1 - A``: the inertia, if A is the second moment of mass."""
+    diagonal = Vector(
+        (
+            matrix[1][1] + matrix[2][2],
+            matrix[2][2] + matrix[0][0],
+            matrix[0][0] + matrix[1][1],
+        )
+    )
+    return Matrix.from_elements(lambda i, j: diagonal[i] if i == j else -matrix[i][j])

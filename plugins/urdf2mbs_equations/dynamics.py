@@ -1,8 +1,14 @@
-"""Inverse dynamics and the mass matrix, in the frames of the bodies.
+"""Inverse dynamics and the mass matrix, in body frames.
 
-Forces by the recursive Newton-Euler method (Luh, Walker and Paul, 1980), the mass matrix by
-composite bodies (Walker and Orin, 1982; both in Featherstone, Rigid Body Dynamics Algorithms,
-2008, chapters 5 and 6).  What is particular is in ``docs/how-equations-are-made.md``.
+The joint forces come from the recursive Newton-Euler method (Luh, Walker and Paul, 1980), the mass
+matrix from composite rigid bodies (Walker and Orin, 1982); both are in Featherstone, Rigid Body
+Dynamics Algorithms, 2008, chapters 5 and 6.  As in Robotran (Samin and Fisette, Symbolic Modeling
+of Multibody Systems, 2003), a body's angular motion is used as one matrix::
+
+    beta = [dw/dt]x + [w]x [w]x          alpha = a - g
+
+so that a point r of the body accelerates by ``alpha + beta r``, gravity subtracted.  A force
+without an index is that of a joint and its whole subtree, about the origin of the joint's frame.
 """
 
 from __future__ import annotations
@@ -14,9 +20,9 @@ from urdf2mbs_equations.graph import Scalar
 from urdf2mbs_equations.tree import Frame, Tree
 from urdf2mbs_equations.vectors import (
     IDENTITY,
-    NONE,
-    STILL,
-    ZERO,
+    ZERO_MATRIX,
+    ZERO_SPATIAL,
+    ZERO_VECTOR,
     Matrix,
     Spatial,
     Vector,
@@ -25,197 +31,280 @@ from urdf2mbs_equations.vectors import (
 
 
 @dataclass
-class Moving:
-    """How a frame moves, in its own axes.  The names are Robotran's."""
+class BodyMotion:
+    """The motion of a frame, in its own axes; the names are Robotran's."""
 
     omega: Vector
-    """The angular velocity (rad/s)."""
+    """Angular velocity (rad/s)."""
     omega_dot: Vector
     alpha: Vector
-    """The acceleration of the origin, less gravity (m/s^2)."""
+    """Acceleration of the origin minus gravity (m/s^2)."""
     beta: Matrix
-    """beta r = omega_dot x r + omega x (omega x r), for any r of the frame (1/s^2)."""
+    """``[omega_dot]x + [omega]x [omega]x`` (1/s^2)."""
 
 
-def joint_forces(tree: Tree, accelerated: Collection[int]) -> list[Scalar]:
-    """The joint forces (N or Nm) by joint number (index 0 is 0), for q, qd and the qdd of some
-    joints.
+def compute_joint_forces(tree: Tree, accelerated: Collection[int]) -> list[Scalar]:
+    """Compute the joint forces that a motion requires (inverse dynamics).
 
-    Inwards go the force and the torque about a frame's origin that all further out needs.
+    From the leaves to the base, with S the motion subspace of joint i (Featherstone, 5.3)::
+
+        f_i = f_body,i + sum of f_k over the children k, transformed to frame i
+        Q_i = S_i^T f_i
+
+    Args:
+        tree: The model.
+        accelerated: Numbers of the joints whose qdd is used; it is 0 for all others.
+
+    Returns:
+        The forces (N or Nm) by joint number; index 0 is 0.
     """
     frames = tree.frames
-    moving, moments = motions(tree, accelerated), _second_moments(tree)
-    needed = [STILL] * len(frames)
-    out: list[Scalar] = [0] * len(frames)
+    motions, second_moments = compute_body_motions(tree, accelerated), _shift_second_moments(tree)
+    subtree_forces = [ZERO_SPATIAL] * len(frames)
+    joint_forces: list[Scalar] = [0] * len(frames)
     for frame in reversed(frames[1:]):
         k = frame.number
-        force = _force(tree, frame, moving[k], moments[k]) + needed[k]
-        out[k] = frame.along(force)
-        needed[frame.parent] += frame.inward(force)
-    return out
+        force = _compute_body_force(tree, frame, motions[k], second_moments[k]) + subtree_forces[k]
+        joint_forces[k] = frame.project_on_joint(force)
+        subtree_forces[frame.parent] += frame.transform_force_to_parent(force)
+    return joint_forces
 
 
-def motions(tree: Tree, accelerated: Collection[int]) -> list[Moving]:
-    """How each frame moves for q, qd and the qdd of some joints."""
-    out = [Moving(NONE, NONE, -tree.gravity(), ZERO)]
+def compute_body_motions(tree: Tree, accelerated: Collection[int]) -> list[BodyMotion]:
+    """Compute the motion of each frame, from the base to the leaves.
+
+    With p the offset, e the axis of the joint, and everything rotated to axes of the frame::
+
+        R:  w = w' + qd e     dw/dt = dw'/dt + w' x qd e + qdd e     alpha = alpha' + beta' p
+        T:  w = w'            dw/dt = dw'/dt         alpha = alpha' + beta' p + 2 w x qd e + qdd e
+
+    Args:
+        tree: The model.
+        accelerated: Numbers of the joints whose qdd is used; it is 0 for all others.
+
+    Returns:
+        The motions by joint number; index 0 is the base.
+    """
+    motions = [BodyMotion(ZERO_VECTOR, ZERO_VECTOR, -tree.get_gravity(), ZERO_MATRIX)]
     for frame in tree.frames[1:]:
-        before, axis = out[frame.parent], frame.unit
+        parent, axis = motions[frame.parent], frame.joint_axis
         qd, qdd = frame.qd, frame.qdd if frame.number in accelerated else 0
-        alpha = before.alpha + before.beta @ frame.offset
-        omega, omega_dot = frame.to_child(before.omega), frame.to_child(before.omega_dot)
-        if frame.turns:
+        alpha = parent.alpha + parent.beta @ frame.offset
+        omega = frame.rotate_to_child(parent.omega)
+        omega_dot = frame.rotate_to_child(parent.omega_dot)
+        if frame.is_revolute:
             omega_dot = omega_dot + omega.cross(qd * axis) + qdd * axis
             omega = omega + qd * axis
-            alpha = frame.to_child(alpha)
-            beta = _beta(omega, omega_dot)
+            alpha = frame.rotate_to_child(alpha)
+            beta = _compute_beta(omega, omega_dot)
         else:
-            alpha = frame.to_child(alpha) + (omega.cross(2.0 * qd * axis) + qdd * axis)
-            beta = frame.change.of_matrix(before.beta)
-        out.append(Moving(omega, omega_dot, alpha, beta))
-    return out
+            alpha = frame.rotate_to_child(alpha) + (omega.cross(2.0 * qd * axis) + qdd * axis)
+            beta = frame.axes_in_parent.permute_matrix(parent.beta)
+        motions.append(BodyMotion(omega, omega_dot, alpha, beta))
+    return motions
 
 
-def _beta(w: Vector, rate: Vector) -> Matrix:
-    """The matrix A with A r = rate x r + w x (w x r), all in the axes of one frame (1/s^2)."""
-    xx, yy, zz = (x * x for x in w)
-    xy, xz, yz = w[0] * w[1], w[0] * w[2], w[1] * w[2]
+def _compute_beta(omega: Vector, omega_dot: Vector) -> Matrix:
+    """Return ``[omega_dot]x + [omega]x [omega]x`` (1/s^2)."""
+    xx, yy, zz = (component * component for component in omega)
+    xy, xz, yz = omega[0] * omega[1], omega[0] * omega[2], omega[1] * omega[2]
     return Matrix(
         (
-            Vector((-(yy + zz), xy - rate[2], xz + rate[1])),
-            Vector((xy + rate[2], -(xx + zz), yz - rate[0])),
-            Vector((xz - rate[1], yz + rate[0], -(xx + yy))),
+            Vector((-(yy + zz), xy - omega_dot[2], xz + omega_dot[1])),
+            Vector((xy + omega_dot[2], -(xx + zz), yz - omega_dot[0])),
+            Vector((xz - omega_dot[1], yz + omega_dot[0], -(xx + yy))),
         )
     )
 
 
-def _second_moments(tree: Tree) -> list[Matrix]:
-    """Of each body, about its centre of mass, in its frame's axes: the sum of dm x x^T (kg m^2).
+def _shift_second_moments(tree: Tree) -> list[Matrix]:
+    """Return the second moments of mass about the centres of mass, moved inwards where possible.
 
-    What lies along the axis of a turn moves as the frame before it does, and is counted there.
+    Mass on the axis of a revolute joint does not move with the joint, so the second moment along
+    the axis may be part of the parent body; of a prismatic joint, all second moments may.  This
+    saves operations where the parent has second moments of its own.
+
+    Returns:
+        By joint number, sum of dm x x^T (kg m^2), in axes of the frame.
     """
     frames = tree.frames
-    out = [_second_moment(tree, frame) for frame in frames]
+    moments = [_compute_second_moment(tree, frame) for frame in frames]
     for frame in reversed(frames[1:]):
         k, axis, parent = frame.number, frame.axis, frame.parent
-        if parent and any(out[parent][i][i] for i in range(3)):
-            moved = outer(frame.unit, frame.unit) * out[k][axis][axis] if frame.turns else out[k]
-            out[parent] += frame.back.of_matrix(moved)
-            out[k] -= moved
-    return out
+        if parent and any(moments[parent][i][i] for i in range(3)):
+            if frame.is_revolute:
+                unit = frame.joint_axis
+                moved = outer(unit, unit) * moments[k][axis][axis]
+            else:
+                moved = moments[k]
+            moments[parent] += frame.parent_axes.permute_matrix(moved)
+            moments[k] -= moved
+    return moments
 
 
-def _second_moment(tree: Tree, frame: Frame) -> Matrix:
-    inertia = tree.inertia(frame)
+def _compute_second_moment(tree: Tree, frame: Frame) -> Matrix:
+    """Return sum of dm x x^T about the centre of mass: ``trace(I) / 2 - I`` for the inertia I."""
+    inertia = tree.get_inertia(frame)
     return 0.5 * inertia.trace * IDENTITY - inertia
 
 
-def _force(tree: Tree, frame: Frame, moving: Moving, moments: Matrix) -> Spatial:
-    """Force and moment about the frame's origin that a body needs, less what acts on it."""
+def _compute_body_force(
+    tree: Tree, frame: Frame, motion: BodyMotion, second_moment: Matrix
+) -> Spatial:
+    """Return force and moment about the origin that the motion of a body requires.
+
+    With the centre of mass c, the external force frc at c and the external torque trq::
+
+        f = m (alpha + beta c) - frc      n = sum of dm x (beta x) + c x f - trq
+    """
     if frame.body is None:
-        return STILL
-    mass, centre = tree.mass(frame), tree.centre(frame)
-    frc, trq = tree.loads(frame)
-    f = mass * (moving.alpha + moving.beta @ centre) - frc
-    return Spatial((f, turning(moving.beta, moments) + centre.cross(f) - trq))
+        return ZERO_SPATIAL
+    mass, centre = tree.get_mass(frame), tree.get_centre(frame)
+    external_force, external_torque = tree.get_external_force(frame)
+    f = mass * (motion.alpha + motion.beta @ centre) - external_force
+    moment = compute_moment(motion.beta, second_moment)
+    return Spatial((f, moment + centre.cross(f) - external_torque))
 
 
-def turning(beta: Matrix, moments: Matrix) -> Vector:
-    """The sum of dm x x (beta x), by the elements of beta and of the second moments."""
+def compute_moment(beta: Matrix, second_moment: Matrix) -> Vector:
+    """Return the sum of ``dm x x (beta x)``, where K is the second moment, sum of dm x x^T.
 
-    def about(x: int) -> Scalar:
-        y, z = (x + 1) % 3, (x + 2) % 3
+    With the indices i, j, k cyclic::
+
+        n_i = beta_kj K_jj - beta_jk K_kk + K_jk (beta_kk - beta_jj) + K_ij beta_ki - K_ik beta_ji
+    """
+
+    def compute_component(i: int) -> Scalar:
+        j, k = (i + 1) % 3, (i + 2) % 3
         return (
-            beta[z][y] * moments[y][y]
-            - beta[y][z] * moments[z][z]
-            + moments[y][z] * (beta[z][z] - beta[y][y])
-            + moments[x][y] * beta[z][x]
-            - moments[x][z] * beta[y][x]
+            beta[k][j] * second_moment[j][j]
+            - beta[j][k] * second_moment[k][k]
+            + second_moment[j][k] * (beta[k][k] - beta[j][j])
+            + second_moment[i][j] * beta[k][i]
+            - second_moment[i][k] * beta[j][i]
         )
 
-    return Vector(map(about, range(3)))
+    return Vector(map(compute_component, range(3)))
 
 
 @dataclass
-class Matter:
-    """Some matter in a frame: the sums of dm (kg), dm x (kg m) and dm x x^T (kg m^2)."""
+class MassMoments:
+    """Mass and moments of bodies about the origin of a frame, in its axes."""
 
     mass: Scalar
+    """Sum of dm (kg)."""
     first: Vector
+    """Sum of dm x (kg m)."""
     second: Matrix
+    """Sum of dm x x^T (kg m^2)."""
 
-    def __add__(self, more: Matter) -> Matter:
-        return Matter(self.mass + more.mass, self.first + more.first, self.second + more.second)
+    def __add__(self, moments: MassMoments) -> MassMoments:
+        return MassMoments(
+            self.mass + moments.mass, self.first + moments.first, self.second + moments.second
+        )
 
-    def turned(self, frame: Frame) -> Matter:
-        """The same in the axes that the frame has if its joint is at zero."""
-        s, c, k = frame.sin, frame.cos, frame.axis
+    def rotate_to_zero(self, frame: Frame) -> MassMoments:
+        """Rotate from the axes of a frame to those that it has at q = 0.
+
+        With s and c the sine and cosine, and i, j, k cyclic with k the axis of the joint::
+
+            u = s (K_ii - K_jj) + 2 c K_ij
+            K'_ii = K_ii - s u      K'_jj = K_jj + s u      K'_ij = c u - K_ij
+            K'_ik = c K_ik - s K_jk      K'_jk = s K_ik + c K_jk
+        """
+        s, c, k = frame.sine, frame.cosine, frame.axis
         if not s and c == 1:
             return self
         i, j = (k + 1) % 3, (k + 2) % 3
-        out = [list(row) for row in self.second]
-        (ii, ij), (jj, ik, jk) = (out[i][i], out[i][j]), (out[j][j], out[i][k], out[j][k])
+        K = [list(row) for row in self.second]  # noqa: N806
+        (ii, ij), (jj, ik, jk) = (K[i][i], K[i][j]), (K[j][j], K[i][k], K[j][k])
         u = s * (ii - jj) + 2.0 * c * ij
-        out[i][i], out[j][j] = ii - s * u, jj + s * u
-        out[i][j] = out[j][i] = c * u - ij
-        out[i][k] = out[k][i] = c * ik - s * jk
-        out[j][k] = out[k][j] = s * ik + c * jk
-        return Matter(self.mass, frame.turned(self.first), Matrix(map(Vector, out)))
+        K[i][i], K[j][j] = ii - s * u, jj + s * u
+        K[i][j] = K[j][i] = c * u - ij
+        K[i][k] = K[k][i] = c * ik - s * jk
+        K[j][k] = K[k][j] = s * ik + c * jk
+        return MassMoments(self.mass, frame.rotate_to_zero(self.first), Matrix(map(Vector, K)))
 
-    def shifted(self, frame: Frame) -> Matter:
-        """The same about the origin of the frame before, in its axes; it was ``turned``."""
-        offset, first = frame.offset, frame.to_parent_axes(self.first)
-        moved = 0.5 * self.mass * offset
-        middle, twice = first + moved, 2.0 * offset
+    def shift_to_parent(self, frame: Frame) -> MassMoments:
+        """Transform to the parent frame, from axes that the frame has at q = 0.
 
-        def added(i: int, j: int) -> Scalar:
+        With p the offset, h the first moment and b = h + m p / 2::
+
+            h' = h + m p          K' = K + p b^T + b p^T
+        """
+        p, first = frame.offset, frame.permute_to_parent(self.first)
+        half_shift = 0.5 * self.mass * p
+        b, twice = first + half_shift, 2.0 * p
+
+        def compute_change(i: int, j: int) -> Scalar:
             if i == j:
-                return twice[i] * middle[i]
+                return twice[i] * b[i]
             i, j = (i, j) if j == (i + 1) % 3 else (j, i)
-            return offset[i] * middle[j] + offset[j] * middle[i]
+            return p[i] * b[j] + p[j] * b[i]
 
-        second = frame.back.of_matrix(self.second) + Matrix.of(added)
-        return Matter(self.mass, middle + moved, second)
+        second = frame.parent_axes.permute_matrix(self.second)
+        second += Matrix.from_elements(compute_change)
+        return MassMoments(self.mass, b + half_shift, second)
 
 
-def matter(tree: Tree) -> list[Matter]:
-    """Of each body about its frame's origin, in its axes."""
-    out = []
+def compute_mass_moments(tree: Tree) -> list[MassMoments]:
+    """Return the mass moments of each body, by joint number."""
+    moments = []
     for frame in tree.frames:
-        mass, centre = tree.mass(frame), tree.centre(frame)
+        mass, centre = tree.get_mass(frame), tree.get_centre(frame)
         first = mass * centre
-        out.append(Matter(mass, first, _second_moment(tree, frame) + outer(first, centre)))
-    return out
+        second = _compute_second_moment(tree, frame) + outer(first, centre)
+        moments.append(MassMoments(mass, first, second))
+    return moments
 
 
-def mass_matrix(tree: Tree) -> dict[tuple[int, int], Scalar]:
-    """The elements of the mass matrix with row <= column, by joint number, zeros left out."""
-    composite = matter(tree)
-    matrix: dict[tuple[int, int], Scalar] = {}
+#: Elements of a mass matrix with row <= column, by joint numbers; zeros are left out.
+UpperTriangle = dict[tuple[int, int], Scalar]
+
+
+def compute_mass_matrix(tree: Tree) -> UpperTriangle:
+    """Compute the mass matrix from composite rigid bodies (Featherstone, 6.2).
+
+    The composite body of joint k is everything that moves with it, with inertia I_k.  Column k is
+    the force that qdd_k = 1 requires, transformed to each ancestor i::
+
+        F_k = I_k S_k          M_ik = S_i^T F_k
+    """
+    composite = compute_mass_moments(tree)
+    matrix: UpperTriangle = {}
     for frame in reversed(tree.frames[1:]):
         k, axis = frame.number, frame.axis
-        own = composite[k]
-        turned = own.turned(frame)
-        if frame.turns:
-            # the moment about the axis is the same before the turn, and takes fewer operations
-            moment = [-x for x in turned.second[axis]]
-            moment[axis] = own.second[axis - 2][axis - 2] + own.second[axis - 1][axis - 1]
-            force = Spatial((frame.unit.cross(turned.first), Vector(moment)))
+        moments = composite[k]
+        at_zero = moments.rotate_to_zero(frame)
+        if frame.is_revolute:
+            # The moment about the axis is the same in axes of the frame, with fewer operations.
+            n = [-element for element in at_zero.second[axis]]
+            n[axis] = moments.second[axis - 2][axis - 2] + moments.second[axis - 1][axis - 1]
+            force = Spatial((frame.joint_axis.cross(at_zero.first), Vector(n)))
         else:
-            force = Spatial((own.mass * frame.unit, own.first.cross(frame.unit)))
-        matrix[k, k] = frame.along(force)
-        _carry(tree, frame, force, matrix)
-        composite[frame.parent] += turned.shifted(frame)
+            force = Spatial(
+                (moments.mass * frame.joint_axis, moments.first.cross(frame.joint_axis))
+            )
+        matrix[k, k] = frame.project_on_joint(force)
+        _fill_column(tree, frame, force, matrix)
+        composite[frame.parent] += at_zero.shift_to_parent(frame)
     return {key: value for key, value in matrix.items() if value}
 
 
-def _carry(tree: Tree, frame: Frame, force: Spatial, matrix: dict[tuple[int, int], Scalar]) -> None:
-    """Fill the column of a joint from force and moment about its origin, in the axes that its
-    frame has where the joint is at zero."""
+def _fill_column(tree: Tree, frame: Frame, force: Spatial, matrix: UpperTriangle) -> None:
+    """Fill a column above the diagonal.
+
+    Args:
+        tree: The model.
+        frame: The frame of the column's joint.
+        force: F_k of ``compute_mass_matrix``, in axes that the frame has at q = 0.
+        matrix: Gets the elements.
+    """
     column = frame.number
-    f, n = frame.to_parent_axes(force.linear), frame.to_parent_axes(force.angular)
+    f, n = frame.permute_to_parent(force.linear), frame.permute_to_parent(force.angular)
     force = Spatial((f, n + frame.offset.cross(f)))
-    frame = tree.frames[frame.parent]
-    while frame.number:
-        matrix[frame.number, column] = frame.along(force)
-        force = frame.inward(force)
-        frame = tree.frames[frame.parent]
+    ancestor = tree.frames[frame.parent]
+    while ancestor.number:
+        matrix[ancestor.number, column] = ancestor.project_on_joint(force)
+        force = ancestor.transform_force_to_parent(force)
+        ancestor = tree.frames[ancestor.parent]

@@ -2,50 +2,68 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from urdf2mbs_equations.graph import Scalar
 from urdf2mbs_equations.tree import Tree
-from urdf2mbs_equations.vectors import STILL, Spatial, Vector
+from urdf2mbs_equations.vectors import ZERO_SPATIAL, Spatial, Vector
 
 
-def kinetic(tree: Tree) -> tuple[Scalar, Vector, Vector]:
-    """The kinetic energy (J), the linear momentum (kg m/s) and the angular momentum about the
-    base's origin (kg m^2/s), both in the axes of the base.
+class KineticState(NamedTuple):
+    """Kinetic energy and momentum of the whole model, in base axes."""
 
-    Outwards go velocity (m/s) and angular velocity (rad/s) of each frame, inwards the momenta of
-    all that it carries, about its origin and in its axes.  Twice the energy is the sum of each
-    joint's rate times its momentum, as ``qd' M qd``.
+    energy: Scalar
+    """J."""
+    linear_momentum: Vector
+    """kg m/s."""
+    angular_momentum: Vector
+    """About the origin of the base (kg m^2/s)."""
+
+
+def compute_kinetic_state(tree: Tree) -> KineticState:
+    """Compute kinetic energy and momentum.
+
+    Velocities v, w are computed from the base to the leaves, momenta h from the leaves to the base;
+    h_k is the momentum of everything that joint k carries, about the origin of its frame::
+
+        2 E = sum over joints of qd_k S_k^T h_k
     """
-    velocity = [STILL]
+    velocities = [ZERO_SPATIAL]
     for frame in tree.frames[1:]:
-        v, w = velocity[frame.parent]
-        arrives = Spatial((frame.to_child(v + w.cross(frame.offset)), frame.to_child(w)))
-        velocity.append(arrives + frame.qd * frame.motion)
-    twice: Scalar = 0
-    momentum = [STILL] * len(tree.frames)
+        v, w = velocities[frame.parent]
+        at_frame = v + w.cross(frame.offset)
+        transformed = Spatial((frame.rotate_to_child(at_frame), frame.rotate_to_child(w)))
+        velocities.append(transformed + frame.qd * frame.motion_subspace)
+    twice_energy: Scalar = 0
+    momenta = [ZERO_SPATIAL] * len(tree.frames)
     for frame in reversed(tree.frames[1:]):
-        k, centre = frame.number, tree.centre(frame)
-        v, w = velocity[k]
-        p = tree.mass(frame) * (v + w.cross(centre))
-        whole = Spatial((p, tree.inertia(frame) @ w + centre.cross(p))) + momentum[k]
-        twice += frame.qd * frame.along(whole)
-        momentum[frame.parent] += frame.inward(whole)
-    linear, angular = momentum[0]
-    return 0.5 * twice, linear, angular
+        k, centre = frame.number, tree.get_centre(frame)
+        v, w = velocities[k]
+        linear = tree.get_mass(frame) * (v + w.cross(centre))
+        angular = tree.get_inertia(frame) @ w + centre.cross(linear)
+        momentum = Spatial((linear, angular)) + momenta[k]
+        twice_energy += frame.qd * frame.project_on_joint(momentum)
+        momenta[frame.parent] += frame.transform_force_to_parent(momentum)
+    return KineticState(0.5 * twice_energy, *momenta[0])
 
 
-def centre_of_mass(tree: Tree) -> Vector | None:
-    """Of the whole model, in the axes of the base (m); None if no body has a mass."""
-    mass, first = first_moment(tree)
-    return 1 / mass * first if mass else None
+def compute_centre_of_mass(tree: Tree) -> Vector | None:
+    """Return the centre of mass of the model in base axes (m); None if no body has a mass."""
+    mass, first_moment = compute_first_moment(tree)
+    return 1 / mass * first_moment if mass else None
 
 
-def first_moment(tree: Tree) -> tuple[Scalar, Vector]:
-    """The mass (kg) of the model, and its first moment about the base's origin, in the axes of the
-    base (kg m)."""
-    mass = [tree.mass(frame) for frame in tree.frames]
-    first = [m * tree.centre(frame) for m, frame in zip(mass, tree.frames, strict=True)]
+def compute_first_moment(tree: Tree) -> tuple[Scalar, Vector]:
+    """Return the mass (kg) and the first moment of mass (kg m) of the model.
+
+    The first moment is about the origin of the base, in base axes.
+    """
+    masses = [tree.get_mass(frame) for frame in tree.frames]
+    moments = [
+        mass * tree.get_centre(frame) for mass, frame in zip(masses, tree.frames, strict=True)
+    ]
     for frame in reversed(tree.frames[1:]):
         k, parent = frame.number, frame.parent
-        first[parent] += frame.to_parent(first[k]) + mass[k] * frame.offset
-        mass[parent] += mass[k]
-    return mass[0], first[0]
+        moments[parent] += frame.rotate_to_parent(moments[k]) + masses[k] * frame.offset
+        masses[parent] += masses[k]
+    return masses[0], moments[0]

@@ -1,9 +1,15 @@
-"""Expressions as a graph, in which what is equal is one node.
+"""Symbolic expressions as a graph in which equal expressions are one node.
 
-``Expr`` has operators: ``a + b``, ``2 * a``.  Inside the graph an expression is a whole number: the
-number of its node, negative for the expression with the opposite sign, 0 for zero, 1 for one.  So
-zeros, ones and signs cost nothing, ``a - b`` and ``b - a`` are one node, and two equal expressions
-are the same number (hash-consing).
+``Expr`` has operators: ``a + b``, ``2 * a``.  Inside the graph an expression is a signed node: the
+number of its node, negated for the opposite expression; 0 is zero and 1 is one.  An operation with
+the same operands returns the same node (hash-consing).  With ``x`` and ``y`` the nodes 5 and 6::
+
+    x + y     ADD(5, 6)  = node 7        y + x     node 7
+    x - y     ADD(5, -6) = node 8        y - x     -8, the opposite of node 8
+    -x - y    -7                         (x + y) * 1    node 7
+
+So zeros, ones and changes of sign cost no operation, and a subexpression that many results need is
+computed once.
 """
 
 from __future__ import annotations
@@ -12,153 +18,195 @@ import math
 from collections.abc import Iterable
 from enum import IntEnum
 
-#: The number of a node, negative for the opposite expression.
-Signed = int
+#: The number of a node, negative for the opposite expression; 0 is the expression zero.
+SignedNode = int
 
-#: The operations; constants, symbols and inputs are not computed.
-Op = IntEnum("Op", "CONST SYMBOL INPUT ADD MUL DIV SIN COS SQRT PAIR FIRST SECOND", start=0)
-LEAVES = frozenset([Op.CONST, Op.SYMBOL, Op.INPUT])
-#: Those of two operands; the rest has one.
+
+class Op(IntEnum):
+    """The kinds of nodes; constants, symbols and inputs are leaves, which compute nothing."""
+
+    CONSTANT = 0
+    SYMBOL = 1
+    INPUT = 2
+    ADD = 3
+    MUL = 4
+    DIV = 5
+    SIN = 6
+    COS = 7
+    SQRT = 8
+    PAIR = 9
+    """Two numbers as one operand of vector instructions: see ``pairs``, which makes them."""
+    FIRST = 10
+    """The first number of a pair."""
+    SECOND = 11
+    """The second number of a pair."""
+
+
+LEAVES = frozenset([Op.CONSTANT, Op.SYMBOL, Op.INPUT])
+#: Operations with two operands; all others have one.
 BINARY = frozenset([Op.ADD, Op.MUL, Op.DIV, Op.PAIR])
 
 
 class Graph:
-    """Nodes in the order in which they were made: what a node needs stands before it."""
+    """Nodes in the order in which they were made: the operands of a node precede it.
+
+    The attributes are parallel lists, indexed by node.
+    """
 
     def __init__(self) -> None:
-        self.op: list[Op] = [Op.CONST, Op.CONST]
-        self.a: list[Signed] = [0, 0]
-        """The first operand; of a sum and a product always positive."""
-        self.b: list[Signed] = [0, 0]
+        self.op: list[Op] = [Op.CONSTANT, Op.CONSTANT]
+        self.left: list[SignedNode] = [0, 0]
+        """First operand; positive in sums and products."""
+        self.right: list[SignedNode] = [0, 0]
+        """Second operand; 0 if there is only one."""
         self.value: list[float] = [0.0, 1.0]
-        """Of a constant; never negative."""
+        """Value of a constant, which is not negative."""
         self.name = ["0", "1"]
-        """Of a symbol, as in ``q[3]``."""
-        self._known: dict[tuple[Op, Signed, Signed], int] = {}
+        """Name of a symbol or input, as in ``q[3]``."""
+        self._operations: dict[tuple[Op, SignedNode, SignedNode], int] = {}
         self._constants = {1.0: 1}
         self._symbols: dict[str, int] = {}
 
-    def _node(self, op: Op, a: Signed, b: Signed = 0, value: float = 0.0, name: str = "") -> int:
+    def _append(
+        self,
+        op: Op,
+        left: SignedNode = 0,
+        right: SignedNode = 0,
+        *,
+        value: float = 0.0,
+        name: str = "",
+    ) -> int:
         self.op.append(op)
-        self.a.append(a)
-        self.b.append(b)
+        self.left.append(left)
+        self.right.append(right)
         self.value.append(value)
         self.name.append(name)
         return len(self.op) - 1
 
-    def _shared(self, op: Op, x: Signed, y: Signed = 0) -> int:
-        """The node of an operation, made only once."""
-        key = (op, x, y)
-        node = self._known.get(key)
+    def _operate(self, op: Op, left: SignedNode, right: SignedNode = 0) -> int:
+        """Return the node of an operation, which is made only once."""
+        key = (op, left, right)
+        node = self._operations.get(key)
         if node is None:
-            node = self._known[key] = self._node(op, x, y)
+            node = self._operations[key] = self._append(op, left, right)
         return node
 
-    def number(self, x: Scalar) -> Signed:
-        """The node of an expression or of a constant."""
-        return x.node if isinstance(x, Expr) else self.constant(x)
+    def to_node(self, scalar: Scalar) -> SignedNode:
+        """Return the signed node of an expression or a number."""
+        return scalar.node if isinstance(scalar, Expr) else self.make_constant(scalar)
 
-    def constant(self, value: float) -> Signed:
+    def make_constant(self, value: float) -> SignedNode:
+        """Return the signed node of a number."""
         if value == 0.0:
             return 0
-        size = abs(value)
-        node = self._constants.get(size)
+        magnitude = abs(value)
+        node = self._constants.get(magnitude)
         if node is None:
-            node = self._constants[size] = self._node(Op.CONST, 0, value=size)
+            node = self._constants[magnitude] = self._append(Op.CONSTANT, value=magnitude)
         return node if value > 0.0 else -node
 
-    def symbol(self, name: str) -> Expr:
+    def make_symbol(self, name: str) -> Expr:
+        """Return the expression that reads a number of the model's data, such as ``q[3]``."""
         node = self._symbols.get(name)
         if node is None:
-            node = self._symbols[name] = self._node(Op.SYMBOL, 0, name=name)
+            node = self._symbols[name] = self._append(Op.SYMBOL, name=name)
         return Expr(self, node)
 
-    def input(self, name: str) -> Expr:
-        """A value that a call of a user function gives: it is never equal to another."""
-        return Expr(self, self._node(Op.INPUT, 0, name=name))
+    def make_input(self, name: str) -> Expr:
+        """Return an expression for a result of a user function, equal to no other expression."""
+        return Expr(self, self._append(Op.INPUT, name=name))
 
-    def add(self, x: Signed, y: Signed) -> Signed:
-        if x == 0 or y == 0:
-            return x or y
-        if x == -y:
+    def add(self, left: SignedNode, right: SignedNode) -> SignedNode:
+        if left == 0 or right == 0:
+            return left or right
+        if left == -right:
             return 0
-        if x == y:
-            return self.mul(self.constant(2.0), x)
-        if abs(x) > abs(y):
-            x, y = y, x
-        if x < 0:
-            return -self._shared(Op.ADD, -x, -y)
-        return self._shared(Op.ADD, x, y)
+        if left == right:
+            return self.mul(self.make_constant(2.0), left)
+        if abs(left) > abs(right):
+            left, right = right, left
+        if left < 0:
+            return -self._operate(Op.ADD, -left, -right)
+        return self._operate(Op.ADD, left, right)
 
-    def mul(self, x: Signed, y: Signed) -> Signed:
-        if x == 0 or y == 0:
+    def mul(self, left: SignedNode, right: SignedNode) -> SignedNode:
+        if left == 0 or right == 0:
             return 0
-        if (x > 0) != (y > 0):
-            return -self.mul(abs(x), abs(y))
-        x, y = sorted((abs(x), abs(y)))
-        if x == 1:
-            return y
-        op, a = self.op, self.a
-        if op[y] == Op.CONST:
-            x, y = y, x
-        if op[x] == Op.CONST and op[y] == Op.MUL and op[a[y]] == Op.CONST:
-            return self.mul(self.constant(self.value[x] * self.value[a[y]]), self.b[y])
-        return self._shared(Op.MUL, x, y)
+        if (left > 0) != (right > 0):
+            return -self.mul(abs(left), abs(right))
+        left, right = sorted((abs(left), abs(right)))
+        if left == 1:
+            return right
+        op = self.op
+        if op[right] == Op.CONSTANT:
+            left, right = right, left
+        if op[left] == Op.CONSTANT and op[right] == Op.MUL:
+            factor = self.left[right]
+            if op[factor] == Op.CONSTANT:  # 2 * (3 * x) is 6 * x
+                product = self.make_constant(self.value[left] * self.value[factor])
+                return self.mul(product, self.right[right])
+        return self._operate(Op.MUL, left, right)
 
-    def div(self, x: Signed, y: Signed) -> Signed:
-        if x == 0:
+    def div(self, left: SignedNode, right: SignedNode) -> SignedNode:
+        if left == 0:
             return 0
-        node = self._shared(Op.DIV, abs(x), abs(y))
-        return node if (x > 0) == (y > 0) else -node
+        node = self._operate(Op.DIV, abs(left), abs(right))
+        return node if (left > 0) == (right > 0) else -node
 
-    def sin(self, x: Signed) -> Signed:
-        return self._shared(Op.SIN, x) if x > 0 else -self._shared(Op.SIN, -x)
+    def sin(self, angle: SignedNode) -> SignedNode:
+        return self._operate(Op.SIN, angle) if angle > 0 else -self._operate(Op.SIN, -angle)
 
-    def cos(self, x: Signed) -> Signed:
-        return self._shared(Op.COS, abs(x))
+    def cos(self, angle: SignedNode) -> SignedNode:
+        return self._operate(Op.COS, abs(angle))
 
-    def sqrt(self, x: Signed) -> Signed:
-        return self._shared(Op.SQRT, x)
+    def sqrt(self, square: SignedNode) -> SignedNode:
+        return self._operate(Op.SQRT, square)
 
-    def apply(self, op: Op, x: Signed, y: Signed) -> Signed:
-        """An operation of one operand (``y`` does not count) or of two."""
+    def pair(self, first: SignedNode, second: SignedNode) -> SignedNode:
+        """Return two numbers as one operand; an operation on pairs is done on both numbers.
+
+        A single number beside a pair stands for two equal ones.
+        """
+        if first < 0:
+            return -self._operate(Op.PAIR, -first, -second)
+        return self._operate(Op.PAIR, first, second)
+
+    def get_part(self, part: Op, pair: SignedNode) -> SignedNode:
+        """Return the FIRST or the SECOND number of a pair."""
+        return -self._operate(part, -pair) if pair < 0 else self._operate(part, pair)
+
+    def apply(self, op: Op, left: SignedNode, right: SignedNode) -> SignedNode:
+        """Return the result of any operation; ``right`` is ignored if it has one operand."""
         function = getattr(self, op.name.lower())
-        return int(function(x, y) if op in BINARY else function(x))
+        return int(function(left, right) if op in BINARY else function(left))
 
-    # Two numbers as one, for processors that do the same with both in one step.  What is done
-    # with a pair is done with both; a single number may stand in for two equal ones.
-
-    def pair(self, x: Signed, y: Signed) -> Signed:
-        return -self._shared(Op.PAIR, -x, -y) if x < 0 else self._shared(Op.PAIR, x, y)
-
-    def part(self, op: Op, pair: Signed) -> Signed:
-        """The FIRST or SECOND number of a pair."""
-        return -self._shared(op, -pair) if pair < 0 else self._shared(op, pair)
-
-    def operands(self, node: int) -> tuple[int, ...]:
-        """The numbers of the nodes that a node is made of."""
+    def list_operands(self, node: int) -> tuple[int, ...]:
+        """Return the nodes of the operands of a node, without their signs."""
         if self.op[node] in LEAVES:
             return ()
-        a = abs(self.a[node])
-        return (a, abs(self.b[node])) if self.op[node] in BINARY else (a,)
+        left = abs(self.left[node])
+        return (left, abs(self.right[node])) if self.op[node] in BINARY else (left,)
 
-    def reach(self, results: Iterable[Signed]) -> list[int]:
-        """All nodes that some results need; what a node is made of stands before it."""
-        stack = [abs(x) for x in results]
+    def find_dependencies(self, results: Iterable[SignedNode]) -> list[int]:
+        """Return all nodes that results depend on, the operands of a node before it."""
+        stack = [abs(result) for result in results]
         nodes = set(stack)
         while stack:
-            new = [x for x in self.operands(stack.pop()) if x not in nodes]
+            new = [node for node in self.list_operands(stack.pop()) if node not in nodes]
             nodes.update(new)
             stack += new
         return sorted(nodes)
 
 
 class Expr:
-    """An expression of a graph; never zero, and never a constant: these are Python's numbers."""
+    """An expression of a graph.
+
+    Results that are zero or constant are Python's numbers where possible: ``x - x`` is 0.
+    """
 
     __slots__ = ("graph", "node")
 
-    def __init__(self, graph: Graph, node: Signed) -> None:
+    def __init__(self, graph: Graph, node: SignedNode) -> None:
         self.graph, self.node = graph, node
 
     def __eq__(self, other: object) -> bool:
@@ -170,57 +218,67 @@ class Expr:
     def __neg__(self) -> Expr:
         return Expr(self.graph, -self.node)
 
-    def __add__(self, other: Scalar) -> Scalar:
-        if not other:
+    def __add__(self, term: Scalar) -> Scalar:
+        if not term:
             return self
         graph = self.graph
-        node = graph.add(self.node, other.node if type(other) is Expr else graph.number(other))
+        node = graph.add(self.node, term.node if type(term) is Expr else graph.to_node(term))
         return Expr(graph, node) if node else 0
 
     __radd__ = __add__
 
-    def __sub__(self, other: Scalar) -> Scalar:
-        return self + -other
+    def __sub__(self, term: Scalar) -> Scalar:
+        return self + -term
 
-    def __rsub__(self, other: float) -> Scalar:
-        return -self + other
+    def __rsub__(self, minuend: float) -> Scalar:
+        return -self + minuend
 
-    def __mul__(self, other: Scalar) -> Scalar:
+    def __mul__(self, factor: Scalar) -> Scalar:
         graph = self.graph
-        if type(other) is Expr:
-            return Expr(graph, graph.mul(self.node, other.node))
-        if isinstance(other, tuple):
+        if type(factor) is Expr:
+            return Expr(graph, graph.mul(self.node, factor.node))
+        if isinstance(factor, tuple):
             return NotImplemented  # a vector multiplies each of its elements
-        return Expr(graph, graph.mul(self.node, graph.number(other))) if other else 0
+        return Expr(graph, graph.mul(self.node, graph.to_node(factor))) if factor else 0
 
     __rmul__ = __mul__
 
-    def __rtruediv__(self, other: float) -> Expr:
-        return Expr(self.graph, self.graph.div(self.graph.constant(other), self.node))
+    def __rtruediv__(self, dividend: float) -> Expr:
+        return Expr(self.graph, self.graph.div(self.graph.make_constant(dividend), self.node))
 
 
 #: An expression, or a number.
 Scalar = Expr | float
 
 
-def sine(x: Scalar) -> Scalar:
-    return Expr(x.graph, x.graph.sin(x.node)) if isinstance(x, Expr) else _exact(math.sin(x), x)
+def sine(angle: Scalar) -> Scalar:
+    """Return the sine of an angle (rad)."""
+    if isinstance(angle, Expr):
+        return Expr(angle.graph, angle.graph.sin(angle.node))
+    return _snap_to_right_angle(math.sin(angle), angle)
 
 
-def cosine(x: Scalar) -> Scalar:
-    return Expr(x.graph, x.graph.cos(x.node)) if isinstance(x, Expr) else _exact(math.cos(x), x)
+def cosine(angle: Scalar) -> Scalar:
+    """Return the cosine of an angle (rad)."""
+    if isinstance(angle, Expr):
+        return Expr(angle.graph, angle.graph.cos(angle.node))
+    return _snap_to_right_angle(math.cos(angle), angle)
 
 
-def root(x: Scalar) -> Scalar:
-    return Expr(x.graph, x.graph.sqrt(x.node)) if isinstance(x, Expr) else math.sqrt(x)
+def square_root(square: Scalar) -> Scalar:
+    """Return the square root of an expression or a number."""
+    if isinstance(square, Expr):
+        return Expr(square.graph, square.graph.sqrt(square.node))
+    return math.sqrt(square)
 
 
-#: An angle within this share of a multiple of 90 degrees counts as this multiple.
-RIGHT = 2.0**-52
+#: An angle that differs from a multiple of 90 degrees by less than this, relative to the angle, is
+#: treated as this multiple.
+RIGHT_ANGLE_TOLERANCE = 2.0**-52
 
 
-def _exact(value: float, angle: float) -> float:
-    """The sine or cosine of an angle (rad), exact where the angle is a multiple of 90 degrees."""
-    if abs(value) < RIGHT * abs(angle):
+def _snap_to_right_angle(value: float, angle: float) -> float:
+    """Return a sine or cosine of an angle (rad), exact if the angle is a multiple of 90 degrees."""
+    if abs(value) < RIGHT_ANGLE_TOLERANCE * abs(angle):
         return 0.0
-    return math.copysign(1.0, value) if 1.0 - abs(value) < RIGHT else value
+    return math.copysign(1.0, value) if 1.0 - abs(value) < RIGHT_ANGLE_TOLERANCE else value

@@ -1,38 +1,49 @@
-"""Where a frame or a point is, how it moves, and what each joint adds to that.
+"""Position, velocity, acceleration and Jacobian of a frame or an anchor point.
 
-All in the axes of one frame, most often the ground's, by recursion from there outwards
-(Siciliano and others, Robotics: Modelling, Planning and Control, 2009, chapters 2 and 3).
+All vectors are in the axes of one frame, usually the base, and are computed by recursion from
+there outwards (Siciliano and others, Robotics: Modelling, Planning and Control, 2009, chapters 2
+and 3).  From a point to a point of the same body, with arm r::
+
+    v' = v + w x r        a' = a + dw/dt x r + w x (w x r)
+
+and from a frame to the frame of the next joint, with unit axis e::
+
+    R:  w' = w + qd e     dw'/dt = dw/dt + w x qd e + qdd e
+    T:  v' = v + qd e     a' = a + 2 w x qd e + qdd e
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from urdf2mbs.plugin import Connection
 from urdf2mbs_equations.graph import Scalar
 from urdf2mbs_equations.tree import Frame, Tree
-from urdf2mbs_equations.vectors import IDENTITY, NONE, Matrix, Vector
+from urdf2mbs_equations.vectors import IDENTITY, ZERO_VECTOR, Matrix, Vector
 
 
 @dataclass
 class Motion:
-    """Of a point fixed to a frame, in the axes of the frame that it is seen from (SI units)."""
+    """The motion of a point of a body, in axes of a reference frame (SI units)."""
 
     axes: Matrix = IDENTITY
-    """The rows are the frame's x, y and z axis: ``axes @ v`` is v in the axes of the frame."""
-    position: Vector = NONE
-    velocity: Vector = NONE
-    omega: Vector = NONE
-    acceleration: Vector = NONE
+    """The rows are the axes of the body: ``axes @ v`` transforms v into body axes."""
+    position: Vector = ZERO_VECTOR
+    velocity: Vector = ZERO_VECTOR
+    omega: Vector = ZERO_VECTOR
+    """Angular velocity (rad/s)."""
+    acceleration: Vector = ZERO_VECTOR
     """Without gravity."""
-    omega_dot: Vector = NONE
+    omega_dot: Vector = ZERO_VECTOR
     linear: dict[int, Vector] = field(default_factory=dict)
-    """By joint number, the velocity for a unit rate of the joint."""
+    """Linear Jacobian: by joint number, the velocity of the point for qd = 1."""
     angular: dict[int, Vector] = field(default_factory=dict)
+    """Angular Jacobian: by joint number, the angular velocity for qd = 1."""
 
     def shift(self, offset: Vector) -> None:
-        """Go on to a point of the frame, given in its axes."""
+        """Go on to a point of the body, given by its offset in body axes (m)."""
         arm = offset[0] * self.axes[0] + offset[1] * self.axes[1] + offset[2] * self.axes[2]
         w = self.omega
         self.position += arm
@@ -40,104 +51,139 @@ class Motion:
         self.acceleration += self.omega_dot.cross(arm) + w.cross(w.cross(arm))
 
     def pass_joint(self, frame: Frame, qdd: Scalar) -> None:
-        """Go on to the frame behind a joint at this place."""
+        """Go on to the frame of a joint whose origin is this point."""
         axis = self.axes[frame.axis]
-        rate = frame.qd * axis
-        across = self.omega.cross(rate)
-        if frame.turns:
-            self.omega += rate
-            self.omega_dot = self.omega_dot + across + qdd * axis
-            i, j, c, s = (frame.axis + 1) % 3, (frame.axis + 2) % 3, frame.cos, frame.sin
-            axes = list(self.axes)
-            x, y = axes[i], axes[j]
-            axes[i], axes[j] = c * x + s * y, c * y - s * x
-            self.axes = Matrix(axes)
+        joint_velocity = frame.qd * axis
+        coriolis = self.omega.cross(joint_velocity)
+        if frame.is_revolute:
+            self.omega += joint_velocity
+            self.omega_dot = self.omega_dot + coriolis + qdd * axis
+            self._rotate_axes(frame)
         else:
-            self.velocity += rate
-            self.acceleration = self.acceleration + 2.0 * across + qdd * axis
+            self.velocity += joint_velocity
+            self.acceleration = self.acceleration + 2.0 * coriolis + qdd * axis
 
-    def measured(self, measures: Collection[str]) -> Iterator[tuple[str, str, Scalar]]:
-        """Robotran's name of each quantity among the measures, a place in it, and its value."""
-        for name, measure, vector in (
-            ("P", "Pos", self.position), ("V", "Vit", self.velocity), ("OM", "Om", self.omega),
-            ("A", "Acc", self.acceleration), ("OMP", "Omp", self.omega_dot),
-        ):  # fmt: skip
+    def _rotate_axes(self, frame: Frame) -> None:
+        i, j = (frame.axis + 1) % 3, (frame.axis + 2) % 3
+        c, s = frame.cosine, frame.sine
+        axes = list(self.axes)
+        axes[i], axes[j] = c * axes[i] + s * axes[j], c * axes[j] - s * axes[i]
+        self.axes = Matrix(axes)
+
+    def list_signals(self, measures: Collection[str]) -> Iterator[tuple[str, str, Scalar]]:
+        """List the elements of the measured quantities.
+
+        Args:
+            measures: Signals as an .mbs names them: ``Pos``, ``Rot``, ``Vit``, ...
+
+        Yields:
+            Robotran's array, the indices of an element as text (``[1][2]``), and its value.
+        """
+        vectors = {
+            "Pos": ("P", self.position),
+            "Vit": ("V", self.velocity),
+            "Om": ("OM", self.omega),
+            "Acc": ("A", self.acceleration),
+            "Omp": ("OMP", self.omega_dot),
+        }
+        for measure, (array, vector) in vectors.items():
             if measure in measures:
                 for k, value in enumerate(vector, start=1):
-                    yield name, f"[{k}]", value
+                    yield array, f"[{k}]", value
         if "Rot" in measures:
             for row, axis in enumerate(self.axes, start=1):
                 for k, value in enumerate(axis, start=1):
                     yield "R", f"[{row}][{k}]", value
 
 
-def chain(tree: Tree, number: int, start: int = 0) -> list[Frame]:
-    """The joints from one frame out to another."""
-    out = []
+class AnchorPoint(NamedTuple):
+    """An anchor point of a cut, a link or a force: an end of a chain of joints."""
+
+    joint: int
+    """The number of the last joint of the point's body; 0 is the base."""
+    position: Vector
+    """In the frame of the body (m)."""
+
+
+def list_chain(tree: Tree, number: int, start: int = 0) -> list[Frame]:
+    """Return the joints from a frame (excluded) outwards to another frame."""
+    frames = []
     while number != start:
-        out.append(tree.frames[number])
+        frames.append(tree.frames[number])
         number = tree.frames[number].parent
-    return out[::-1]
+    return frames[::-1]
 
 
-def motion(
-    tree: Tree, number: int, at: Vector = NONE, *, start: int = 0, accelerations: bool = True
+def compute_motion(
+    tree: Tree, point: AnchorPoint, *, start: int = 0, accelerations: bool = True
 ) -> Motion:
-    """The motion of a point ``at`` in the frame behind a joint, seen from the frame ``start`` and
-    in its axes, as if this frame stood still; ``accelerations`` False takes all qdd as 0."""
-    out = Motion()
+    """Compute the motion of a point relative to the frame ``start``, in axes of this frame.
+
+    Args:
+        tree: The model.
+        point: The point.
+        start: The number of the reference frame, which is treated as at rest.
+        accelerations: False to set all qdd to zero.
+
+    Returns:
+        The motion, with Jacobians for the joints from ``start`` to the point.
+    """
+    motion = Motion()
     origins: dict[int, Vector] = {}
-    for frame in chain(tree, number, start):
-        k = frame.number
-        out.shift(frame.offset)
-        moved = out.angular if frame.turns else out.linear
-        moved[k], origins[k] = out.axes[frame.axis], out.position
-        out.pass_joint(frame, frame.qdd if accelerations else 0)
-    out.shift(at)
-    for k, axis in out.angular.items():
-        out.linear[k] = axis.cross(out.position - origins[k])
-    out.linear = dict(sorted(out.linear.items()))
-    return out
+    for frame in list_chain(tree, point.joint, start):
+        motion.shift(frame.offset)
+        jacobian = motion.angular if frame.is_revolute else motion.linear
+        jacobian[frame.number] = motion.axes[frame.axis]
+        origins[frame.number] = motion.position
+        motion.pass_joint(frame, frame.qdd if accelerations else 0)
+    motion.shift(point.position)
+    for number, axis in motion.angular.items():
+        motion.linear[number] = axis.cross(motion.position - origins[number])
+    motion.linear = dict(sorted(motion.linear.items()))
+    return motion
 
 
-#: The number of a body's last joint, and a point in the frame behind this joint (m).
-End = tuple[int, Vector]
-
-
-def ends(tree: Tree, connection: Connection) -> tuple[End, End]:
-    """Both ends of a cut or a link."""
+def find_ends(tree: Tree, connection: Connection) -> tuple[AnchorPoint, AnchorPoint]:
+    """Return both ends of a cut or a link."""
     (body1, point1), (body2, point2) = connection.endpoint1, connection.endpoint2
     return (
-        (tree.last[body1], tree.point(body1, point1)),
-        (tree.last[body2], tree.point(body2, point2)),
+        AnchorPoint(tree.last_joint[body1], tree.get_point(body1, point1)),
+        AnchorPoint(tree.last_joint[body2], tree.get_point(body2, point2)),
     )
 
 
-def common(tree: Tree, a: int, b: int) -> int:
-    """The number of the frame from which the ways to two frames part."""
-    inwards = {0}
-    while a:
-        inwards.add(a)
-        a = tree.frames[a].parent
-    while b not in inwards:
-        b = tree.frames[b].parent
-    return b
+def find_common_ancestor(tree: Tree, first: int, second: int) -> int:
+    """Return the number of the last frame that is on the chains from the base to two frames."""
+    ancestors = {0}
+    while first:
+        ancestors.add(first)
+        first = tree.frames[first].parent
+    while second not in ancestors:
+        second = tree.frames[second].parent
+    return second
 
 
-def relative(tree: Tree, end1: End, end2: End) -> Motion:
-    """The motion of the second point as seen from the first body, in the axes of this body."""
-    start = common(tree, end1[0], end2[0])
-    a = motion(tree, *end1, start=start)
-    b = motion(tree, *end2, start=start)
-    p, w = b.position - a.position, a.omega
-    v = b.velocity - a.velocity - w.cross(p)
-    turning = b.omega - w
-    rate = b.omega_dot - a.omega_dot - w.cross(turning)
-    # b = a + w' x p + w x (w x p) + 2 w x v + what is seen
-    seen = b.acceleration - a.acceleration - a.omega_dot.cross(p)
-    seen = seen - w.cross(w.cross(p)) - 2.0 * w.cross(v)
-    axes = Matrix(a.axes @ axis for axis in b.axes)
-    position, velocity, omega, acceleration, omega_dot = (
-        a.axes @ x for x in (p, v, turning, seen, rate)
+def compute_relative_motion(tree: Tree, end1: AnchorPoint, end2: AnchorPoint) -> Motion:
+    """Compute the motion of the second point relative to the first body, in axes of this body.
+
+    With p, v, a from the first point to the second, and w and dw/dt of the first body::
+
+        v_rel = v - w x p        a_rel = a - dw/dt x p - w x (w x p) - 2 w x v_rel
+    """
+    start = find_common_ancestor(tree, end1.joint, end2.joint)
+    first = compute_motion(tree, end1, start=start)
+    second = compute_motion(tree, end2, start=start)
+    p, w = second.position - first.position, first.omega
+    v_rel = second.velocity - first.velocity - w.cross(p)
+    w_rel = second.omega - w
+    dw_rel = second.omega_dot - first.omega_dot - w.cross(w_rel)
+    a_rel = second.acceleration - first.acceleration - first.omega_dot.cross(p)
+    a_rel = a_rel - w.cross(w.cross(p)) - 2.0 * w.cross(v_rel)
+    return Motion(
+        axes=Matrix(first.axes @ axis for axis in second.axes),
+        position=first.axes @ p,
+        velocity=first.axes @ v_rel,
+        omega=first.axes @ w_rel,
+        acceleration=first.axes @ a_rel,
+        omega_dot=first.axes @ dw_rel,
     )
-    return Motion(axes, position, velocity, omega, acceleration, omega_dot)

@@ -1,24 +1,25 @@
 """The equations in MATLAB, for MBsysLab; GNU Octave runs them, too.
 
-Names, arguments and results are those of the files that Robotran's generator wrote for public
-projects.  There, no file has ``accelred`` or ``link3D``.
+Names, arguments and results are those of files that Robotran's generator wrote for public projects,
+in which there is no ``accelred`` and no ``link3D``.
 """
 
 from __future__ import annotations
 
 from urdf2mbs_equations.constraints import count_equations
-from urdf2mbs_equations.routine import Made, Refused, Routine, Statement, arrays
+from urdf2mbs_equations.regressor import N_PARAMETERS
+from urdf2mbs_equations.routine import Content, Refused, Routine, Statement, list_arrays
 from urdf2mbs_equations.writer import CASES, Writer
 
-#: What each function returns, and the value with which each result begins.
 _LOADS = {"frc": "s.frc", "trq": "s.trq"}
 _SENSOR = {
     "sens": "struct('P', zeros(3,1), 'R', zeros(3,3), 'V', zeros(3,1), 'OM', zeros(3,1), "
     "'A', zeros(3,1), 'OMP', zeros(3,1), 'J', zeros(6,{joints}))"
 }
-_TABLE = "zeros({joints},{joints})"
+_SQUARE = "zeros({joints},{joints})"
+#: The results of each function, and the value with which each result begins.
 RESULTS = {
-    "dirdyna": {"M": _TABLE, "c": "zeros({joints},1)"},
+    "dirdyna": {"M": _SQUARE, "c": "zeros({joints},1)"},
     "invdyna": {"phi": "zeros({joints},1)"},
     "cons_hJ": {"h": "zeros({rows},1)", "Jac": "zeros({rows},{joints})"},
     "cons_jdqd": {"Jdqd": "zeros({rows},1)"},
@@ -29,60 +30,64 @@ RESULTS = {
     "energy": {"E": "zeros(2,1)"},
     "momentum": {"P": "zeros(3,1)", "L": "zeros(3,1)"},
     "com": {"P": "zeros(3,1)"},
-    "derivatives": dict.fromkeys(("Dq", "Dqd", "Dqdd"), _TABLE),
+    "derivatives": dict.fromkeys(("Dq", "Dqd", "Dqdd"), _SQUARE),
     "regressor": {"Y": "zeros({joints},{parameters})"},
 }
-#: The user's functions, by their handles in usrfun.
-USER = {"user_ExtForces": "fext", "user_LinkForces": "flink"}
+#: User functions, by their handles in ``usrfun``.
+USER_FUNCTIONS = {"user_ExtForces": "fext", "user_LinkForces": "flink"}
 
 
 class MatlabWriter(Writer):
-    suffix, comment = "m", "%"
-    lacks = frozenset(["accelred", "invdynared", "link3D"])
+    """Writes functions for MBsysLab."""
 
-    def function(self, name: str, made: Made) -> str:
+    suffix, comment = "m", "%"
+    missing_functions = frozenset(["accelred", "invdynared", "link3D"])
+
+    def write_function(self, name: str, content: Content) -> str:
         sizes = {
             "joints": len(self.mbs.numbers()),
             "links": sum(link.kind == "link" for link in self.mbs.links),
-            "parameters": 10 * len(self.mbs.bodies),
+            "parameters": N_PARAMETERS * len(self.mbs.bodies),
             "rows": count_equations(self.mbs) if name.startswith("cons_") else 0,
         }
-        begin = {result: value.format(**sizes) for result, value in RESULTS[name].items()}
+        results = {result: value.format(**sizes) for result, value in RESULTS[name].items()}
         number = ",isens" if name in CASES else ""
         text = (
-            f"function [{','.join(begin)}] = mbs_{name}_{self.mbs.name}(s,tsim,usrfun{number})\n"
-            + "".join(f"{result} = {value};\n" for result, value in begin.items())
+            f"function [{','.join(results)}] = mbs_{name}_{self.mbs.name}(s,tsim,usrfun{number})\n"
         )
-        if isinstance(made, Refused):
-            text += f"error('{name}: {made.message}');\n"
-        elif isinstance(made, dict):
+        text += "".join(f"{result} = {value};\n" for result, value in results.items())
+        if isinstance(content, Refused):
+            text += f"error('{name}: {content.message}');\n"
+        elif isinstance(content, dict):
             text += "switch isens\n"
-            for case, routine in made.items():
-                text += f"case {case}\n{self._body(routine)}"
+            for case, routine in content.items():
+                text += f"case {case}\n{self._write_body(routine)}"
             text += (
                 f"otherwise\nerror('the model has no {CASES[name]} %d: it has "
-                f"{len(made)}', isens);\nend\n"
+                f"{len(content)}', isens);\nend\n"
             )
-        elif isinstance(made, Routine):
-            text += self._body(made)
+        elif isinstance(content, Routine):
+            text += self._write_body(content)
         return text + "end\n"
 
-    def _body(self, routine: Routine) -> str:
-        lines = self.statements(routine)
-        text = "".join(f"{array} = s.{array};\n" for array in arrays(lines))
-        for line in lines:
-            if line.call is not None and line.call.function == "user_ExtForces":
-                for array in line.call.arguments[:6]:
+    def _write_body(self, routine: Routine) -> str:
+        statements = self.make_statements(routine)
+        text = "".join(f"{array} = s.{array};\n" for array in list_arrays(statements))
+        for statement in statements:
+            if statement.call is not None and statement.call.function == "user_ExtForces":
+                for array in statement.call.arguments[:6]:
                     text += f"{array} = zeros(3,{3 if array.startswith('Rx') else 1});\n"
-        return text + "".join(map(_statement, lines))
+        return text + "".join(map(_write_statement, statements))
 
 
-def _statement(line: Statement) -> str:
-    if line.call is not None:
-        arguments = ",".join(line.call.arguments)
-        text = f"{line.call.result} = usrfun.{USER[line.call.function]}({arguments});\n"
+def _write_statement(statement: Statement) -> str:
+    if statement.call is not None:
+        arguments = ",".join(statement.call.arguments)
+        handle = USER_FUNCTIONS[statement.call.function]
+        text = f"{statement.call.result} = usrfun.{handle}({arguments});\n"
     else:
-        first, *more = line.places
-        text = f"{first} = {line.text};\n" + "".join(f"{place} = {first};\n" for place in more)
+        first, *copies = statement.targets
+        text = f"{first} = {statement.text};\n"
+        text += "".join(f"{target} = {first};\n" for target in copies)
     # M[1][3] is M(1,3) in MATLAB
     return text.replace("][", ",").replace("[", "(").replace("]", ")")

@@ -1,12 +1,12 @@
-"""What equations need to know of a project: its languages."""
+"""The languages of equations and of a project."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-#: By language, the ending of its files.
+#: By language, the suffix of its files.
 SUFFIXES = {"python": ".py", "c": ".c", "matlab": ".m"}
-#: By language, its name.
+#: By language, its name in messages.
 NAMES = {"python": "Python", "c": "C", "matlab": "MATLAB"}
 
 

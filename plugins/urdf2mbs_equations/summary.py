@@ -1,4 +1,4 @@
-"""What the equations have to say of a project: what Robotran's own programs still need."""
+"""The commands that a project still needs for Robotran's own programs, for the summary of a run."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def summarize(conversion: Conversion) -> Summary:
 
 
 def describe_build(project: Path) -> str | None:
-    """Return the command that builds the C of a project; None where no CMakeLists.txt says how."""
+    """Return the command that builds the C of a project; None if it has no CMakeLists.txt."""
     source = project / "workR"
     if not (source / "CMakeLists.txt").is_file():
         return None

@@ -1,6 +1,6 @@
 """Vectors and matrices of expressions or numbers, with operators: ``a + b``, ``m @ v``, ``2 * v``.
 
-A zero is the number 0, and what it takes part in costs no operation.
+An element that is always zero is the number 0: sums and products with it cost no operation.
 """
 
 from __future__ import annotations
@@ -19,74 +19,75 @@ if TYPE_CHECKING:
 T = TypeVar("T", Scalar, "Vector")
 
 
-class _Elements(tuple[T, ...]):
-    """What is added and multiplied element by element."""
+class _Elementwise(tuple[T, ...]):
+    """A tuple with sums, differences and multiples element by element."""
 
     __slots__ = ()
 
-    def __add__(self, more: Self) -> Self:  # type: ignore[override]
-        return type(self)(map(add, self, more))
+    def __add__(self, terms: Self) -> Self:  # type: ignore[override]
+        return type(self)(map(add, self, terms))
 
-    def __sub__(self, less: Self) -> Self:
-        return type(self)(map(sub, self, less))
+    def __sub__(self, terms: Self) -> Self:
+        return type(self)(map(sub, self, terms))
 
     def __neg__(self) -> Self:
         return type(self)(map(neg, self))  # type: ignore[arg-type]
 
-    def __mul__(self, x: Scalar) -> Self:  # type: ignore[override]
-        return type(self)(map(mul, repeat(x), self))
+    def __mul__(self, factor: Scalar) -> Self:  # type: ignore[override]
+        return type(self)(map(mul, repeat(factor), self))
 
     __rmul__ = __mul__  # type: ignore[assignment]
 
 
-class Vector(_Elements[Scalar]):
-    """Three numbers."""
+class Vector(_Elementwise[Scalar]):
+    """A vector with three components."""
 
     __slots__ = ()
 
-    def __matmul__(self, v: Vector) -> Scalar:
-        """The scalar product."""
-        return self[0] * v[0] + self[1] * v[1] + self[2] * v[2]
+    def __matmul__(self, vector: Vector) -> Scalar:
+        """Return the scalar product."""
+        return self[0] * vector[0] + self[1] * vector[1] + self[2] * vector[2]
 
-    def cross(self, v: Vector) -> Vector:
-        (a, b, c), (x, y, z) = self, v
+    def cross(self, vector: Vector) -> Vector:
+        (a, b, c), (x, y, z) = self, vector
         return Vector((b * z - c * y, c * x - a * z, a * y - b * x))
 
-    def turned(self, axis: int, c: Scalar, s: Scalar) -> Vector:
-        """Turned about a coordinate axis by an angle given by cosine and sine."""
-        if not s and c == 1:
+    def rotate(self, axis: int, cosine: Scalar, sine: Scalar) -> Vector:
+        """Rotate about a coordinate axis (0, 1, 2) by the angle with this cosine and sine."""
+        if not sine and cosine == 1:
             return self
         i, j = (axis + 1) % 3, (axis + 2) % 3
-        out = list(self)
-        out[i] = c * self[i] - s * self[j]
-        out[j] = s * self[i] + c * self[j]
-        return Vector(out)
+        rotated = list(self)
+        rotated[i] = cosine * self[i] - sine * self[j]
+        rotated[j] = sine * self[i] + cosine * self[j]
+        return Vector(rotated)
 
 
-class Matrix(_Elements[Vector]):
-    """Three rows."""
+class Matrix(_Elementwise[Vector]):
+    """A 3x3 matrix, as three rows."""
 
     __slots__ = ()
 
     @staticmethod
-    def of(element: Callable[[int, int], Scalar]) -> Matrix:
-        """The matrix of the elements at row and column (0, 1, 2)."""
+    def from_elements(element: Callable[[int, int], Scalar]) -> Matrix:
+        """Return the matrix of the elements by row and column (0, 1, 2)."""
         return Matrix(Vector(element(i, j) for j in range(3)) for i in range(3))
 
     @property
     def T(self) -> Matrix:  # noqa: N802
+        """The transpose."""
         return Matrix(map(Vector, zip(*self, strict=True)))
 
-    def __matmul__(self, v: Vector) -> Vector:
-        return Vector(row @ v for row in self)
+    def __matmul__(self, vector: Vector) -> Vector:
+        return Vector(row @ vector for row in self)
 
     @property
     def trace(self) -> Scalar:
         return self[0][0] + self[1][1] + self[2][2]
 
 
-class Spatial(_Elements[Vector]):
-    """A linear and an angular vector: of a motion, or a force and its moment."""
+class Spatial(_Elementwise[Vector]):
+    """A linear and an angular vector: velocities, accelerations, or a force and its moment."""
 
     __slots__ = ()
 
@@ -98,45 +99,53 @@ class Spatial(_Elements[Vector]):
     def angular(self) -> Vector:
         return self[1]
 
-    def __matmul__(self, s: Spatial) -> Scalar:
-        """The power of a force along a motion."""
-        return self[0] @ s[0] + self[1] @ s[1]
+    def __matmul__(self, spatial: Spatial) -> Scalar:
+        """Return the power of a force along a motion."""
+        return self[0] @ spatial[0] + self[1] @ spatial[1]
 
 
-NONE = Vector((0, 0, 0))
-UNITS = Vector((1, 0, 0)), Vector((0, 1, 0)), Vector((0, 0, 1))
-IDENTITY = Matrix(UNITS)
-ZERO = Matrix((NONE, NONE, NONE))
-STILL = Spatial((NONE, NONE))
+ZERO_VECTOR = Vector((0, 0, 0))
+UNIT_VECTORS = Vector((1, 0, 0)), Vector((0, 1, 0)), Vector((0, 0, 1))
+IDENTITY = Matrix(UNIT_VECTORS)
+ZERO_MATRIX = Matrix((ZERO_VECTOR, ZERO_VECTOR, ZERO_VECTOR))
+ZERO_SPATIAL = Spatial((ZERO_VECTOR, ZERO_VECTOR))
 
 
-def outer(v: Vector, w: Vector) -> Matrix:
-    """The matrix v w^T."""
-    return Matrix(Vector(x * y for y in w) for x in v)
+def outer(left: Vector, right: Vector) -> Matrix:
+    """Return the matrix ``left right^T``."""
+    return Matrix(Vector(x * y for y in right) for x in left)
 
 
-class Axes(tuple[tuple[int, int], tuple[int, int], tuple[int, int]]):
-    """Other names for the axes of a frame: for each new coordinate the old one and its sign."""
+class AxisPermutation(tuple[tuple[int, int], tuple[int, int], tuple[int, int]]):
+    """A right-handed exchange of the axes of a frame: for each new axis, the old one and its sign.
+
+    ``((1, 1), (0, -1), (2, 1))``: the new x axis is the old y axis, the new y axis is the opposite
+    of the old x axis.  In the equations, this rotation costs no operation.
+    """
 
     __slots__ = ()
 
-    def of(self, v: Vector) -> Vector:
-        """A vector in the new axes."""
-        return Vector(v[i] if sign > 0 else -v[i] for i, sign in self)
+    def permute(self, vector: Vector) -> Vector:
+        """Return a vector, given in the old axes, in the new axes."""
+        return Vector(vector[i] if sign > 0 else -vector[i] for i, sign in self)
 
-    def of_matrix(self, m: Matrix) -> Matrix:
-        rows = (m[i] if sign > 0 else -m[i] for i, sign in self)
-        return Matrix(map(self.of, rows))
+    def permute_matrix(self, matrix: Matrix) -> Matrix:
+        """Return a tensor, given in the old axes, in the new axes."""
+        rows = (matrix[i] if sign > 0 else -matrix[i] for i, sign in self)
+        return Matrix(map(self.permute, rows))
 
-    def after(self, first: Axes) -> Axes:
-        """These names for what ``first`` has named; OWN itself if nothing changes."""
-        out = Axes((first[i][0], first[i][1] * sign) for i, sign in self)
-        return OWN if out == OWN else out
+    def compose(self, first: AxisPermutation) -> AxisPermutation:
+        """Return the permutation that applies ``first``, then this one.
+
+        The result is the object ``SAME_AXES`` if nothing changes.
+        """
+        composed = AxisPermutation((first[i][0], first[i][1] * sign) for i, sign in self)
+        return SAME_AXES if composed == SAME_AXES else composed
 
     @property
-    def inverse(self) -> Axes:
-        found = sorted((old, new, sign) for new, (old, sign) in enumerate(self))
-        return Axes((new, sign) for _, new, sign in found)
+    def inverse(self) -> AxisPermutation:
+        inverted = sorted((old, new, sign) for new, (old, sign) in enumerate(self))
+        return AxisPermutation((new, sign) for _, new, sign in inverted)
 
 
-OWN = Axes(((0, 1), (1, 1), (2, 1)))
+SAME_AXES = AxisPermutation(((0, 1), (1, 1), (2, 1)))

@@ -12,6 +12,7 @@ from pathlib import Path
 
 from urdf2mbs.plugin import ConversionError, temporary_name
 from urdf2mbs_equations.equations_fit import fits
+from urdf2mbs_equations.options import EquationOptions, Language
 from urdf2mbs_simulate.data import MbsData
 
 SUFFIX = {"python": "py", "c": "c"}
@@ -25,7 +26,7 @@ class SimulationError(ConversionError, RuntimeError):
     """A project that cannot be simulated; Robotran raises a RuntimeError, and main.py knows it."""
 
 
-def equations(data: MbsData, names: Iterable[str], language: str) -> dict[str, Path]:
+def equations(data: MbsData, names: Iterable[str], language: Language) -> dict[str, Path]:
     """The file of each function.
 
     A function that the project does not have is made for its model, and kept in ``cache_folder``.
@@ -64,11 +65,11 @@ def _cannot_run(data: MbsData, text: bytes) -> str | None:
     return None
 
 
-def _file(data: MbsData, name: str, language: str) -> str:
+def _file(data: MbsData, name: str, language: Language) -> str:
     return f"mbs_{name}_{data.mbs_name}.{SUFFIX[language]}"
 
 
-def _made(data: MbsData, name: str, language: str) -> Path:
+def _made(data: MbsData, name: str, language: Language) -> Path:
     """A file of the cache; it is made if it is not there."""
     from urdf2mbs_equations.files import generate
 
@@ -79,8 +80,8 @@ def _made(data: MbsData, name: str, language: str) -> Path:
             data._run.mbs,
             data._run.source,
             data._run.file.name,
-            language=language,
-            functions=[name],
+            EquationOptions(language=language),
+            [name],
         )
         if name in made.left_out:
             why = made.left_out[name]

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from urdf2mbs.plugin import some
-from urdf2mbs_equations.constraints import constant_gaps, constraints
+from urdf2mbs_equations.constraints import find_constant_gaps, list_constraints
 from urdf2mbs_equations.tree import Tree, is_fixed
 from urdf2mbs_project.singular import (
     GOLDEN_RATIO,
@@ -60,7 +60,7 @@ def part(code: Code) -> None:
     if not code.has_loops:
         return
     data._run.notes += [
-        said for _, said in constant_gaps(data._run.mbs) if said not in data._run.notes
+        said for _, said in find_constant_gaps(data._run.mbs) if said not in data._run.notes
     ]
     if not sum(code.rows):
         wrong = data.qv[1:]
@@ -375,13 +375,13 @@ def _open(code: Code) -> SimulationError:
     gap, name = abs(h[row]), _name_of(code, row)
     text = f"{name} is missed by {gap:.3g}"
     if row < code.rows[0]:
-        found = constraints(Tree(data._run.mbs))[row]
+        found = list_constraints(Tree(data._run.mbs))[row]
         if found.cut.kind == "rod":  # of which h is half the difference of squares
             rods = [cut.name for cut in data._run.mbs.cuts if cut.kind == "rod"]
             length = data.lrod[1 + rods.index(found.cut.name)]
             gap = abs(np.sqrt(max(length**2 + 2.0 * h[row], 0.0)) - length)
-        gap, unit = (gap, "rad") if found.what.startswith("about") else (1000 * gap, "mm")
-        text = f"{name} is {gap:.3g} {unit} from closed {found.what}"
+        gap, unit = (gap, "rad") if found.direction.startswith("about") else (1000 * gap, "mm")
+        text = f"{name} is {gap:.3g} {unit} from closed {found.direction}"
     what = "no joint moves it" if size[row] == 0.0 else "no pose near the drawn one closes it"
     return SimulationError(
         "partition", f"a loop cannot be closed: {text}, and {what}", file=str(data._run.file),
@@ -394,5 +394,5 @@ def _name_of(code: Code, row: int) -> str:
     cuts = code.rows[0]
     if row >= cuts:
         return f"equation {row - cuts + 1} of user_cons_hJ"
-    cut = constraints(Tree(code.data._run.mbs))[row].cut
+    cut = list_constraints(Tree(code.data._run.mbs))[row].cut
     return f"{cut.kind} '{cut.name}'"

@@ -17,7 +17,7 @@ from typing import Any, cast
 import numpy as np
 
 from urdf2mbs.plugin import ConversionError
-from urdf2mbs_equations.files import FUNCTIONS, OWN
+from urdf2mbs_equations.files import ADDITIONAL_FUNCTIONS, FUNCTIONS
 from urdf2mbs_equations.python import PythonWriter
 from urdf2mbs_project.code import generate_starter_files
 from urdf2mbs_simulate import data as model_data
@@ -40,7 +40,7 @@ USER = {
 }  # fmt: skip
 #: Comments, and the blanks that count for nothing.
 COMMENTS = {"python": r"(?:[ \t]*(?:#[^\n]*)?\n)+", "c": r"/\*.*?\*/|//[^\n]*|\s"}
-KNOWN = frozenset([*USER, *(f"mbs_{name}" for name in (*FUNCTIONS, *OWN))])
+KNOWN = frozenset([*USER, *(f"mbs_{name}" for name in (*FUNCTIONS, *ADDITIONAL_FUNCTIONS))])
 
 
 def function(data: model_data.MbsData, name: str) -> Function:
@@ -282,11 +282,13 @@ def _accelred(data: model_data.MbsData, rows: tuple[int, int], kept: Any) -> Fun
     writer = PythonWriter(data._run.mbs)
     cuts, user = rows
     space: dict[str, Any] = {
-        **writer.facts(), "ANY_DRIVEN": bool(data.nqc), "CUTS": cuts, "USER_ROWS": user, "np": np,
+        **writer.find_features(), "ANY_DRIVEN": bool(data.nqc), "np": np,
+        "CUTS": cuts, "USER_ROWS": user,
         "DEPENDENT": data.qv[1:].tolist(), "INDEPENDENT": data.qu[1:].tolist(),
         "DRIVEN": data.qc[1:].tolist(),
     }  # fmt: skip
-    exec(compile(writer.sections("forces", "loops", "accelred"), "accelred.py.in", "exec"), space)
+    template = writer.read_sections("forces", "loops", "accelred")
+    exec(compile(template, "accelred.py.in", "exec"), space)
     every_hj, every_derivative = space["_constraints"], space["_derivative"]
     space["_constraints"] = lambda *words: tuple(every[kept] for every in every_hj(*words))
     space["_derivative"] = lambda s: every_derivative(s)[kept]

@@ -8,6 +8,7 @@ from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.mbs.writer import write
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs_equations.files import generate
+from urdf2mbs_equations.options import EquationOptions
 from urdf2mbs_report.draw import draw
 
 END = b"<bodyname>arm</bodyname>\n        <pointname>tip</pointname>"
@@ -31,7 +32,7 @@ def test_a_parent_must_be_there_all_the_same() -> None:
 
 
 def test_the_functions_that_need_the_cut_are_left_out_and_it_is_named() -> None:
-    found = generate(read_mbs(DRAFT, "m.mbs"), DRAFT, "m.mbs")
+    found = generate(read_mbs(DRAFT, "m.mbs"), DRAFT, "m.mbs", EquationOptions(language="python"))
     assert {"cons_hJ", "cons_jdqd"} <= set(found.left_out)
     assert "'a_ball'" in found.left_out["cons_hJ"]
     assert {"dirdyna", "invdyna", "link", "extforces", "sensor"}.isdisjoint(found.left_out)

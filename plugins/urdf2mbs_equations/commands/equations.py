@@ -9,12 +9,15 @@ from __future__ import annotations
 import argparse
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, get_args
+
+from msgspec.structs import fields, replace
 
 from urdf2mbs.plugin import (
     ConfigError,
     add_printing,
     counted,
+    field_docs,
     is_stream,
     model_of,
     near,
@@ -25,21 +28,13 @@ from urdf2mbs.plugin import (
     refuse,
     write_files,
 )
-from urdf2mbs_equations.projects import NAMES, SUFFIXES, find_languages
+from urdf2mbs_equations.options import EquationOptions, Language, list_languages
+from urdf2mbs_equations.projects import NAMES, find_languages
 from urdf2mbs_equations.summary import describe_build
 
 if TYPE_CHECKING:
     from urdf2mbs.plugin import Mbs
     from urdf2mbs_equations.files import Equations
-
-#: The options without a value, and what they do.
-SWITCHES = {
-    "--fold": "write masses, points and the like as numbers",
-    "--energy": "also write energy, momentum and centre of mass",
-    "--derivatives": "also write derivatives and regressor of invdyna",
-    "--no-pairs": "compute mirrored limbs one after the other, for compilers other than gcc and "
-    "clang (c)",
-}
 
 EXAMPLES = (
     "urdf2mbs equations project",
@@ -48,37 +43,66 @@ EXAMPLES = (
 
 
 def add_options(command: argparse.ArgumentParser) -> None:
+    """Add the options: those of ``EquationOptions``, as words of a command line."""
     command.add_argument(
-        "model", type=path, metavar="MODEL.mbs",
+        "model",
+        type=path,
+        metavar="MODEL.mbs",
         help="of urdf2mbs, or drawn by hand; or the folder of its project",
-    )  # fmt: skip
+    )
     add_printing(command)
     command.add_argument(
         "-o", "--output", type=path, metavar="DIR", help="default: symbolicR of the project"
     )
+    docs = {
+        field: text[0].lower() + text[1:].rstrip(".").replace("``", "").replace("%", "%%")
+        for field, text in field_docs(EquationOptions).items()
+    }
     command.add_argument(
         "--language",
-        choices=tuple(SUFFIXES),
-        help="default: those of the user functions in the project, else python",
+        choices=get_args(Language),
+        default="project",
+        help=f"{docs['language']} (default: project)",
     )
-    for flag, does in SWITCHES.items():
-        command.add_argument(flag, action="store_true", help=does)
+    for flag, field in _list_switches().items():
+        text = f"turn off: {docs[field]}" if flag.startswith("--no-") else docs[field]
+        command.add_argument(flag, action="store_true", help=text)
+
+
+def _list_switches() -> dict[str, str]:
+    """Return the field of each option without a value; ``--no-X`` sets a field X to False."""
+    return {
+        f"--no-{field.name}" if field.default is True else f"--{field.name}": field.name
+        for field in fields(EquationOptions)
+        if isinstance(field.default, bool)
+    }
+
+
+def _read_options(arguments: argparse.Namespace) -> EquationOptions:
+    """Return the options of a command line."""
+    values: dict[str, bool] = {}
+    for flag, field in _list_switches().items():
+        is_given = getattr(arguments, flag[2:].replace("-", "_"))
+        values[field] = is_given != flag.startswith("--no-")
+    return EquationOptions(language=arguments.language, **values)
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
+    """Write the equations of a model, and return the exit code."""
     model: Path = arguments.model
     if is_stream(model) or is_stream(arguments.output):
         raise ConfigError("usage", "the equations are several files beside their model, not '-'")
     model = model_of(model) or model
     project = project_of(model)
-    languages = [arguments.language] if arguments.language else find_languages(project)
+    options = _read_options(arguments)
+    languages = list_languages(options.language, find_languages(project))
     if "c" not in languages:
         refuse(arguments, ("no_pairs",), "C: leave it out, or add --language c")
     folder: Path = arguments.output or project / "symbolicR"
-    mbs, made = _generate(arguments, model, languages)
-    for warning in made.warnings:
+    mbs, equations = _generate(model, options, languages)
+    for warning in equations.warnings:
         print(warning, file=sys.stderr)
-    files = {folder / name: text for name, text in made.files.items()}
+    files = {folder / name: text for name, text in equations.files.items()}
     write_files(files, force=arguments.force)
     if arguments.json:
         print_json(
@@ -86,64 +110,57 @@ def carry_out(arguments: argparse.Namespace) -> int:
                 "model": mbs.name,
                 "output": str(folder),
                 "languages": languages,
-                "counts": made.counts,
-                "fixed": {name: q for _, name, q in made.fixed},
-                "not_generated": made.left_out,
-                "warnings": made.warnings,
+                "counts": equations.counts,
+                "fixed": {joint.name: joint.q for joint in equations.fixed},
+                "not_generated": equations.left_out,
+                "warnings": equations.warnings,
             }
         )
     else:
-        _print_equations(mbs, made, folder, languages)
+        _print_equations(mbs, equations, folder, languages)
         _print_next_steps(project, languages)
     return 0
 
 
 def _generate(
-    arguments: argparse.Namespace, model: Path, languages: list[str]
+    model: Path, options: EquationOptions, languages: tuple[str, ...]
 ) -> tuple[Mbs, Equations]:
     """Read a model, and generate its equations in some languages."""
-    from urdf2mbs.plugin import read_mbs as read
+    from urdf2mbs.plugin import read_mbs
     from urdf2mbs_equations.files import Equations, generate
 
     data = read_model(model)
-    mbs = read(data, str(model), mechanics_only=True)
-    made = Equations()
+    mbs = read_mbs(data, str(model), mechanics_only=True)
+    equations = Equations()
     for language in languages:
-        equations = generate(
-            mbs,
-            data,
-            str(model),
-            language=language,
-            fold=arguments.fold,
-            pairs=not arguments.no_pairs,
-            energy=arguments.energy,
-            derivatives=arguments.derivatives,
-        )
-        made.files |= equations.files
-        made.counts |= equations.counts
-        made.left_out |= equations.left_out
-        made.fixed, made.warnings = equations.fixed, equations.warnings
-    return mbs, made
+        part = generate(mbs, data, str(model), replace(options, language=language))
+        equations.files |= part.files
+        equations.counts |= part.counts
+        equations.left_out |= part.left_out
+        equations.fixed, equations.warnings = part.fixed, part.warnings
+    return mbs, equations
 
 
-def _print_equations(mbs: Mbs, made: Equations, folder: Path, languages: list[str]) -> None:
+def _print_equations(
+    mbs: Mbs, equations: Equations, folder: Path, languages: tuple[str, ...]
+) -> None:
     names = " and ".join(NAMES[language] for language in languages)
     joints = counted(len(mbs.numbers()), "joint")
     print(f"{mbs.name}: equations of {joints} written to {folder}, in {names}")
-    for name, count in made.counts.items():
+    for name, count in equations.counts.items():
         if count.operations:
             print(
                 f"  {name:10} {count.operations:6} operations: {count.products} products, "
                 f"{count.sums} sums, {count.functions} sines, cosines and roots"
             )
-    if made.fixed:
-        joints = counted(len(made.fixed), "joint")
-        print(f"  {joints} never move{'s' * (len(made.fixed) == 1)}: numbers")
-    for name, reason in made.left_out.items():
+    if equations.fixed:
+        joints = counted(len(equations.fixed), "joint")
+        print(f"  {joints} never move{'s' * (len(equations.fixed) == 1)}: numbers")
+    for name, reason in equations.left_out.items():
         print(f"  {name} is not generated: {reason}")
 
 
-def _print_next_steps(project: Path, languages: list[str]) -> None:
+def _print_next_steps(project: Path, languages: tuple[str, ...]) -> None:
     steps = []
     main = project / "workR" / "main.py"
     if "python" in languages and main.is_file():

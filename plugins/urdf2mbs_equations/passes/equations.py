@@ -1,7 +1,7 @@
 """Equations: Robotran's equations of motion for the file just made, in the project's symbolicR.
 
 In the method, Robotran's own generator is the last step, after the conversion (Figure 1): a web
-service with an account.  This pass needs no account.  It writes equations if the config gives a
+service with an account.  This pass needs no account.  It writes equations if the config names a
 language.  It removes equations of urdf2mbs that are of an earlier model, and names Robotran's.  It
 warns until there are equations again.
 """
@@ -9,37 +9,36 @@ warns until there are equations again.
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
-from typing import Literal
+from typing import NamedTuple
 
-from urdf2mbs.plugin import Conversion, File, Pass, counted, files, is_ours, some, was_ours
-from urdf2mbs.plugin import read_mbs as read
+from msgspec.structs import replace
+
+from urdf2mbs.plugin import (
+    Conversion,
+    File,
+    Pass,
+    counted,
+    files,
+    is_ours,
+    read_mbs,
+    some,
+    was_ours,
+)
 from urdf2mbs_equations.equations_fit import fingerprint, fits
+from urdf2mbs_equations.options import EquationOptions, list_languages
 from urdf2mbs_equations.projects import NAMES, SUFFIXES
 
-#: What Robotran writes at the beginning of its equations.
-JOINTS = re.compile(rb"==> Number of joints *: *(\d+)")
+#: What Robotran writes in the head of its equations.
+JOINT_COUNT = re.compile(rb"==> Number of joints *: *(\d+)")
+#: The number of bytes of a file in which its head is.
+HEAD_SIZE = 2000
 
 
-class Equations(Pass):
+class Equations(EquationOptions, Pass):
     reads = ("mbs-file",)
-
-    language: Literal["python", "c", "both", "project"] | None = None
-    """``python`` (for MBsysPy), ``c`` (for MBsysC), ``both``, or ``project``: the languages of the
-    project's code; without it, nothing is generated."""
-    fold: bool = False
-    """Write masses, centres of mass, inertias and points as numbers: fewer operations, but a
-    change of the data has no effect."""
-    pairs: bool = True
-    """In C, let one operation do its work for both of two mirrored limbs.  This takes gcc or
-    clang; without it, any C compiler will do."""
-
-    energy: bool = False
-    """Also write functions for energy, momentum and centre of mass, which Robotran has not."""
-
-    derivatives: bool = False
-    """Also write the derivatives of invdyna by q, qd and qdd, and its regressor."""
 
     def run(self, conversion: Conversion) -> None:
         output = conversion.settings.output
@@ -57,33 +56,19 @@ class Equations(Pass):
         _warn_of_stale(conversion, data)
 
     def _write(self, conversion: Conversion, data: bytes) -> None:
-        from urdf2mbs_equations.files import generate  # which takes time, and is seldom asked for
+        from urdf2mbs_equations.files import generate  # which takes time, and is seldom needed
 
         output = conversion.settings.output
-        mbs = read(data, str(output), mechanics_only=True)
+        mbs = read_mbs(data, str(output), mechanics_only=True)
         counts: dict[str, int] = {}
         left_out: dict[str, str] = {}
-        for language in self._languages(conversion):
-            made = generate(
-                mbs,
-                data,
-                output.name,
-                language=language,
-                fold=self.fold,
-                pairs=self.pairs,
-                energy=self.energy,
-                derivatives=self.derivatives,
-            )
-            counts |= {name: count.operations for name, count in made.counts.items()}
-            left_out |= made.left_out
-            for name, text in made.files.items():
+        for language in list_languages(self.language, conversion.settings.languages):
+            equations = generate(mbs, data, output.name, replace(self, language=language))
+            counts |= {name: count.operations for name, count in equations.counts.items()}
+            left_out |= equations.left_out
+            for name, text in equations.files.items():
                 conversion.add_file(f"symbolicR/{name}", text)
         conversion.report["equations"] = {"counts": counts, "not_generated": left_out}
-
-    def _languages(self, conversion: Conversion) -> tuple[str, ...]:
-        if self.language == "project":
-            return conversion.settings.languages
-        return ("python", "c") if self.language == "both" else (str(self.language),)
 
 
 def _warn_of_stale(conversion: Conversion, model: bytes) -> None:
@@ -91,37 +76,26 @@ def _warn_of_stale(conversion: Conversion, model: bytes) -> None:
     folder = conversion.output_folder / "symbolicR"
     if not files.is_folder(folder):
         return
-    name = "*" if conversion.settings.project else conversion.mbs.name
-    equations = [
-        path for path in sorted(folder.glob(f"mbs_*_{name}.*")) if path not in conversion.files
-    ]
-    verdicts = {path: fits(files.read_beginning(path, 2000), model) for path in equations}
-    stale = [path for path, verdict in verdicts.items() if verdict is False]
-    removed = [path for path in stale if is_ours(path)]
-    kept = [path for path in stale if path not in removed]
-    unknown = [path for path, verdict in verdicts.items() if verdict is None]
-    if not _has_changed(conversion, model):
-        n_joints = len(conversion.mbs.numbers())
-        unknown = [path for path in unknown if _states_other_joints(path, n_joints)]
-    kept += unknown
+    stale = _find_stale(conversion, folder, model)
     hint = f"make them again: urdf2mbs equations {conversion.settings.output}"
-    if removed:
-        conversion.files |= dict.fromkeys(removed, File(kind="obsolete"))
+    if stale.removed:
+        conversion.files |= dict.fromkeys(stale.removed, File(kind="obsolete"))
         conversion.warn(
             "equations-stale",
-            f"{counted(len(removed), 'file')} of equations were of another model, and are removed: "
-            f"{some(path.name for path in removed)}",
+            f"{counted(len(stale.removed), 'file')} of equations were of another model, and are "
+            f"removed: {some(path.name for path in stale.removed)}",
             hint=hint,
         )
-    if kept:
+    if stale.remaining:
         conversion.warn(
             "equations-stale",
-            f"the model has changed, and {counted(len(kept), 'file')} of equations that urdf2mbs "
-            f"does not replace stay as they were: {some(path.name for path in kept)}",
+            f"the model has changed, and {counted(len(stale.remaining), 'file')} of equations that "
+            "urdf2mbs does not replace stay as they were: "
+            f"{some(path.name for path in stale.remaining)}",
             hint="generate them again in MBSysPad, or move them away and make others: "
             f"urdf2mbs equations {conversion.settings.output}",
         )
-    missing = {} if removed else find_missing(conversion)
+    missing = {} if stale.removed else find_missing(conversion)
     were_removed = [NAMES[language] for language, path in missing.items() if was_ours(path)]
     if were_removed:
         conversion.warn(
@@ -130,6 +104,36 @@ def _warn_of_stale(conversion: Conversion, model: bytes) -> None:
             "the project has none",
             hint=hint,
         )
+
+
+class _StaleEquations(NamedTuple):
+    """Files of equations that are of another model, or may be."""
+
+    removed: list[Path]
+    """Files of urdf2mbs, which are removed."""
+    remaining: list[Path]
+    """Files that a user has changed, and files of Robotran: they are only named."""
+
+
+def _find_stale(conversion: Conversion, folder: Path, model: bytes) -> _StaleEquations:
+    name = "*" if conversion.settings.project else conversion.mbs.name
+    equations = [
+        path for path in sorted(folder.glob(f"mbs_*_{name}.*")) if path not in conversion.files
+    ]
+    verdicts = {path: fits(files.read_beginning(path, HEAD_SIZE), model) for path in equations}
+    stale = [path for path, verdict in verdicts.items() if verdict is False]
+    removed = [path for path in stale if is_ours(path)]
+    remaining = [path for path in stale if path not in removed]
+    unknown = [path for path, verdict in verdicts.items() if verdict is None]
+    return _StaleEquations(removed, remaining + _choose_stale(conversion, unknown, model))
+
+
+def _choose_stale(conversion: Conversion, unknown: Iterable[Path], model: bytes) -> list[Path]:
+    """Choose from files without a checksum: all if the model has changed, else by their joints."""
+    if _has_changed(conversion, model):
+        return list(unknown)
+    n_joints = len(conversion.mbs.numbers())
+    return [path for path in unknown if _states_other_joints(path, n_joints)]
 
 
 def _has_changed(conversion: Conversion, model: bytes) -> bool:
@@ -145,7 +149,7 @@ def _has_changed(conversion: Conversion, model: bytes) -> bool:
 
 def _states_other_joints(equations: Path, n_joints: int) -> bool:
     """Return True if the head of Robotran's equations states another number of joints."""
-    stated = JOINTS.search(files.read_beginning(equations, 2000))
+    stated = JOINT_COUNT.search(files.read_beginning(equations, HEAD_SIZE))
     return stated is not None and int(stated[1]) != n_joints
 
 

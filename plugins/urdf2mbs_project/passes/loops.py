@@ -367,10 +367,10 @@ def _warn_if_open(conversion: Conversion, placement: Placement, cut: Connection)
     angle = _compute_solid_angle(placement, cut) if cut.kind == "solid" else 0.0
     if max(distance, angle) <= CLOSED:
         return
-    from urdf2mbs_equations.constraints import constant_gaps  # seldom needed: slow
+    from urdf2mbs_equations.constraints import find_constant_gaps  # seldom needed: slow
     from urdf2mbs_equations.files import NEVER_CLOSES  # seldom needed: slow
 
-    gaps = [message for name, message in constant_gaps(conversion.mbs) if name == cut.name]
+    gaps = [message for name, message in find_constant_gaps(conversion.mbs) if name == cut.name]
     for message in gaps:
         conversion.warn("loop-never-closes", message, hint=NEVER_CLOSES)
     if not gaps:

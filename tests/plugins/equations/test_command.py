@@ -1,15 +1,22 @@
 """The command and the pass, as a user meets them."""
 
 import json
+from argparse import ArgumentParser
 from pathlib import Path
 from typing import Any
 
 import pytest
+from msgspec.structs import fields
 
 from urdf2mbs.cli import main
+from urdf2mbs.config.load import parse
+from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.testing import TINY, convert_text
 from urdf2mbs_equations.c import CWriter
+from urdf2mbs_equations.commands.equations import _read_options, add_options
+from urdf2mbs_equations.options import EquationOptions
+from urdf2mbs_equations.passes.equations import Equations
 from urdf2mbs_equations.routine import Refused
 
 
@@ -65,6 +72,35 @@ def test_the_language_is_that_of_the_project(
     names = {"py": "Python", "c": "C", "m": "MATLAB"}
     shown = " and ".join(names[language] for language in sorted(languages, reverse=True))
     assert f"written to {project / 'symbolicR'}, in {shown}\n" in capsys.readouterr().out
+
+
+def test_the_pass_and_the_command_have_the_same_options(model: Path) -> None:
+    parser = ArgumentParser()
+    add_options(parser)
+    arguments = parser.parse_args([str(model)])
+    flags = {flag for action in parser._actions for flag in action.option_strings}
+    for field in fields(Equations):
+        assert {f"--{field.name}", f"--no-{field.name}"} & flags
+    assert _read_options(arguments) == EquationOptions(language="project")
+    arguments = parser.parse_args([str(model), "--language", "both", "--fold", "--no-pairs"])
+    assert _read_options(arguments) == EquationOptions(language="both", fold=True, pairs=False)
+
+
+@pytest.mark.parametrize(
+    ("language", "suffixes"), [("matlab", {".m"}), ("both", {".py", ".c"}), ("project", {".py"})]
+)
+def test_each_language_for_the_pass_and_the_command(
+    model: Path, tmp_path: Path, language: str, suffixes: set[str]
+) -> None:
+    assert main(["equations", str(model), "--language", language]) == 0
+    files = (model.parent.parent / "symbolicR").glob("mbs_*")
+    assert {file.suffix for file in files} == suffixes
+    (tmp_path / "tiny.urdf").write_text(TINY)
+    passes = f"passes: {{equations: {{language: {language}}}}}\n"
+    text = f"source: tiny.urdf\noutput: {{project: tiny}}\n{passes}"
+    conversion = Pipeline(*parse(text, tmp_path / "tiny.yaml")).run()
+    written = [path for path in conversion.files if path.parent.name == "symbolicR"]
+    assert {path.suffix for path in written} == suffixes
 
 
 def test_a_named_language_is_that_language_alone(model: Path) -> None:
@@ -129,7 +165,7 @@ def test_no_such_model_and_no_such_mix(model: Path, tmp_path: Path, capsys: Any)
 def test_what_is_not_generated_stops_the_run() -> None:
     """In C: accelred says so by what it returns, the others stop the run."""
     writer = CWriter(read_mbs(convert_text(TINY).data, ""))
-    refused = {name: writer.function(name, Refused("no")) for name in ("accelred", "dirdyna")}
+    refused = {name: writer.write_function(name, Refused("no")) for name in ("accelred", "dirdyna")}
     assert "int mbs_accelred(" in refused["accelred"]
     assert refused["accelred"].endswith("    return MBS_INFO_FAILURE;\n}\n")
     assert "void mbs_dirdyna(" in refused["dirdyna"]

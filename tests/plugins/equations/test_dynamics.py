@@ -15,6 +15,7 @@ from urdf2mbs.mbs.model import Connection, Mbs, Sensor
 from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.testing import TINY, convert_text
 from urdf2mbs_equations.files import generate
+from urdf2mbs_equations.options import EquationOptions
 from urdf2mbs_equations.python import PythonWriter
 
 CONFIGS = Path(__file__).resolve().parents[3] / "configs"
@@ -60,7 +61,7 @@ def compare_accelerations(eq: PythonEquations, mbs: Mbs) -> None:
 )
 def test_walkmans_own_file_in_python(fold: bool, work: tuple[int, ...], tmp_path: Path) -> None:
     mbs, data = model(WALKMAN)
-    made = generate(mbs, data, WALKMAN.name, fold=fold)
+    made = generate(mbs, data, WALKMAN.name, EquationOptions(language="python", fold=fold))
     names = ("dirdyna", "invdyna", "accelred")
     assert tuple(made.counts[name].operations for name in names) == work
     eq = PythonEquations(made, mbs, tmp_path)
@@ -83,7 +84,9 @@ WORK = {
 def test_the_operations_of_a_biped(language: str) -> None:
     """They are counted exactly: a change that costs some shows here, and one that saves some."""
     data = convert(CONFIGS / "biped.urdf.xacro", pipeline="compact").data
-    counts = generate(read_mbs(data, ""), data, "biped.mbs", language=language).counts.items()
+    counts = generate(
+        read_mbs(data, ""), data, "biped.mbs", EquationOptions(language=language)
+    ).counts.items()
     work = {name: (count.operations, count.paired) for name, count in counts if count.operations}
     assert work == WORK[language]
 
@@ -94,20 +97,20 @@ def test_what_is_asked_of_a_model() -> None:
     for body in mbs.bodies:
         for joint in body.joints:
             joint.nature = "independent"
-    assert set(PythonWriter(mbs).facts().values()) == {False}
+    assert set(PythonWriter(mbs).find_features().values()) == {False}
     mbs.bodies[-1].points[0].extforce = Sensor("push")
     mbs.bodies[-1].joints[-1].nature = "driven"
     mbs.links.append(Connection("link", "spring", (None, None), (mbs.bodies[-1].name, None)))
-    facts = PythonWriter(mbs).facts()
+    facts = PythonWriter(mbs).find_features()
     assert facts == {"ANY_DRIVEN": True, "LINKS": True, "LINKS3D": False, "EXTFORCES": True}
     mbs.links[0].kind = "link3D"
-    assert PythonWriter(mbs).facts() == facts | {"LINKS": False, "LINKS3D": True}
+    assert PythonWriter(mbs).find_features() == facts | {"LINKS": False, "LINKS3D": True}
 
 
 @pytest.mark.parametrize("fold", [False, True], ids=["symbols", "folded"])
 def test_c(fold: bool, tmp_path: Path) -> None:
     mbs, data = model(SHARED / "mbs-samples" / "minimal.mbs")
-    made = generate(mbs, data, "minimal.mbs", language="c", fold=fold)
+    made = generate(mbs, data, "minimal.mbs", EquationOptions(language="c", fold=fold))
     eq = CEquations(made, mbs, tmp_path)
     compare(eq, mbs)
     compare_accelerations(eq, mbs)
@@ -129,7 +132,7 @@ def test_real_robots(source: RealRobot, preset: str, tmp_path: Path) -> None:
     mbs = read_mbs(data, "robot.mbs", mechanics_only=True)
     if not mbs.numbers():
         pytest.skip("nothing moves")
-    made = generate(mbs, data, "robot.mbs")
+    made = generate(mbs, data, "robot.mbs", EquationOptions(language="python"))
     eq = PythonEquations(made, mbs, tmp_path)
     compare(eq, mbs)
     if "accelred" in made.left_out:
@@ -142,7 +145,7 @@ def test_c_in_pieces() -> None:
     """Cassie's equations take several pieces, which share variables.  What they compute is held
     against Pinocchio by ``test_callable``."""
     mbs, data = real("cassie-cassie_v4")
-    made = generate(mbs, data, "robot.mbs", language="c")
+    made = generate(mbs, data, "robot.mbs", EquationOptions(language="c"))
     text = made.files[f"mbs_dirdyna_{mbs.name}.c"]
     assert b"mbs_dirdyna_5(" in text
     for array in (b"w", b"v"):  # no place is left out, and the size is the last number
@@ -153,12 +156,17 @@ def test_c_in_pieces() -> None:
 def test_same_input_same_bytes() -> None:
     mbs, data = model(SHARED / "mbs-samples" / "minimal.mbs")
     again = read_mbs(data, "minimal.mbs", mechanics_only=True)
-    assert generate(mbs, data, "a").files == generate(again, data, "a").files
+    assert (
+        generate(mbs, data, "a", EquationOptions(language="python")).files
+        == generate(again, data, "a", EquationOptions(language="python")).files
+    )
 
 
 def test_masses_can_change_without_generating_again(tmp_path: Path) -> None:
     mbs, data = model(SHARED / "mbs-samples" / "minimal.mbs")
-    eq = PythonEquations(generate(mbs, data, "minimal.mbs"), mbs, tmp_path)
+    eq = PythonEquations(
+        generate(mbs, data, "minimal.mbs", EquationOptions(language="python")), mbs, tmp_path
+    )
     rng = np.random.default_rng(3)
     s = random_state(mbs, rng)
     number = 0
@@ -176,7 +184,9 @@ def test_masses_can_change_without_generating_again(tmp_path: Path) -> None:
 def test_generated_python_is_silent_under_ruff() -> None:
     """Nothing is assigned that no line uses."""
     mbs, data = real("cassie-cassie_v4")
-    for name, text in generate(mbs, data, "robot.mbs").files.items():
+    for name, text in generate(
+        mbs, data, "robot.mbs", EquationOptions(language="python")
+    ).files.items():
         for function in text.decode().split("\ndef ")[1:]:
             assert ("given = " in function) == ("= given." in function or "given is" in function), (
                 name

@@ -3,6 +3,7 @@
 import re
 import shutil
 import subprocess
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,8 @@ from urdf2mbs.mbs.writer import write
 from urdf2mbs.testing import TINY, convert_text
 from urdf2mbs_equations import equations_fit
 from urdf2mbs_equations.equations_fit import check_equations, fingerprint, fits
-from urdf2mbs_equations.files import generate
+from urdf2mbs_equations.files import FUNCTIONS, generate
+from urdf2mbs_equations.options import EquationOptions
 
 
 @pytest.fixture(scope="module")
@@ -22,9 +24,10 @@ def model() -> bytes:
     return convert_text(base="fixed").data
 
 
-def code(model: bytes, **options: Any) -> tuple[str, bytes]:
+def code(model: bytes, functions: Iterable[str] = FUNCTIONS, **options: Any) -> tuple[str, bytes]:
     """The code of all equations without what stands above it, and the head of a file."""
-    made = generate(read_mbs(model, "m.mbs"), model, "m.mbs", **options)
+    settings = EquationOptions(language="python", **options)
+    made = generate(read_mbs(model, "m.mbs"), model, "m.mbs", settings, functions)
     texts = [re.sub(rb"(?m)^#.*\n", b"", text) for text in made.files.values()]
     return b"".join(texts).decode(), next(iter(made.files.values()))
 

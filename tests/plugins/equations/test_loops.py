@@ -1,6 +1,7 @@
 """Random trees with loops and forces: constraints, links and external forces, and energy."""
 
 import tempfile
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +16,9 @@ from oracle.generated import CEquations, Data, PythonEquations, error, random_st
 from oracle.generated import Sensor as Measured
 from oracle.pin import TOLERANCE, Truth, pin
 from urdf2mbs.mbs.model import Base, Body, Connection, Joint, Mbs, Point, Sensor
-from urdf2mbs_equations.constraints import every_constraint
-from urdf2mbs_equations.files import generate
+from urdf2mbs_equations.constraints import iterate_constraints
+from urdf2mbs_equations.files import FUNCTIONS, generate
+from urdf2mbs_equations.options import EquationOptions
 from urdf2mbs_equations.tree import Tree
 
 Array = NDArray[np.float64]
@@ -56,8 +58,11 @@ def trees(draw: st.DrawFn, most: int = 4) -> Mbs:
     return mbs
 
 
-def written(mbs: Mbs, *, c: bool = False, **options: Any) -> PythonEquations:
-    made = generate(mbs, b"<mbsDescR7/>", "tree.mbs", language="c" if c else "python", **options)
+def written(
+    mbs: Mbs, *, c: bool = False, functions: Iterable[str] = FUNCTIONS, **options: Any
+) -> PythonEquations:
+    settings = EquationOptions(language="c" if c else "python", **options)
+    made = generate(mbs, b"<mbsDescR7/>", "tree.mbs", settings, functions)
     with tempfile.TemporaryDirectory() as folder:
         return (CEquations if c else PythonEquations)(made, mbs, Path(folder))
 
@@ -157,7 +162,7 @@ def test_constraints(mbs: Mbs, data: st.DataObject) -> None:
     moving = [j.symbols != ("q",) for body in mbs.bodies for j in body.joints]
     wanted, wanted_jacobian = rows(truth, s)
     h, jacobian, jdqd = eq.constraints(s, len(wanted))
-    kept = [constraint.movable for constraint in every_constraint(Tree(mbs))]
+    kept = [constraint.is_movable for constraint in iterate_constraints(Tree(mbs))]
     count = sum(kept)
     assert not h[count:].any()
     assert np.abs(wanted_jacobian[~np.array(kept)][:, moving]).max(initial=0.0) <= 1e-12
@@ -417,22 +422,26 @@ def test_a_joint_that_never_moves_is_a_number(c: bool) -> None:
 def test_what_is_not_generated_says_why() -> None:
     mbs = four_bar()
     mbs.cuts[0].kind = "ball"
-    made = generate(mbs, b"<mbsDescR7/>", "bars.mbs")
+    made = generate(mbs, b"<mbsDescR7/>", "bars.mbs", EquationOptions(language="python"))
     assert "2 equations, and 1 joints are dependent" in made.left_out["accelred"]
     assert b"Not generated: the cuts make 2" in made.files["mbs_accelred_bars.py"]
     mbs.cuts[0].kind = "rod"
     mbs.bodies.append(Body("lever", None, None, [Joint("follower", "R2", "dependent")]))
     for language, file in (("python", "mbs_accelred_bars.py"), ("c", "mbs_accelred_bars.c")):
-        made = generate(mbs, b"<mbsDescR7/>", "bars.mbs", language=language)
+        made = generate(mbs, b"<mbsDescR7/>", "bars.mbs", EquationOptions(language=language))
         assert b"user_cons_J_accelred is not called" in made.files[file].partition(b"\n\n")[0]
     mbs.cuts = []
     mbs.bodies = mbs.bodies[:2]
     mbs.bodies[-1].mass = mbs.bodies[-1].inertia = None
-    made = generate(mbs, b"<mbsDescR7/>", "bars.mbs")
+    made = generate(mbs, b"<mbsDescR7/>", "bars.mbs", EquationOptions(language="python"))
     assert "no matter moves with joint 'j1'" in made.left_out["accelred"]
-    made = generate(mbs, b"<mbsDescR7/>", "bars.mbs", energy=True)
+    made = generate(
+        mbs, b"<mbsDescR7/>", "bars.mbs", EquationOptions(language="python", energy=True)
+    )
     assert made.left_out.keys() == {"accelred"}
     for body in mbs.bodies:
         body.mass = None
-    made = generate(mbs, b"<mbsDescR7/>", "bars.mbs", energy=True)
+    made = generate(
+        mbs, b"<mbsDescR7/>", "bars.mbs", EquationOptions(language="python", energy=True)
+    )
     assert made.left_out["com"] == made.left_out["momentum"] == "no body has a mass"

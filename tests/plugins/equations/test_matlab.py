@@ -16,6 +16,7 @@ from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.testing import convert_text
 from urdf2mbs_equations.constraints import count_equations
 from urdf2mbs_equations.files import generate
+from urdf2mbs_equations.options import EquationOptions
 
 CONFIGS = Path(__file__).resolve().parents[3] / "configs"
 needs_octave = pytest.mark.skipif(
@@ -143,7 +144,12 @@ def in_python(eq: PythonEquations, s: Told) -> dict[str, list[Any]]:
 def test_octave_computes_what_python_computes(make: Any, tmp_path: Path) -> None:
     mbs: Mbs = make()
     python, matlab = (
-        generate(mbs, b"<mbsDescR7/>", "m.mbs", language=language, energy=True, derivatives=True)
+        generate(
+            mbs,
+            b"<mbsDescR7/>",
+            "m.mbs",
+            EquationOptions(language=language, energy=True, derivatives=True),
+        )
         for language in ("python", "matlab")
     )
     for name, text in matlab.files.items():
@@ -183,11 +189,11 @@ def test_octave_computes_what_python_computes(make: Any, tmp_path: Path) -> None
 
 def test_matlab_says_what_it_leaves_out() -> None:
     mbs = model_with_all()
-    made = generate(mbs, b"<mbsDescR7/>", "m.mbs", language="matlab")
+    made = generate(mbs, b"<mbsDescR7/>", "m.mbs", EquationOptions(language="matlab"))
     assert "link3D" not in made.left_out
     (link,) = (text for name, text in made.files.items() if name.startswith("mbs_link_"))
     assert f"Flink = zeros({len(mbs.links)},1);".encode() in link
     mbs.links[0].kind = "link3D"
-    made = generate(mbs, b"<mbsDescR7/>", "m.mbs", language="matlab")
+    made = generate(mbs, b"<mbsDescR7/>", "m.mbs", EquationOptions(language="matlab"))
     assert "link3D" in made.left_out
     assert not [name for name in made.files if "link3D" in name or "accelred" in name]

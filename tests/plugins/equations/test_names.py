@@ -10,6 +10,7 @@ from urdf2mbs.cli import main
 from urdf2mbs.mbs.model import Body, Connection, Joint, Mbs, Point, Sensor
 from urdf2mbs.mbs.writer import write
 from urdf2mbs_equations.files import Equations, generate
+from urdf2mbs_equations.options import EquationOptions
 
 HOSTILE = {
     "C keyword": ("double", "return", "int", "static"),
@@ -58,9 +59,12 @@ def code(made: Equations) -> dict[str, bytes]:
 @pytest.mark.parametrize("language", ["python", "c"])
 def test_names_are_no_code(kind: str, language: str) -> None:
     names = HOSTILE[kind]
-    plain = generate(model(PLAIN), b"<mbsDescR7/>", "arm.mbs", language=language)
+    plain = generate(model(PLAIN), b"<mbsDescR7/>", "arm.mbs", EquationOptions(language=language))
     made = generate(
-        model(names), b"<mbsDescR7/>", f"{names[0]}.mbs".replace("/", ""), language=language
+        model(names),
+        b"<mbsDescR7/>",
+        f"{names[0]}.mbs".replace("/", ""),
+        EquationOptions(language=language),
     )
     assert code(made) == code(plain)
     mark = "//" if language == "c" else "#"
@@ -73,12 +77,12 @@ def test_names_are_no_code(kind: str, language: str) -> None:
 def test_files_with_hostile_names_run(language: str, tmp_path: Path) -> None:
     """Also where no matter moves with a joint, which the file names."""
     mbs, run = model(HOSTILE_MIX), CEquations if language == "c" else PythonEquations
-    made = generate(mbs, b"<mbsDescR7/>", "*/ \\\n'.mbs", language=language)
+    made = generate(mbs, b"<mbsDescR7/>", "*/ \\\n'.mbs", EquationOptions(language=language))
     m, c = run(made, mbs, tmp_path).dirdyna(random_state(mbs, np.random.default_rng(1)))
     assert np.isfinite(m).all()
     assert np.isfinite(c).all()
     mbs.cuts, mbs.bodies[1].joints[0].nature = [], "independent"
-    made = generate(mbs, b"<mbsDescR7/>", "arm.mbs", language=language)
+    made = generate(mbs, b"<mbsDescR7/>", "arm.mbs", EquationOptions(language=language))
     assert "no matter moves" in made.left_out["accelred"]
     run(made, mbs, tmp_path)
 

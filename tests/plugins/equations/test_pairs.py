@@ -9,15 +9,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from conftest import reproducible
-from oracle.generated import CEquations, random_state
+from oracle.generated import CEquations, error, random_state
 from oracle.pin import Truth
 from plugins.equations.test_dynamics import real
 from urdf2mbs.mbs.model import Base, Body, Joint, Mbs, Point
 from urdf2mbs_equations.files import generate
 from urdf2mbs_equations.graph import Expr, Graph, Op
-from urdf2mbs_equations.mirror import find_mirrored
-from urdf2mbs_equations.pairs import in_pairs
-from urdf2mbs_equations.routine import Routine, statements
+from urdf2mbs_equations.options import EquationOptions
+from urdf2mbs_equations.pairs import find_mirrored, pair_mirrored
+from urdf2mbs_equations.routine import Routine, make_statements
 from urdf2mbs_equations.tree import Tree
 
 numbers = st.sampled_from([0.0, 0.1, -0.2, 0.35])
@@ -63,7 +63,7 @@ def limbs(draw: st.DrawFn) -> Mbs:
 @settings(reproducible, max_examples=8)
 @given(limbs(), st.booleans(), st.integers(0, 9))
 def test_random_limbs(mbs: Mbs, fold: bool, seed: int) -> None:
-    made = generate(mbs, b"<mbsDescR7/>", "limbs.mbs", language="c", fold=fold)
+    made = generate(mbs, b"<mbsDescR7/>", "limbs.mbs", EquationOptions(language="c", fold=fold))
     assert made.counts["dirdyna"].paired > 0
     made.files = {name: text for name, text in made.files.items() if "dyna" in name}
     with tempfile.TemporaryDirectory() as folder:
@@ -92,33 +92,54 @@ def test_humanoids_are_mirrored(
     for k, j in twin.items():
         one, other = sorted((names[k - 1].lower(), names[j - 1].lower()))
         assert one.replace("l", "r") == other.replace("l", "r"), (one, other)
-    counts = generate(mbs, b"<mbsDescR7/>", "robot.mbs", language="c").counts
+    counts = generate(mbs, b"<mbsDescR7/>", "robot.mbs", EquationOptions(language="c")).counts
     for routine, expected in (("dirdyna", dirdyna), ("invdyna", invdyna)):
         assert (counts[routine].operations, counts[routine].paired) == expected
 
 
-def test_any_compiler_without_pairs() -> None:
+def test_no_pairs_if_they_are_not_asked_for() -> None:
     mbs, data = real("cassie-cassie_v4")
-    made = generate(mbs, data, "robot.mbs", language="c", pairs=False)
+    made = generate(mbs, data, "robot.mbs", EquationOptions(language="c", pairs=False))
     for text in made.files.values():
         assert b"pair" not in text
         assert b"vector_size" not in text
+
+
+def test_compilers_without_vectors_use_the_plain_c_of_the_same_file(tmp_path: Path) -> None:
+    """MSVC among them: below ``#else`` the file is the one that is generated without pairs."""
+    mbs, data = real("cassie-cassie_v4")
+    paired, plain = (
+        generate(mbs, data, "robot.mbs", EquationOptions(language="c", pairs=pairs), ["dirdyna"])
+        for pairs in (True, False)
+    )
+    ((name, text),) = paired.files.items()
+    with_pairs, _, without = text.partition(b"\n#else\n\nPIECE ")
+    assert b"pair" in with_pairs
+    assert b"pair" not in without
+    assert without.removesuffix(b"\n#endif\n") in plain.files[name]
+    s = random_state(mbs, np.random.default_rng(1))
+    vectors, scalars = (
+        CEquations(paired, mbs, tmp_path, *flags).dirdyna(s)
+        for flags in (("-O0",), ("-O0", "-DMBS_NO_PAIRS"))
+    )
+    for expected, actual in zip(vectors, scalars, strict=True):
+        assert error(actual, expected) <= 1e-13
 
 
 @pytest.mark.parametrize("part", [Op.FIRST, Op.SECOND])
 def test_a_pair_of_which_half_is_used_has_a_name(part: Op) -> None:
     graph = Graph()
     routine = Routine(graph)
-    pair = graph.pair(graph.symbol("a[1]").node, graph.symbol("a[2]").node)
-    routine.store("c[1]", Expr(graph, graph.part(part, pair)))
-    first, last = statements(routine)[0]
-    assert (first.text, first.pair) == ("PAIR(a[1], a[2])", True)
+    pair = graph.pair(graph.make_symbol("a[1]").node, graph.make_symbol("a[2]").node)
+    routine.store("c[1]", Expr(graph, graph.get_part(part, pair)))
+    first, last = make_statements(routine)[0]
+    assert (first.text, first.is_pair) == ("PAIR(a[1], a[2])", True)
     assert last.text == f"{first.variable}[{part - Op.FIRST}]"
 
 
 def test_twins_that_need_each_other_are_taken_apart() -> None:
     graph = Graph()
-    a, b, c, d = (graph.symbol(f"{x}[{k}]") for x in "ab" for k in (1, 2))
+    a, b, c, d = (graph.make_symbol(f"{x}[{k}]") for x in "ab" for k in (1, 2))
     low, high = a * c, b * d
     one = (low + a) * c
     # the sum is a twin of its own operand's sum
@@ -127,11 +148,11 @@ def test_twins_that_need_each_other_are_taken_apart() -> None:
     routine.store("c[1]", one)
     routine.store("c[2]", other)
     routine.store("c[3]", high)
-    routine.mirror(one, other)
-    routine.mirror(low, high)
-    paired = in_pairs(routine)
+    routine.mark_mirrored(one, other)
+    routine.mark_mirrored(low, high)
+    paired = pair_mirrored(routine)
     made: set[str] = set()
-    for line in statements(paired)[0]:
+    for line in make_statements(paired)[0]:
         assert {name for name in line.uses if name.startswith("x")} <= made
         made.add(line.variable or "")
     assert len(paired.steps) == 3
