@@ -255,7 +255,7 @@ def test_a_body_that_hangs_on_another_one() -> None:
     text = robot(link("world"), *solids, joint("world", "a"), joint("a", "b"), joint("a", "c"))
     result, mbs = pieces(text)
     mbs.bodies[2].parent, mbs.bodies[2].point = "b", None
-    for frames in (result.frames, None):
+    for frames in (result.frames, {}):
         proof = compared(result, mbs, frames=frames)
         assert [(found.kind, found.joint) for found in proof.differences] == [("parent", "a_to_c")]
         assert max(proof.largest.values()) <= 1e-12

@@ -40,7 +40,7 @@ ROBOT = robot(
 def test_shapes_at_their_places(pipeline: str) -> None:
     proof = convert_text(ROBOT, pipeline=pipeline).conversion.checked.proof
     assert proof is not None
-    assert proof.in_words() == "the same robot"
+    assert proof.describe() == "the same robot"
 
 
 @pytest.mark.parametrize("pipeline", PRESETS)
@@ -52,7 +52,7 @@ def test_a_capsule_is_three_shapes(pipeline: str, tmp_path: Path) -> None:
         joint("base", "rod", axis="1 2 3"),
     )
     result = convert_text(text, pipeline=pipeline)
-    assert result.report.proof.in_words() == "the same robot"
+    assert result.report.proof.describe() == "the same robot"
     mbs = result.mbs
     next(body for body in mbs.bodies if body.name == "rod").shapes.pop()
     source, drawn = tmp_path / "rod.urdf", tmp_path / "rod.mbs"
@@ -60,7 +60,7 @@ def test_a_capsule_is_three_shapes(pipeline: str, tmp_path: Path) -> None:
     drawn.write_bytes(write(mbs))
     verdict = verify(source, drawn)
     assert verdict.same
-    assert "visual of link 'rod' shifted by 0.5 m" in verdict.in_words()
+    assert "visual of link 'rod' shifted by 0.5 m" in verdict.describe()
 
 
 def test_cylinders_that_a_pass_turns_wrongly_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -68,7 +68,7 @@ def test_cylinders_that_a_pass_turns_wrongly_are_named(monkeypatch: pytest.Monke
     proof = convert_text(ROBOT).conversion.checked.proof
     assert proof is not None
     assert proof.same
-    assert proof.in_words() == (
+    assert proof.describe() == (
         "the same robot, but for visual of link 'base' turned by 1.57 rad, "
         "visual of link 'of_cylinder' turned by 1.57 rad (a shape has no mass)"
     )
