@@ -11,26 +11,33 @@ if TYPE_CHECKING:
 
     from urdf2mbs.plugin import Config, Lines
 
-#: The name of the report of many robots.
+#: File name of the report of many robots.
 REPORT = "urdf2mbs-report.json"
 
 
 @hookimpl
 def urdf2mbs_options(command: str, parser: argparse.ArgumentParser) -> None:
+    """Add options to ``run`` and ``convert``."""
     if command not in ("run", "convert"):
         return
     from urdf2mbs.plugin import path
 
-    many = parser.add_argument_group("many robots")
-    many.add_argument("--workers", type=int, metavar="N", help="processes (default: every core)")
-    does = "the address of a Dask scheduler to use instead"
-    many.add_argument("--cluster", metavar="ADDRESS", help=does)
-    does = f"default: {REPORT} in the folder of all outputs"
-    many.add_argument("--report", type=path, metavar="FILE.json", help=does)
+    group = parser.add_argument_group("many robots")
+    group.add_argument("--workers", type=int, metavar="N", help="processes (default: every core)")
+    group.add_argument(
+        "--cluster", metavar="ADDRESS", help="the address of a Dask scheduler to use instead"
+    )
+    group.add_argument(
+        "--report",
+        type=path,
+        metavar="FILE.json",
+        help=f"default: {REPORT} in the folder of all outputs",
+    )
 
 
 @hookimpl
 def urdf2mbs_observe(arguments: argparse.Namespace) -> None:
+    """Refuse these options for one robot."""
     from urdf2mbs.plugin import refuse
 
     refuse(arguments, ("workers", "cluster", "report"), "many robots, and this is one")
@@ -40,23 +47,25 @@ def urdf2mbs_observe(arguments: argparse.Namespace) -> None:
 def urdf2mbs_carry_out(
     command: str, configs: list[tuple[Config, Lines]], arguments: argparse.Namespace
 ) -> int:
-    from urdf2mbs_many.commands.many import carry_out_folder, carry_out_many
+    """Carry out ``run`` or ``convert`` for many robots."""
+    from urdf2mbs_many.commands.many import convert_configs, convert_folder
 
     if command == "convert":
-        return carry_out_folder(arguments)
-    return carry_out_many(configs, arguments)
+        return convert_folder(arguments)
+    return convert_configs(configs, arguments)
 
 
 @hookimpl
 def urdf2mbs_expand_sweep(config: Config, lines: Lines) -> list[tuple[Config, str]]:
-    from urdf2mbs_many import sweep
+    """Return the config of each robot of a sweep, and its values in words."""
+    from urdf2mbs_many.sweep import format_values, list_members
 
-    members = sweep.members(config, lines)
-    return [(member.config, sweep.in_words(member.values)) for member in members]
+    return [(robot, format_values(values)) for robot, values in list_members(config, lines)]
 
 
 @hookimpl
 def urdf2mbs_api() -> dict[str, str]:
+    """Return where the functions for Python are."""
     package = "urdf2mbs_many"
     return {
         "Outcome": f"{package}.job:Outcome",
@@ -66,6 +75,7 @@ def urdf2mbs_api() -> dict[str, str]:
 
 @hookimpl
 def urdf2mbs_codes() -> dict[str, str]:
+    """Return the codes of messages and their meanings."""
     from urdf2mbs_many.codes import CODES
 
     return CODES

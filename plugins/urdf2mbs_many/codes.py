@@ -1,8 +1,8 @@
-"""Many robots."""
+"""Codes of messages about many robots."""
 
 CODES = {
-    "output-doubled": "error: two robots have one output. Give each its own.",
-    "folder-empty": "error: there is no robot in the folder. Name another folder.",
+    "output-doubled": "error: two robots have the same output. Give each its own.",
+    "folder-empty": "error: the folder contains no robot. Name another folder.",
     "sweep-empty": "error: a sweep, or a list in it, has no values. Give values.",
     "sweep-long": "error: a sweep makes more than a million robots. Give fewer values.",
     "sweep-output": "error: a sweep has no output, or the output names an unknown value. "

@@ -1,4 +1,4 @@
-"""The robots in a folder."""
+"""Find the robots in a folder."""
 
 from __future__ import annotations
 
@@ -9,56 +9,62 @@ from collections import Counter
 from pathlib import Path
 from typing import NoReturn
 
-from urdf2mbs.plugin import ConfigError, is_file, stem
-from urdf2mbs.plugin import read_bytes as read
+from urdf2mbs.plugin import ConfigError, is_file, read_bytes, stem
 
-#: The root of a robot.  That of a file with nothing but macros has no name.
+#: The root element of a robot.  In a file that only has macros, it has no name.
 _ROBOT = re.compile(rb"<robot\s[^<>]*?\bname\s*=")
 
 
-def robots_in(folder: Path) -> dict[Path, Path]:
-    """Each robot in a folder and those below it, and the .mbs to make of it, relative to another.
+def find_robots(folder: Path) -> dict[Path, Path]:
+    """Find the robots in a folder and in those below it.
 
-    Robots are the ``.urdf`` files, and the ``.xacro`` files whose ``<robot>`` has a name: those
-    without one hold macros for others.  Raises ConfigError where there is none, or a folder cannot
-    be looked into.
+    A robot is a ``.urdf`` file, or a ``.xacro`` file whose ``<robot>`` has a name.
+
+    Returns:
+        The .mbs for each robot, relative to the output folder, by the robot's file.
+
+    Raises:
+        ConfigError: The folder contains no robot, or a folder cannot be read.
     """
-    found = sorted(
+    robots = sorted(
         file
-        for above, _, names in os.walk(folder, onerror=_closed)
-        for file in (Path(above, name) for name in names)
+        for parent, _, names in os.walk(folder, onerror=_raise_unreadable)
+        for file in (Path(parent, name) for name in names)
         if is_file(file) and (file.suffix.lower() == ".urdf" or _is_xacro_robot(file))
     )
-    if not found:
+    if not robots:
         raise ConfigError(
-            "folder-empty", f"there is no robot in '{folder}'",
+            "folder-empty",
+            f"'{folder}' contains no robot",
             hint="a robot is a .urdf file, or a .xacro file whose <robot> has a name",
-        )  # fmt: skip
-    places = {file: file.relative_to(folder).with_name(f"{stem(file)}.mbs") for file in found}
-    times = Counter(one_name(str(place)) for place in places.values())
-    for file, place in places.items():
-        if times[one_name(str(place))] > 1:  # robot.urdf and robot.urdf.xacro
-            places[file] = place.with_name(f"{file.name.replace('.', '_')}.mbs")
-    return places
+        )
+    outputs = {robot: robot.relative_to(folder).with_name(f"{stem(robot)}.mbs") for robot in robots}
+    counts = Counter(get_file_key(str(output)) for output in outputs.values())
+    for robot, output in outputs.items():
+        if counts[get_file_key(str(output))] > 1:  # robot.urdf beside robot.urdf.xacro
+            outputs[robot] = output.with_name(f"{robot.name.replace('.', '_')}.mbs")
+    return outputs
 
 
-def one_name(path: str) -> str:
-    """The same for all names that are one file on Windows or macOS."""
+def get_file_key(path: str) -> str:
+    """Return a text that is equal for all names that Windows or macOS take for one file."""
     return unicodedata.normalize("NFC", os.path.normpath(path)).casefold()
 
 
-def _closed(error: OSError) -> NoReturn:
-    """Its robots would be missing without a word."""
+def _raise_unreadable(error: OSError) -> NoReturn:
+    """Raise an error for a folder that ``os.walk`` would otherwise skip silently."""
     raise ConfigError(
-        "file-unreadable", f"cannot look into the folder '{error.filename}': {error.strerror}",
-        hint="look at its rights, or move it elsewhere",
-    ) from None  # fmt: skip
+        "file-unreadable",
+        f"cannot read the folder '{error.filename}': {error.strerror}",
+        hint="check its permissions, or move it elsewhere",
+    ) from None
 
 
 def _is_xacro_robot(file: Path) -> bool:
+    """Return whether a file is xacro and describes a robot."""
     if file.suffix.lower() != ".xacro":
         return False
     try:
-        return _ROBOT.search(read(file)) is not None
+        return _ROBOT.search(read_bytes(file)) is not None
     except OSError:
         return True  # the conversion then reports why

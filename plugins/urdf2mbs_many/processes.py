@@ -1,4 +1,8 @@
-"""Jobs on all cores."""
+"""Run jobs in several processes.
+
+``ProcessPoolExecutor`` breaks when the system ends one of its processes (out of memory, mostly).
+Here only the jobs that were in the pool then are run again, each in a pool of its own.
+"""
 
 from __future__ import annotations
 
@@ -14,35 +18,45 @@ from contextlib import contextmanager
 from threading import Thread
 from types import ModuleType
 
-from urdf2mbs_many.job import Job, Outcome, convert_one, died
+from urdf2mbs_many.job import Job, Outcome, convert_one, make_death
 
 
-def in_processes(jobs: Sequence[Job], count: int) -> Generator[Outcome]:
-    """Each outcome as it comes, from ``count`` processes.
+def run_in_processes(jobs: Sequence[Job], n_processes: int) -> Generator[Outcome]:
+    """Run jobs in some processes.
 
-    Where the system ends a process, the pool ends.  The jobs that were in it are tried again, each
-    by itself, when all others are done: then there is more memory.
+    Jobs that were lost with a process are run again when all others are done, one at a time: then
+    there is more memory.  A job that is lost twice has failed.
+
+    Yields:
+        Each outcome as soon as its job is done.
     """
-    left, lost = deque(jobs), list[Job]()
-    while left:
-        lost += yield from _in_pool(left, count)
+    queue, lost = deque(jobs), list[Job]()
+    while queue:
+        lost += yield from _run_pool(queue, n_processes)
     for job in lost:
-        for _ in (yield from _in_pool(deque([job]), 1)):
-            yield died(job)
+        for _ in (yield from _run_pool(deque([job]), 1)):
+            yield make_death(job)
 
 
-def _in_pool(left: deque[Job], count: int) -> Generator[Outcome, None, list[Job]]:
-    """Take jobs from ``left`` until the pool ends; gives the jobs that were lost with it."""
-    others = multiprocessing.active_children()
-    spawn = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(count, mp_context=spawn, initializer=_begin)
+def _run_pool(queue: deque[Job], n_processes: int) -> Generator[Outcome, None, list[Job]]:
+    """Run jobs from a queue until it is empty or the pool breaks.
+
+    Yields:
+        Each outcome as soon as its job is done.
+
+    Returns:
+        The jobs that were lost when the pool broke.
+    """
+    processes_before = multiprocessing.active_children()
+    context = multiprocessing.get_context("spawn")
+    pool = ProcessPoolExecutor(n_processes, mp_context=context, initializer=_start_worker)
     running: dict[Future[Outcome], Job] = {}
     try:
-        while left or running:
-            while left and len(running) < 2 * count:  # few are lost with the pool
-                with _without_script():
-                    future = pool.submit(convert_one, left[0])
-                running[future] = left.popleft()
+        while queue or running:
+            while queue and len(running) < 2 * n_processes:  # so that a broken pool loses few
+                with _hide_main_script():
+                    future = pool.submit(convert_one, queue[0])
+                running[future] = queue.popleft()
             done, _ = wait(running, return_when=FIRST_COMPLETED)
             for future in done:
                 outcome = future.result()
@@ -55,14 +69,14 @@ def _in_pool(left: deque[Job], count: int) -> Generator[Outcome, None, list[Job]
         pool.shutdown(wait=False, cancel_futures=True)
         if running:
             for process in multiprocessing.active_children():
-                if process not in others:
+                if process not in processes_before:
                     process.terminate()
     return [*running.values()]
 
 
 @contextmanager
-def _without_script() -> Iterator[None]:
-    """Within it, a new process does not import the script that is running.
+def _hide_main_script() -> Iterator[None]:
+    """Start processes that do not import the running script.
 
     A script without ``if __name__ == "__main__":`` would convert its robots in each process again.
     """
@@ -74,18 +88,19 @@ def _without_script() -> Iterator[None]:
         sys.modules["__main__"] = script
 
 
-def _begin() -> None:
+def _start_worker() -> None:
     """Prepare a process of the pool.
 
-    Ctrl-C on a terminal reaches all processes: the first one ends the others, and none outlives
-    the first.  What a library prints goes to standard error.
+    Ctrl-C in a terminal reaches all processes: the main process ends its workers, and no worker
+    outlives it.  What a library prints goes to standard error.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     os.dup2(2, 1)
-    Thread(target=_end_with_parent, daemon=True).start()
+    Thread(target=_exit_with_parent, daemon=True).start()
 
 
-def _end_with_parent() -> None:
+def _exit_with_parent() -> None:
+    """Wait for the main process to end, then exit."""
     parent = multiprocessing.parent_process()
     if parent is not None:
         parent.join()

@@ -1,4 +1,9 @@
-"""A family of robots from one config: one for each combination of the values of its ``sweep``."""
+"""Make a family of robots from one config: one for each combination of the values of its sweep.
+
+sweep:                                   keys                       values
+  xacro_args: {height: [0.7, 0.8]}       (xacro_args, height)       0.7, 0.8
+  passes: {check: {tolerance: [1e-8]}}   (passes, check, tolerance) 1e-8
+"""
 
 from __future__ import annotations
 
@@ -27,14 +32,15 @@ from urdf2mbs.plugin import (
     nearest,
 )
 
-#: The most robots of one config.
-MOST = 1_000_000
-
+#: Maximum number of robots of one config.
+MAX_ROBOTS = 1_000_000
+#: Maximum distance between the last step of a range and its end, relative to a step.
+_STEP_TOLERANCE = Decimal("1e-9")
 #: ``{height}`` in a path.
-_PLACE = re.compile(r"\{([^{}]*)\}")
-
-#: What a value may not bring into a name: what no name has on Windows, and what is expanded.
-_UNSAFE = re.compile(r"[<>:\"/\\|?*$~%\x00-\x1f\x7f]")
+_PLACEHOLDER = re.compile(r"\{([^{}]*)\}")
+#: Characters that a value must not bring into the name of a file or folder: those that Windows
+#: does not allow, at the end blanks and dots, and those that ``expand`` would replace.
+_UNSAFE_CHARACTER = re.compile(r"[<>:\"/\\|?*$~%\x00-\x1f\x7f]|[ .](?=[ .]*$)")
 
 
 class Member(NamedTuple):
@@ -42,161 +48,163 @@ class Member(NamedTuple):
 
     config: Config
     values: dict[str, Any]
-    """Its own values: xacro arguments by name, options as ``PASS.OPTION``."""
+    """The values that the sweep gives it: xacro arguments by name, options as ``PASS.OPTION``."""
 
 
-def members(config: Config, lines: Lines) -> list[Member]:
-    """The robots that a config stands for, the last value of its sweep changing fastest.
+def list_members(config: Config, lines: Lines) -> list[Member]:
+    """List the robots of a config: one without a sweep, else one for each combination.
 
-    Without a sweep it stands for one.  Raises ConfigError.
+    Args:
+        config: The config.
+        lines: Where its values come from.
+
+    Returns:
+        The robots, the last value of the sweep changing fastest.
+
+    Raises:
+        ConfigError: The config or its sweep is wrong.
     """
     lines.check()
     if config.sweep is None:
         return [Member(config, {})]
-    swept = _swept(config, config.sweep, lines)
-    found: list[Member] = []
-    for combination in product(*swept.values()):
-        own: dict[str, Any] = {}
+    swept_values = _list_swept_values(config, config.sweep, lines)
+    members: list[Member] = []
+    for combination in product(*swept_values.values()):
+        values: dict[str, Any] = {}
         xacro_args: dict[str, Any] = {}
         passes: dict[str, dict[str, Any]] = {}
-        for (block, *key), value in zip(swept, combination, strict=True):
-            own[".".join(key)] = value
+        for (block, *key), value in zip(swept_values, combination, strict=True):
+            values[".".join(key)] = value
             options = xacro_args if block == "xacro_args" else passes.setdefault(key[0], {})
             options[key[-1]] = value
-        output = _output(config, own, lines)
+        output = _fill_output(config, values, lines)
         robot, _ = config_of(
             config, xacro_args=xacro_args, passes=passes, output=output, sweep=None
         )
-        found.append(Member(robot, own))
-    return found
+        members.append(Member(robot, values))
+    return members
 
 
-def _swept(config: Config, sweep: Sweep, lines: Lines) -> dict[tuple[str, ...], list[Any]]:
-    """The values of each key of a config that a sweep changes."""
+def _list_swept_values(
+    config: Config, sweep: Sweep, lines: Lines
+) -> dict[tuple[str, ...], list[Any]]:
+    """List the values of a sweep by the keys of the config that they change."""
     given: dict[tuple[str, ...], list[Any] | Range] = {
         ("xacro_args", name): values for name, values in sweep.xacro_args.items()
     }
     for pass_, options in sweep.passes.items():
         given |= {("passes", pass_, option): values for option, values in options.items()}
     if not given:
-        raise lines.error(
-            "sweep-empty", "the sweep has no values", ("sweep",),
-            "such as 'sweep: {xacro_args: {height: [0.7, 0.8]}}'",
-        )  # fmt: skip
+        hint = "give some: 'sweep: {xacro_args: {height: [0.7, 0.8]}}'"
+        raise lines.error("sweep-empty", "the sweep has no values", ("sweep",), hint)
     swept: dict[tuple[str, ...], list[Any]] = {}
     for key, values in given.items():
-        at = ("sweep", *key)
+        sweep_key = ("sweep", *key)
         if key[-1] in (config.xacro_args if len(key) == 2 else config.passes.get(key[1], {})):
-            raise lines.error(
-                "sweep-twice", f"'{dotted(key)}' has a value, and the sweep gives it others",
-                at, "leave one of the two out",
-            )  # fmt: skip
-        swept[key] = values if isinstance(values, list) else _numbers(values, lines, at)
+            message = f"'{dotted(key)}' has a value, and the sweep gives it others"
+            raise lines.error("sweep-twice", message, sweep_key, "remove one of the two")
+        swept[key] = values if isinstance(values, list) else _list_numbers(values, lines, sweep_key)
         if not swept[key]:
-            raise lines.error("sweep-empty", f"'{dotted(at)}' has no values", at)
+            raise lines.error("sweep-empty", f"'{dotted(sweep_key)}' has no values", sweep_key)
         if key[0] == "xacro_args":
             swept[key] = [str(value) for value in swept[key]]
     _check_count(prod(map(len, swept.values())), lines, ("sweep",))
     return swept
 
 
-def in_words(values: dict[str, Any]) -> str:
-    """``height=0.7, arms=true``."""
-    return ", ".join(f"{name}={_word(value)}" for name, value in values.items())
+def format_values(values: dict[str, Any]) -> str:
+    """Format values for a message: ``height=0.7, arms=true``."""
+    return ", ".join(f"{name}={_format_value(value)}" for name, value in values.items())
 
 
-def _word(value: Any) -> str:
+def _format_value(value: Any) -> str:
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
-def _names(keys: Iterable[str]) -> str:
+def _format_placeholders(keys: Iterable[str]) -> str:
     return "-".join(f"{{{key}}}" for key in keys)
 
 
-def _numbers(given: Range, lines: Lines, at: Key) -> list[int] | list[float]:
-    """Return the numbers of a range, both ends among them.
+# --- ranges ---
 
-    They are computed in decimals: 0.7, 0.8, 0.9, and no 0.7999999999999999.
+
+def _list_numbers(range_: Range, lines: Lines, key: Key) -> list[int] | list[float]:
+    """List the numbers of a range, both ends included.
+
+    They are computed in decimals: 0.7, 0.8, 0.9, and not 0.7999999999999999.
     """
-    first, last = Decimal(str(given.first)), Decimal(str(given.last))
-    step, count = Decimal(str(given.step or 0)), given.count or 0
-    if count > 1 and given.step is None:
+    first, last = Decimal(str(range_.first)), Decimal(str(range_.last))
+    step, count = Decimal(str(range_.step or 0)), range_.count or 0
+    if count > 1 and range_.step is None:
         step = (last - first) / (count - 1)
     elif step and not count and (last - first) / step >= 0:
-        count = _count_steps(first, last, step, lines, at) + 1
+        count = _count_steps(first, last, step, lines, key) + 1
     else:
-        message = "these numbers are no range"
-        hint = (
-            "a range has 'from', 'to', and a 'step' that leads there, or a 'count' of 2 or more: "
-            "{from: 0.7, to: 0.9, step: 0.1}"
+        message = (
+            "expected a range with 'from', 'to', and either a 'step' that leads from one to the "
+            "other or a 'count' of 2 or more"
         )
-        raise lines.error("sweep-range", message, at, hint)
-    _check_count(count, lines, at)
-    whole = isinstance(given.first, int) and isinstance(given.step, int)
-    numbers = [(int if whole else float)(first + step * n) for n in range(count)]
-    if not whole:  # the steps may miss the end by their last digit
+        raise lines.error("sweep-range", message, key, "such as {from: 0.7, to: 0.9, step: 0.1}")
+    _check_count(count, lines, key)
+    is_integer = isinstance(range_.first, int) and isinstance(range_.step, int)
+    numbers = [(int if is_integer else float)(first + step * n) for n in range(count)]
+    if not is_integer:  # the last step may miss the end by a digit
         numbers[-1] = float(last)
     return numbers
 
 
-#: How far the steps of a range may end from its end, relative to a step.
-_MISSED = Decimal("1e-9")
-
-
-def _count_steps(first: Decimal, last: Decimal, step: Decimal, lines: Lines, at: Key) -> int:
-    """Return the number of steps that lead from one end of a range to the other.
+def _count_steps(first: Decimal, last: Decimal, step: Decimal, lines: Lines, key: Key) -> int:
+    """Count the steps from one end of a range to the other.
 
     Raises:
         ConfigError: The steps do not end at the other end.
     """
     ratio = (last - first) / step
     count = int(ratio.to_integral_value())
-    if abs(ratio - count) > _MISSED:
+    if abs(ratio - count) > _STEP_TOLERANCE:
         reached = first + step * int(ratio)
         message = f"the steps of {step} from {first} do not end at {last}, but at {reached}"
         evenly = f"'count: {max(count, 1) + 1}' instead of 'step' divides the range evenly"
         hint = f"'to: {reached}' ends at a step; {evenly}"
-        raise lines.error("sweep-range", message, at, hint)
+        raise lines.error("sweep-range", message, key, hint)
     return count
 
 
-def _check_count(count: int, lines: Lines, at: Key) -> None:
-    if count > MOST:
-        raise lines.error("sweep-long", f"this makes {count} robots, and {MOST} are the most", at)
+def _check_count(count: int, lines: Lines, key: Key) -> None:
+    """Raise ConfigError for more robots than one config may have."""
+    if count > MAX_ROBOTS:
+        message = f"the sweep makes {count} robots; expected {MAX_ROBOTS} or fewer"
+        raise lines.error("sweep-long", message, key)
 
 
-def _output(config: Config, values: dict[str, Any], lines: Lines) -> str | Project:
-    """The output of one robot, with its values put in."""
+# --- output ---
 
-    def value(found: re.Match[str]) -> str:
-        if found[1] not in values:
-            raise lines.error(
-                "sweep-output",
-                f"'{{{found[1]}}}' in the output is no value of the sweep",
-                ("output",), nearest(found[1], values) or f"there are: {_names(values)}",
-            )  # fmt: skip
-        # a value is a part of one name: it leads to no other folder, and names no variable
-        return _portable(_UNSAFE.sub("_", _word(values[found[1]])))
 
-    def fill(output: str) -> str:
-        path = _PLACE.sub(value, expand(output, lines, ("output",)))
-        return f"./{path}" if path.startswith("~") else path
-
+def _fill_output(config: Config, values: dict[str, Any], lines: Lines) -> str | Project:
+    """Return the output of one robot: the output of the config with the robot's values."""
     output = config.output
     if output is None:
-        raise lines.error(
-            "sweep-output", "a sweep needs an output", ("sweep",),
-            f"such as 'output: models/{_names(values)}.mbs'",
-        )  # fmt: skip
+        hint = f"add one, such as 'output: models/{_format_placeholders(values)}.mbs'"
+        raise lines.error("sweep-output", "a sweep requires an output", ("sweep",), hint)
     if not isinstance(output, Project):
-        return fill(output)
-    path = Path(fill(output.project))
-    if _PLACE.search(Path(output.project).name):  # a project is called as its model is
+        return _fill_path(output, values, lines)
+    path = Path(_fill_path(output.project, values, lines))
+    if _PLACEHOLDER.search(Path(output.project).name):  # a project has the name of its model
         path = path.with_name(identifiers([path.name])[0])
     return msgspec.structs.replace(output, project=str(path))
 
 
-def _portable(name: str) -> str:
-    """A name of a file or folder, so that every system has it and it is no other folder."""
-    name = re.sub(r"[ .]+$", lambda end: "_" * len(end[0]), name)
-    return name if is_portable(name) else f"_{name}"
+def _fill_path(path: str, values: dict[str, Any], lines: Lines) -> str:
+    """Replace the placeholders of a path by values; a value is a part of one name."""
+
+    def get_value(match: re.Match[str]) -> str:
+        name = match[1]
+        if name not in values:
+            message = f"'{{{name}}}' in the output is not a value of the sweep"
+            hint = nearest(name, values) or f"values: {_format_placeholders(values)}"
+            raise lines.error("sweep-output", message, ("output",), hint)
+        text = _UNSAFE_CHARACTER.sub("_", _format_value(values[name]))
+        return text if is_portable(text) else f"_{text}"
+
+    filled = _PLACEHOLDER.sub(get_value, expand(path, lines, ("output",)))
+    return f"./{filled}" if filled.startswith("~") else filled

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from urdf2mbs.config.lines import Lines
-from urdf2mbs_many.convert import jobs_of
+from urdf2mbs_many.convert import list_jobs
 
 
 def test_a_cluster_whose_workers_cannot_convert(
@@ -47,12 +47,12 @@ def test_a_cluster_whose_workers_cannot_convert(
     monkeypatch.setitem(sys.modules, "distributed", module)  # type: ignore[arg-type]
     from urdf2mbs.config.load import typed
     from urdf2mbs.config.model import Config
-    from urdf2mbs_many.cluster import on_cluster
+    from urdf2mbs_many.cluster import run_on_cluster
 
     config = typed(Config, {"source": str(tiny)}, Lines())
     other = typed(Config, {"source": str(tiny), "output": "b.mbs"}, Lines())
-    jobs = list(jobs_of([(config, Lines()), (other, Lines())]))
-    found = [outcome.error for outcome in on_cluster(jobs, "tcp://here:1")]
+    jobs = list(list_jobs([(config, Lines()), (other, Lines())]))
+    found = [outcome.error for outcome in run_on_cluster(jobs, "tcp://here:1")]
     assert [error.code for error in found if error] == ["cluster-failed", "worker-died"]
     assert found[0] is not None
     assert "No module named 'urdf2mbs'" in found[0].message

@@ -38,7 +38,7 @@ from urdf2mbs.engine.plugins import Plugins
 from urdf2mbs.hookspecs import Pass, hookimpl
 from urdf2mbs.testing import TINY
 from urdf2mbs.urdf.elements import ELEMENTS
-from urdf2mbs_many.sweep import members
+from urdf2mbs_many.sweep import list_members
 from urdf2mbs_setup.dump import state
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -123,7 +123,7 @@ class Page:
     def yaml(self, block: Block) -> None:
         if block.file:
             config, lines = load(self.folder / block.file)
-            for member in members(config, lines):
+            for member in list_members(config, lines):
                 Pipeline(member.config, lines)
         elif not {"before", "after"} & set(block.info):
             text = block.text if "source:" in block.text else f"source: tiny.urdf\n{block.text}"

@@ -6,7 +6,7 @@ the file itself would not do: many formats have none, and MBSysPad drops those o
 
 Lines are only added, before the files are moved into place.  So a run that is killed, and another
 run into the same folder, leave a record that is true.  Line ends are ignored, because git may
-convert them.  A run of many robots sorts the lines at its end.
+convert them.
 """
 
 from __future__ import annotations

@@ -28,16 +28,16 @@ from urdf2mbs.plugin import (
     write_files,
 )
 from urdf2mbs_many import REPORT
-from urdf2mbs_many.convert import jobs_of, run
-from urdf2mbs_many.folder import robots_in
+from urdf2mbs_many.convert import list_jobs, run_jobs
+from urdf2mbs_many.folder import find_robots
 from urdf2mbs_many.job import Job, Outcome
-from urdf2mbs_many.sweep import in_words
+from urdf2mbs_many.sweep import format_values
 
-#: The most converted robots in the table.
-SHOWN = 40
+#: Maximum number of converted robots in the table.
+MAX_ROWS = 40
 
-#: What became of the robots with an exit code.
-_ENDS = {
+#: Words for the robots with an exit code.
+_RESULTS = {
     0: "done",
     1: "cannot be converted",
     2: "with a wrong config or command line",
@@ -45,20 +45,20 @@ _ENDS = {
 }
 
 
-def carry_out_many(configs: Iterable[tuple[Config, Lines]], arguments: argparse.Namespace) -> int:
-    """Convert all robots of some configs; the exit code is the worst of theirs."""
+def convert_configs(configs: Iterable[tuple[Config, Lines]], arguments: argparse.Namespace) -> int:
+    """Convert all robots of some configs; return the highest of their exit codes."""
     refuse(arguments, ("stop_after", "dump", "plan", "fresh"), "one robot, and these are many")
     if arguments.workers is not None and arguments.workers < 1:
-        raise ConfigError("usage", f"--workers {arguments.workers}: give 1 or more")
-    jobs = jobs_of(configs, installed_plugins=not arguments.no_plugins, force=arguments.force)
-    report = arguments.report or _folder(jobs) / REPORT
+        raise ConfigError("usage", f"--workers {arguments.workers}: expected 1 or more")
+    jobs = list_jobs(configs, installed_plugins=not arguments.no_plugins, force=arguments.force)
+    report = arguments.report or _find_common_folder(jobs) / REPORT
     if not arguments.force:
         check_ours({report: b""})
-    outcomes = _convert_all(jobs, arguments)
+    outcomes = _run_with_progress(jobs, arguments)
     code = max((outcome.code for outcome in outcomes), default=0)
-    whole = {"urdf2mbs": version("urdf2mbs"), "code": code, "robots": outcomes}
-    text = msgspec.json.format(msgspec.json.encode(whole), indent=1) + b"\n"
-    write_files({report: text}, force=arguments.force)
+    content = {"urdf2mbs": version("urdf2mbs"), "code": code, "robots": outcomes}
+    data = msgspec.json.format(msgspec.json.encode(content), indent=1) + b"\n"
+    write_files({report: data}, force=arguments.force)
     if arguments.json:
         print_json({"code": code, "robots": outcomes})
     else:
@@ -69,47 +69,46 @@ def carry_out_many(configs: Iterable[tuple[Config, Lines]], arguments: argparse.
     return code
 
 
-def carry_out_folder(arguments: argparse.Namespace) -> int:
-    """``convert`` for all robots of a folder."""
+def convert_folder(arguments: argparse.Namespace) -> int:
+    """Convert all robots of a folder; return the highest of their exit codes."""
     folder, output = Path(arguments.robot), arguments.output
     if output is None:
         raise ConfigError(
-            "usage", f"'{folder}' is a folder: say where its robots go, such as '-o models/'"
+            "usage", f"'{folder}' is a folder; expected an output folder, such as '-o models/'"
         )
     if is_file(Path(output)):
-        raise ConfigError("usage", f"--output: '{output}' is no folder, and '{folder}' is one")
-    return carry_out_many(
-        [
-            without_config(str(source), str(Path(output) / place), arguments)
-            for source, place in robots_in(folder).items()
-        ],
-        arguments,
-    )
+        raise ConfigError(
+            "usage", f"--output: '{output}' is a file; expected a folder, since '{folder}' is one"
+        )
+    configs = [
+        without_config(str(robot), str(Path(output) / mbs), arguments)
+        for robot, mbs in find_robots(folder).items()
+    ]
+    return convert_configs(configs, arguments)
 
 
-def _folder(jobs: list[Job]) -> Path:
-    """The folder that all outputs are in."""
+def _find_common_folder(jobs: list[Job]) -> Path:
+    """Return the folder that contains all outputs."""
     try:
-        return Path(os.path.commonpath([Path(job.place or job.source).parent for job in jobs]))
+        return Path(os.path.commonpath([Path(job.output or job.source).parent for job in jobs]))
     except ValueError:  # they are on several drives of Windows
         return Path.cwd()
 
 
-def _convert_all(jobs: list[Job], arguments: argparse.Namespace) -> list[Outcome]:
-    """Carry all jobs out, with progress on stderr; the outcomes in the order of the jobs."""
-    count, failed, start = len(jobs), 0, monotonic()
+def _run_with_progress(jobs: list[Job], arguments: argparse.Namespace) -> list[Outcome]:
+    """Run all jobs with progress on stderr; return the outcomes in the order of the jobs."""
+    total, n_failed, start = counted(len(jobs), "robot"), 0, monotonic()
     done: list[Outcome] = []
-    running = run(jobs, workers=arguments.workers, cluster=arguments.cluster)
+    running = run_jobs(jobs, workers=arguments.workers, cluster=arguments.cluster)
     with Progress(arguments) as progress, closing(running) as outcomes:
-        progress.at = f"0 of {counted(count, 'robot')} done"
+        progress.at = f"0 of {total} done"
         try:
             for outcome in outcomes:
                 done.append(outcome)
-                failed += outcome.code != 0
-                left = (count - len(done)) * (monotonic() - start) / len(done)
+                n_failed += outcome.code != 0
+                seconds_left = (len(jobs) - len(done)) * (monotonic() - start) / len(done)
                 progress.at = (
-                    f"{len(done)} of {counted(count, 'robot')} done, {failed} failed, "
-                    f"{left:.0f} s left"
+                    f"{len(done)} of {total} done, {n_failed} failed, {seconds_left:.0f} s left"
                 )
         except KeyboardInterrupt:
             print(progress.at, file=sys.stderr)
@@ -118,33 +117,37 @@ def _convert_all(jobs: list[Job], arguments: argparse.Namespace) -> list[Outcome
 
 
 def _print_table(outcomes: list[Outcome]) -> None:
-    """A line for each robot that is done, all errors on stderr, and the counts."""
-    done = [_row(outcome) for outcome in outcomes if outcome.error is None]
+    """Print a line for each robot that is done, all errors on stderr, and the counts."""
+    rows = [_format_row(outcome) for outcome in outcomes if outcome.error is None]
     for outcome in outcomes:
         if outcome.error is not None:
-            print(f"{_name(outcome)}:\n{outcome.error}", file=sys.stderr)
-    for row in done[:SHOWN]:
+            print(f"{_format_name(outcome)}:\n{outcome.error}", file=sys.stderr)
+    for row in rows[:MAX_ROWS]:
         print(row)
-    if len(done) > SHOWN:
-        print(f"and {len(done) - SHOWN} more")
+    if len(rows) > MAX_ROWS:
+        print(f"and {len(rows) - MAX_ROWS} more")
     codes = [outcome.code for outcome in outcomes]
-    counts = [(codes.count(code), what) for code, what in _ENDS.items()]
-    print(*(f"{counted(count, 'robot')} {what}" for count, what in counts if count), sep="; ")
+    counts = [(codes.count(code), result) for code, result in _RESULTS.items()]
+    print(*(f"{counted(count, 'robot')} {result}" for count, result in counts if count), sep="; ")
 
 
-def _name(outcome: Outcome) -> str:
-    own = f" ({in_words(outcome.values)})" if outcome.values else ""
-    return near(Path(outcome.source)) + own
+def _format_name(outcome: Outcome) -> str:
+    """Format the source of a robot and the values of the sweep."""
+    values = f" ({format_values(outcome.values)})" if outcome.values else ""
+    return near(Path(outcome.source)) + values
 
 
-def _row(outcome: Outcome) -> str:
-    found = outcome.report
-    if found is None:
-        return _name(outcome)
-    warnings = sum(said.level == "warning" for said in found.diagnostics)
-    verdict = "" if found.proof is not None and found.proof.same else f"{found.verdict}: "
+def _format_row(outcome: Outcome) -> str:
+    """Format the row of a robot in the table."""
+    report = outcome.report
+    if report is None:
+        return _format_name(outcome)
+    n_warnings = sum(message.level == "warning" for message in report.diagnostics)
+    is_proven = report.proof is not None and report.proof.same
+    verdict = "" if is_proven else f"{report.verdict}: "
     output = near(Path(outcome.output)) if outcome.output else "nothing is written"
     return (
-        f"{_name(outcome)}: {found.links} links -> {found.bodies} bodies, {found.joints.mbs} "
-        f"joints, {found.mass:.6g} kg, {counted(warnings, 'warning')}: {verdict}{output}"
+        f"{_format_name(outcome)}: {report.links} links -> {report.bodies} bodies, "
+        f"{report.joints.mbs} joints, {report.mass:.6g} kg, {counted(n_warnings, 'warning')}: "
+        f"{verdict}{output}"
     )

@@ -6,7 +6,6 @@ import shutil
 import signal
 import subprocess
 import sys
-from collections.abc import Generator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,10 +14,8 @@ import pytest
 from making import write_plugin
 from urdf2mbs import convert, convert_many
 from urdf2mbs.cli import main
-from urdf2mbs.disk.record import RECORD
 from urdf2mbs.testing import TINY
-from urdf2mbs_many import processes
-from urdf2mbs_many.job import Job, Outcome, convert_one
+from urdf2mbs_many.job import Outcome
 
 CONFIGS = Path(__file__).parents[3] / "configs"
 
@@ -91,21 +88,6 @@ def assert_all_there(outcomes: list[Outcome], folder: Path) -> None:
 @pytest.mark.parametrize("workers", [1, 2])
 def test_a_sweep_is_its_robots_one_by_one(sweep: Path, workers: int) -> None:
     assert_all_there(list(convert_many([sweep], workers=workers)), sweep.parent)
-
-
-def test_the_record_is_in_the_order_of_names(sweep: Path, monkeypatch: Any) -> None:
-    def backwards(jobs: Sequence[Job], _: int) -> Generator[Outcome]:
-        yield from map(convert_one, reversed(jobs))
-
-    monkeypatch.setattr(processes, "in_processes", backwards)
-    records = []
-    for workers in (1, 2, 2):
-        list(convert_many([sweep], workers=workers))
-        records.append((sweep.parent / "models" / RECORD).read_bytes())
-        if workers == 1:
-            shutil.rmtree(sweep.parent / "models")
-    assert len(records[0].splitlines()) == 12
-    assert records[0] == records[1] == records[2]
 
 
 def test_a_process_that_dies_takes_nothing_with_it(sweep: Path) -> None:

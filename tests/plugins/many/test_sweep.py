@@ -9,13 +9,13 @@ from urdf2mbs.config.lines import Lines
 from urdf2mbs.config.load import parse
 from urdf2mbs.engine.settings import make_settings
 from urdf2mbs.messages.diagnostics import ConfigError
-from urdf2mbs_many.convert import jobs_of
+from urdf2mbs_many.convert import list_jobs
 from urdf2mbs_many.job import Job
 
 
 def swept(text: str, output: str = "'{height}.mbs'", more: str = "") -> list[Job]:
     text = f"source: biped.urdf.xacro\noutput: {output}\n{more}\nsweep:\n  {text}\n"
-    return jobs_of([parse(text, Path("sweep.yaml"))])
+    return list_jobs([parse(text, Path("sweep.yaml"))])
 
 
 def test_every_combination_in_its_order() -> None:
