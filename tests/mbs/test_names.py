@@ -175,8 +175,8 @@ def test_what_refers_to_nothing_is_an_error_that_names_the_nearest() -> None:
     for cut, said in (
         (Connection("ball", "c", ("hip", None), ("hib", None)), "ball 'c' refers to body 'hib'"),
         (Connection("rod", "c", ("hip", "ankel"), (None, None)),
-         "rod 'c' refers to point 'ankel' of body 'hip', which has none such"),
-        (Connection("rod", "c", (None, "x"), (None, None)), "point 'x' of the base, which"),
+         "rod 'c' refers to point 'ankel', which body 'hip' does not have"),
+        (Connection("rod", "c", (None, "x"), (None, None)), "point 'x', which the base does not have"),
     ):  # fmt: skip
         body = Body("hip", joints=[Joint("j", "R1")], points=[Point("ankle")])
         with pytest.raises(ConversionError) as caught:

@@ -1,1 +1,1 @@
-"""The language written: Robotran's .mbs."""
+"""Robotran's .mbs: its model, reader and writer."""

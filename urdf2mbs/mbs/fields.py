@@ -1,11 +1,18 @@
-"""A table for each element of an .mbs file.  Reader, writer and ``unknown`` use these tables.
+"""A table for each element of an .mbs file, used by the reader, the writer and other tools.
 
 A table has an element's children by their tags, in the order of the file.  Each child is
 
-* a field of the model's object, with the kind of its value: a word, or the tags of the objects
-  in a list;
-* a table, where the child holds more of the same object;
+* a ``Field``: the attribute of the model's object, and the kind of its value;
+* a table, if the child holds more of the same object;
 * ``MARK``, an empty element that MBSysPad writes and nobody reads.
+
+So ``<joint>`` is, with the children of ``<initialvalue>`` in a table of their own::
+
+    JOINT = {
+        "jointname":    Field("name", "text"),
+        "initialvalue": {"q": Field("q", "number"), ...},
+        ...
+    }
 """
 
 from __future__ import annotations
@@ -18,160 +25,220 @@ from urdf2mbs.mbs.model import CUTS, LINKS, SHAPES
 from urdf2mbs.spatial import ZERO
 
 Kind = Literal[
-    "text", "title", "word", "number", "xy", "xyz", "coordinates", "inertia", "color", "flag",
-    "control_points", "symbols", "place", "sensor", "texts", "parts", "base", "drawing", "view",
-]  # fmt: skip
-#: The kinds whose elements may stand several times.
+    "text",
+    "title",  # a text that is left out if it is empty
+    "word",  # one of a few texts
+    "number",
+    "flag",  # an empty element: True
+    "color",
+    "xy",
+    "xyz",
+    "coordinates",  # an xyz in an element <coordinates>
+    "control_points",  # several xy
+    "inertia",
+    "symbols",  # empty elements, whose tags are the values
+    "place",  # a body and one of its points
+    "sensor",
+    "texts",  # several elements with a text each
+    "parts",  # several elements with an object each
+    "base",
+    "drawing",
+    "view",
+]
+#: The kinds whose elements may be repeated.
 REPEATED = ("texts", "parts")
 MARK = None
-Field = tuple[str, Kind | frozenset[str]]
+
+
+class Field(NamedTuple):
+    """An attribute of an object of the model, in an element of the file."""
+
+    attribute: str
+    kind: Kind | frozenset[str]
+    """The kind of its value; for a list of objects, the tags of their elements."""
+
+
 Table: TypeAlias = "Mapping[str, Field | Table | None]"
 
 
 def _fields(**kinds: Kind | frozenset[str]) -> dict[str, Field]:
-    """Children whose tags are the names of their fields, too."""
-    return {tag: (tag, kind) for tag, kind in kinds.items()}
+    """Return the fields whose attributes have the names of their tags."""
+    return {tag: Field(tag, kind) for tag, kind in kinds.items()}
 
 
 _NAME: dict[str, Field] = _fields(name="text")
 _POSITION: Table = _fields(position="xy")
 SHAPE: Table = _fields(
-    name="text", position="xyz", scale="xyz", rotation="xyz", color="color",
-    transparency="number", size="xyz", radius="number", height="number", url="text",
-)  # fmt: skip
+    name="text",
+    position="xyz",
+    scale="xyz",
+    rotation="xyz",
+    color="color",
+    transparency="number",
+    size="xyz",
+    radius="number",
+    height="number",
+    url="text",
+)
 VIEWPOINT: Table = {
     **_fields(name="text", joint="text", position="xyz", target="xyz", up="xyz"),
     **_fields(projection="text", scale="number"),
-    "fieldOfView": ("field_of_view", "number"),
-    "frontClipDst": ("front_clip", "number"),
-    "backClipDst": ("back_clip", "number"),
+    "fieldOfView": Field("field_of_view", "number"),
+    "frontClipDst": Field("front_clip", "number"),
+    "backClipDst": Field("back_clip", "number"),
 }
 LIGHT: Table = _fields(name="text", joint="text", active="flag", direction="xyz")
 DRAWING: Table = _fields(
-    position="xy", name_pos="xy", shape="text", size="xy", control_points="control_points",
+    position="xy",
+    name_pos="xy",
+    shape="text",
+    size="xy",
+    control_points="control_points",
     angle="number",
-)  # fmt: skip
+)
 JOINT: Table = {
-    "jointname": ("name", "text"),
-    "type": ("type", "word"),
-    "nature": ("nature", "word"),
+    "jointname": Field("name", "text"),
+    "type": Field("type", "word"),
+    "nature": Field("nature", "word"),
     "initialvalue": _fields(q="number", qd="number", qdd="number"),
-    "actuated": ("actuated", "flag"),
-    "symbols": ("symbols", "symbols"),
+    "actuated": Field("actuated", "flag"),
+    "symbols": Field("symbols", "symbols"),
     "graphics": {"x2D": _POSITION, "x3D": {"x3D_joint": MARK, "x3D_frame": MARK}},
 }
 POINT: Table = {
-    "pointname": ("name", "text"),
-    "coordinates": ("coordinates", "xyz"),
+    "pointname": Field("name", "text"),
+    "coordinates": Field("coordinates", "xyz"),
     "graphics": {"x2D": _POSITION, "x3D": {}},
-    "sensor": ("sensor", "sensor"),
-    "extforce": ("extforce", "sensor"),
+    "sensor": Field("sensor", "sensor"),
+    "extforce": Field("extforce", "sensor"),
 }
 BODY: Table = {
-    "bodyname": ("name", "text"),
-    "parent": ("place", "place"),
-    "joint": ("joints", "parts"),
+    "bodyname": Field("name", "text"),
+    "parent": Field("place", "place"),
+    "joint": Field("joints", "parts"),
     **_fields(mass="number", com="coordinates", inertia="inertia"),
-    "point": ("points", "parts"),
+    "point": Field("points", "parts"),
     "graphics": {
-        "x2D": ("drawing", "drawing"),
+        "x2D": Field("drawing", "drawing"),
         "x3D": {
-            "x3D_com": MARK, "x3D_points": MARK, "x3D_lines": MARK, "x3D_shapes": ("shapes", SHAPES)
+            "x3D_com": MARK,
+            "x3D_points": MARK,
+            "x3D_lines": MARK,
+            "x3D_shapes": Field("shapes", SHAPES),
         },
     },
-}  # fmt: skip
+}
 BASE: Table = {
-    "gravity": ("gravity", "coordinates"),
-    "baseBodyName": ("name", "text"),
-    "point": ("points", "parts"),
+    "gravity": Field("gravity", "coordinates"),
+    "baseBodyName": Field("name", "text"),
+    "point": Field("points", "parts"),
     "graphics": {
-        "x2D": {**_POSITION, "base_body": ("drawing", "drawing")},
+        "x2D": {**_POSITION, "base_body": Field("drawing", "drawing")},
         "x3D": {
-            "x3D_frame": MARK, "x3D_points": MARK, "x3D_lines": MARK,
-            "x3D_shapes": ("shapes", SHAPES),
+            "x3D_frame": MARK,
+            "x3D_points": MARK,
+            "x3D_lines": MARK,
+            "x3D_shapes": Field("shapes", SHAPES),
         },
     },
-}  # fmt: skip
+}
 CONNECTION: Table = _fields(name="text", endpoint1="place", endpoint2="place", length="number")
-USER_CONSTRAINT: Table = {**_NAME, "joints": {"jointname": ("joints", "texts")}}
-USER_MODEL: Table = {**_NAME, "parameter": ("parameters", "parts")}
-PARAMETER: Table = {**_NAME, "type": ("type", "text"), "value": ("values", "texts")}
-USER_VARIABLE: Table = {"varname": ("name", "text"), **_fields(type="text", size="text")}
+USER_CONSTRAINT: Table = {**_NAME, "joints": {"jointname": Field("joints", "texts")}}
+USER_MODEL: Table = {**_NAME, "parameter": Field("parameters", "parts")}
+PARAMETER: Table = {**_NAME, "type": Field("type", "text"), "value": Field("values", "texts")}
+USER_VARIABLE: Table = {"varname": Field("name", "text"), **_fields(type="text", size="text")}
 VIEW: Table = {
-    "background": {"color": ("background", "color")},
+    "background": {"color": Field("background", "color")},
     "shapeScaleFactors": _fields(frame="number", joint="number", com="number", point="number"),
     **_fields(viewpoints=frozenset(["viewpoint"]), lights=frozenset(["directionalLight"])),
 }
 MBS: Table = {
-    "mbsname": ("name", "title"),
-    "mbsyspad_version": ("version", "title"),
-    "base": ("base", "base"),
-    "bodytree": ("bodies", frozenset(["body"])),
+    "mbsname": Field("name", "title"),
+    "mbsyspad_version": Field("version", "title"),
+    "base": Field("base", "base"),
+    "bodytree": Field("bodies", frozenset(["body"])),
     **_fields(cuts=CUTS, links=LINKS, user_constraints=frozenset(["user_constraint"])),
     **_fields(user_models=frozenset(["user_model"]), user_variables=frozenset(["user_variable"])),
-    "x3D": ("view", "view"),
+    "x3D": Field("view", "view"),
 }
 #: Elements that are written also when they are empty.
-KEPT = frozenset([
-    "bodytree", "symbols", "control_points", "joints", "x3D", "x3D_shapes", "viewpoints", "lights",
-])  # fmt: skip
+KEPT = frozenset(
+    [
+        "bodytree",
+        "symbols",
+        "control_points",
+        "joints",
+        "x3D",
+        "x3D_shapes",
+        "viewpoints",
+        "lights",
+    ]
+)
 
 #: An element that holds a part of a value.
-_PART: Field = ("", "text")
+_PART = Field("", "text")
 _XY: Table = dict.fromkeys("xy", _PART)
 _XYZ: Table = dict.fromkeys("xyz", _PART)
 #: The children of an element, by the kind of the value that it holds.
 INSIDE: dict[str, Table] = {
-    "base": BASE, "drawing": DRAWING, "view": VIEW, "xy": _XY, "xyz": _XYZ,
-    "coordinates": {"coordinates": ("", "xyz")},
-    "control_points": {"control_point": ("", "xy")},
+    "base": BASE,
+    "drawing": DRAWING,
+    "view": VIEW,
+    "xy": _XY,
+    "xyz": _XYZ,
+    "coordinates": {"coordinates": Field("", "xyz")},
+    "control_points": {"control_point": Field("", "xy")},
     "inertia": dict.fromkeys(["Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz"], _PART),
     "symbols": dict.fromkeys(["q", "qd", "qdd"], _PART),
     "place": dict.fromkeys(["bodyname", "pointname"], _PART),
-}  # fmt: skip
+}
 
 
-class Object(NamedTuple):
-    """An object of the model, and the table of its element."""
+class ObjectType(NamedTuple):
+    """A type of objects of the model, and the table of its element."""
 
     make: Callable[[str], Any]
-    """Gives an empty object; its argument is the key in ``OBJECTS``."""
+    """Returns an empty object; its argument is the key in ``OBJECTS``."""
     table: Table
-    what: str = ""
-    """How messages call the object; empty where it needs no words."""
-    named: bool = False
-    """The first child must be there, and is a name that messages say, too."""
+    noun: str = ""
+    """How messages call such an object; empty if none is about it."""
+    name_tag: str = ""
+    """Tag of the first child, a name that is required; empty if the object needs no name."""
+    required: tuple[str, ...] = ()
+    """Tags of the other children that are required."""
 
-    def in_words(self, thing: Any) -> str:
-        return f"{self.what} '{thing.name}'" if self.named else self.what
+    def describe(self, part: Any) -> str:
+        """Return an object as messages call it, such as "joint 'knee'"."""
+        return f"{self.noun} '{part.name}'" if self.name_tag else self.noun
 
 
-def _named(make: Callable[[str], Any], table: Table, what: str) -> Object:
-    return Object(make, table, what, named=True)
+def _make_connection(kind: str) -> model.Connection:
+    """Return an empty cut or link."""
+    return model.Connection(kind, "", ("", ""), ("", ""))
 
 
-#: The objects of the model, by the tags of their elements or by the kinds of values.
+#: The types of objects, by the tags of their elements or by the kinds of values.
 OBJECTS = {
-    "mbs": Object(lambda _: model.Mbs("", ""), MBS, "the file"),
-    "base": Object(lambda _: model.Base(""), BASE, "the base"),
-    "drawing": Object(lambda _: model.Drawing(), DRAWING),
-    "view": Object(lambda _: model.View(), VIEW, "the 3D view"),
-    "body": _named(lambda _: model.Body(""), BODY, "body"),
-    "joint": _named(lambda _: model.Joint("", "", ""), JOINT, "joint"),
-    "point": _named(lambda _: model.Point(""), POINT, "point"),
-    "user_constraint": _named(
-        lambda _: model.UserConstraint(""), USER_CONSTRAINT, "user constraint"
+    "mbs": ObjectType(lambda _: model.Mbs("", ""), MBS, "the file", required=("base", "bodytree")),
+    "base": ObjectType(lambda _: model.Base(""), BASE, "the base", required=("gravity",)),
+    "drawing": ObjectType(lambda _: model.Drawing(), DRAWING),
+    "view": ObjectType(lambda _: model.View(), VIEW, "the 3D view"),
+    "body": ObjectType(lambda _: model.Body(""), BODY, "body", "bodyname", ("parent",)),
+    "joint": ObjectType(lambda _: model.Joint("", "", ""), JOINT, "joint", "jointname"),
+    "point": ObjectType(lambda _: model.Point(""), POINT, "point", "pointname"),
+    "user_constraint": ObjectType(
+        lambda _: model.UserConstraint(""), USER_CONSTRAINT, "user constraint", "name"
     ),
-    "user_model": _named(lambda _: model.UserModel(""), USER_MODEL, "user model"),
-    "parameter": _named(lambda _: model.Parameter("", ""), PARAMETER, "parameter"),
-    "user_variable": _named(
-        lambda _: model.UserVariable("", "", ""), USER_VARIABLE, "user variable"
+    "user_model": ObjectType(lambda _: model.UserModel(""), USER_MODEL, "user model", "name"),
+    "parameter": ObjectType(lambda _: model.Parameter("", ""), PARAMETER, "parameter", "name"),
+    "user_variable": ObjectType(
+        lambda _: model.UserVariable("", "", ""), USER_VARIABLE, "user variable", "varname"
     ),
-    "viewpoint": Object(lambda _: model.Viewpoint("", ZERO, ZERO), VIEWPOINT),
-    "directionalLight": Object(lambda _: model.Light("", ZERO, active=False), LIGHT),
-    **{shape: Object(lambda kind: model.Shape(kind, ""), SHAPE) for shape in SHAPES},
+    "viewpoint": ObjectType(lambda _: model.Viewpoint("", ZERO, ZERO), VIEWPOINT),
+    "directionalLight": ObjectType(lambda _: model.Light("", ZERO, active=False), LIGHT),
+    **{shape: ObjectType(lambda kind: model.Shape(kind, ""), SHAPE) for shape in SHAPES},
     **{
-        kind: _named(lambda kind: model.Connection(kind, "", ("", ""), ("", "")), CONNECTION, kind)
+        kind: ObjectType(_make_connection, CONNECTION, kind, "name", ("endpoint1", "endpoint2"))
         for kind in CUTS | LINKS
     },
 }

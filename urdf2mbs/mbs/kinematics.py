@@ -1,4 +1,9 @@
-"""Forward kinematics of an .mbs at one position, joint by joint."""
+"""Forward kinematics of an .mbs at one position, joint by joint.
+
+With X the pose of a body's parent in the base, p the anchor point and J_1, J_2, ... the motions of
+its joints, the pose of the body is ``X p J_1(q_1) J_2(q_2) ...``.  J is a rotation about, or a
+translation along, the axis x, y or z of the frame reached so far.
+"""
 
 from __future__ import annotations
 
@@ -12,19 +17,19 @@ from urdf2mbs.spatial import HERE, Pose, Vec, add, from_turn, multiply, rotate
 
 
 class PlacedJoint(NamedTuple):
-    """The place of a joint, in the axes of the base."""
+    """A joint with its axis, in the axes of the base."""
 
     joint: Joint
     axis: Vec
-    """Along or about which it moves, of length 1."""
+    """Unit vector along or about which it moves."""
     origin: Vec
-    """A point of its axis (m)."""
+    """A point on the axis (m)."""
     previous: int
-    """Index of the joint before it, on the way to the base; -1: there is none."""
+    """Index of the joint before it in the chain from the base; -1 if it is the first."""
 
 
 class Placement(msgspec.Struct):
-    """The places of bodies and joints, in the base (m)."""
+    """The poses of bodies and joints, in the base (m)."""
 
     bodies: dict[str | None, Pose]
     """By name; None is the base."""
@@ -34,31 +39,36 @@ class Placement(msgspec.Struct):
     """Index of each body's last joint; -1 for the base."""
 
 
-def compute_placement(mbs: Mbs, values: Mapping[str, float] | None = None) -> Placement:
-    """A model whose bodies stand parents first, with its joints at these values (rad or m), or at
-    their initial ones."""
+def compute_placement(mbs: Mbs, positions: Mapping[str, float] | None = None) -> Placement:
+    """Compute the poses of all bodies and joints.
+
+    Args:
+        mbs: A model whose bodies come after their parents.
+        positions: The position of each joint (rad or m), by name; None for the initial ones.
+    """
     points = mbs.points()
     bodies: dict[str | None, Pose] = {None: HERE}
-    last: dict[str | None, int] = {None: -1}
+    last_joints: dict[str | None, int] = {None: -1}
     joints: list[PlacedJoint] = []
     for body in mbs.bodies:
-        xyz, rot = bodies[body.parent]
+        origin, rotation = bodies[body.parent]
         point = points.get((body.parent, body.point))
         if point is not None:
-            xyz = add(xyz, rotate(rot, point.coordinates))
-        before = last[body.parent]
+            origin = add(origin, rotate(rotation, point.coordinates))
+        previous = last_joints[body.parent]
         for joint in body.joints:
-            k = int(joint.type[1])
-            axis = (rot[k - 1], rot[k + 2], rot[k + 5])
-            joints.append(PlacedJoint(joint, axis, xyz, before))
-            before = len(joints) - 1
-            q = joint.q if values is None else values[joint.name]
+            number = int(joint.type[1])
+            # Column 1, 2 or 3 of the rotation is the axis x, y or z of the current frame.
+            axis = (rotation[number - 1], rotation[number + 2], rotation[number + 5])
+            joints.append(PlacedJoint(joint, axis, origin, previous))
+            previous = len(joints) - 1
+            q = joint.q if positions is None else positions[joint.name]
             if not q:
                 continue
             if joint.type[0] == "R":
-                rot = multiply(rot, from_turn((k, q)))
+                rotation = multiply(rotation, from_turn((number, q)))
             else:
-                xyz = add(xyz, (q * axis[0], q * axis[1], q * axis[2]))
-        bodies[body.name] = Pose(xyz, rot)
-        last[body.name] = before
-    return Placement(bodies, joints, last)
+                origin = add(origin, (q * axis[0], q * axis[1], q * axis[2]))
+        bodies[body.name] = Pose(origin, rotation)
+        last_joints[body.name] = previous
+    return Placement(bodies, joints, last_joints)

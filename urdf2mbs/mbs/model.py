@@ -1,4 +1,4 @@
-"""A multibody system as an .mbs file states it: the same elements, names and units."""
+"""The model of an .mbs file: a multibody system with the same elements, names and units."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ import msgspec
 
 from urdf2mbs.spatial import ZERO, Pose, Sym, Vec
 
-#: How a file calls the ground as a parent, whatever ``Base.name`` says, and the point at
-#: a body's own frame.  In the model both are None, so that no name can be mistaken for them.
+#: Names that a file uses for the ground as a parent, whatever ``Base.name`` says, and for the point
+#: at a body's own frame.  In the model both are None, so that no name can be mistaken for them.
 BASE = "base"
 ORIGIN = "origin"
 
-#: The words that an .mbs has for each of these; with any other, Robotran goes wrong silently.
+#: The words of an .mbs for each of these; with any other word, Robotran goes wrong silently.
 JOINT_TYPES = frozenset(["T1", "T2", "T3", "R1", "R2", "R3"])
 NATURES = frozenset(["independent", "dependent", "driven"])
 SYMBOLS = frozenset(["q", "qd", "qdd"])
@@ -22,118 +22,140 @@ SHAPES = frozenset(["box", "cylinder", "cone", "sphere", "inline"])
 CUTS = frozenset(["ball", "rod", "solid"])
 LINKS = frozenset(["link", "link3D"])
 
-#: Pixels in the 2D diagram, y down.
+#: A position in the 2D diagram (px), y down.
 XY = tuple[float, float]
 RGB = tuple[int, int, int]
 
 GREY: RGB = (128, 128, 128)
 
 
-class Origin:
+class SourceElement:
     """The element of a file from which an object was read.
 
-    Who writes into the file finds the element by the origin.  The origin is no part of what an
-    object says: any two are equal.
+    A writer that changes the file finds the element by it.  It is not part of the model: any two
+    are equal.
     """
 
     __slots__ = ("number", "source")
 
     def __init__(self, source: bytes, number: int) -> None:
         self.source = source
-        """The whole file."""
+        """The content of the file."""
         self.number = number
-        """The object's number in the order of reading; the file itself is 0."""
+        """The object's number in the order of reading; the model itself is 0."""
 
     def __eq__(self, other: object) -> bool:
-        return other is None or isinstance(other, Origin)
+        return other is None or isinstance(other, SourceElement)
 
     __hash__ = None  # type: ignore[assignment]
 
     def __repr__(self) -> str:
-        return f"Origin({self.number})"
+        return f"SourceElement({self.number})"
 
 
 def without_origin(value: object) -> None:
-    """How msgspec makes an origin plain: what an object says is the same wherever it was read."""
-    if not isinstance(value, Origin):
-        raise NotImplementedError(f"{type(value).__name__} is not plain")
+    """Encode the source element of an object as nothing (``enc_hook`` of msgspec).
+
+    So equal objects have equal encodings, wherever they were read.
+    """
+    if not isinstance(value, SourceElement):
+        raise NotImplementedError(f"{type(value).__name__} cannot be encoded")
 
 
 class Part(msgspec.Struct, kw_only=True):
     """An object that has an element of its own in the file."""
 
-    origin: Origin | None = None
+    origin: SourceElement | None = None
+    """The element from which it was read; None if it was not."""
 
 
 class Joint(Part):
-    """One degree of freedom: a turn (R1 R2 R3) or a shift (T1 T2 T3) along a current axis."""
+    """One degree of freedom: a rotation about (R1 R2 R3) or a translation along (T1 T2 T3) an axis.
+
+    The axes are those of the frame after the joint before.
+    """
 
     name: str
     type: str
     nature: str = "independent"
     """``independent``, ``dependent`` or ``driven``."""
     q: float | None = None
-    """Initial position, rad or m; where a ``driven`` joint stays unless user code moves it."""
+    """Initial position (rad or m); a ``driven`` joint stays there unless user code moves it."""
     qd: float | None = None
+    """Initial velocity (rad/s or m/s)."""
     qdd: float | None = None
+    """Initial acceleration (rad/s^2 or m/s^2)."""
     actuated: bool = False
     symbols: tuple[str, ...] | None = None
-    """Those of q, qd, qdd that stay in the generated equations; None is all of them."""
+    """Those of q, qd, qdd that are symbols in the generated equations; None for all of them."""
     position: XY | None = None
+    """In the 2D diagram."""
 
 
 class Sensor(Part):
-    """A sensor or an external force: what it measures (``Pos Rot Vit Om Acc Omp Jac``)."""
+    """A sensor or an external force."""
 
     name: str
     measures: tuple[str, ...] = ()
+    """Those of ``Pos Rot Vit Om Acc Omp Jac`` that it measures."""
 
 
 class Point(Part):
-    """An anchor point: a translation (m) in the body frame; it has no rotation.
+    """An anchor point, which has a position and no rotation.
 
     A point called ``origin`` is the body's own frame, with a sensor or a force on it.
     """
 
     name: str
     coordinates: Vec = ZERO
+    """In the body frame (m)."""
     position: XY | None = None
+    """In the 2D diagram."""
     sensor: Sensor | None = None
     extforce: Sensor | None = None
 
 
 class Shape(Part):
-    """A 3D shape: ``T Rx Ry Rz S`` in the body frame; cylinders and cones have axis y."""
+    """A 3D shape of a body; cylinders and cones have the axis y."""
 
     kind: str
-    """``box``, ``cylinder``, ``cone``, ``sphere`` or ``inline``."""
+    """``box``, ``cylinder``, ``cone``, ``sphere`` or ``inline`` (a file)."""
     name: str
     position: Vec = ZERO
+    """In the body frame (m)."""
     rotation: Vec = ZERO
+    """Angles (rad) of ``Rx Ry Rz``."""
     scale: Vec = (1.0, 1.0, 1.0)
     color: RGB = GREY
     transparency: float = 0.0
+    """From 0 (opaque) to 1."""
     size: Vec | None = None
+    """Of a box (m)."""
     radius: float | None = None
+    """m."""
     height: float | None = None
+    """Of a cylinder or a cone (m)."""
     url: str | None = None
+    """The file of an ``inline``."""
 
 
 class LinkFrame(msgspec.Struct):
-    """Where a URDF link's frame is in the .mbs: constant in a body, or in the frame after
-    one of the joints that lead to it."""
+    """Where a URDF link's frame is in the .mbs.
+
+    It is constant in a body, or in the frame after one of the joints that lead to the body.
+    """
 
     body: str | None
-    """Name in the .mbs; None is the base."""
+    """Name in the .mbs; None for the base."""
     joint: str | None
-    """Name in the .mbs of the joint after which the frame stands; None: the body frame."""
+    """Name in the .mbs of the joint in whose frame the pose is; None for the body frame."""
     pose: Pose
 
 
 class Drawing(msgspec.Struct):
-    """How a body is drawn in the 2D diagram.
+    """The box of a body or of the base in the 2D diagram (px).
 
-    ``position`` and ``control_points`` count from the body's last joint, the base's from the base.
+    ``position`` and ``control_points`` are relative to the body's last joint, or to the base.
     """
 
     position: XY = (0.0, 0.0)
@@ -145,13 +167,13 @@ class Drawing(msgspec.Struct):
 
 
 class Body(Part):
-    """A rigid body, its frame being the one after its last joint."""
+    """A rigid body; its frame is the one after its last joint."""
 
     name: str
     parent: str | None = None
-    """The body it is attached to; None is the ground."""
+    """The body that it is attached to; None for the ground."""
     point: str | None = None
-    """The parent's anchor point; None is the parent's own frame."""
+    """The parent's anchor point; None for the parent's own frame."""
     joints: list[Joint] = []
     mass: float | None = None
     com: Vec | None = None
@@ -164,7 +186,7 @@ class Body(Part):
 
     @property
     def place(self) -> tuple[str | None, str | None]:
-        """The body and the point that it is attached to."""
+        """The body and the point that it is attached to, which are one element of the file."""
         return self.parent, self.point
 
     @place.setter
@@ -173,10 +195,11 @@ class Body(Part):
 
 
 class Base(msgspec.Struct):
-    """The ground. ``gravity`` is an acceleration in its axes (m/s^2)."""
+    """The ground."""
 
     name: str = "ground"
     gravity: Vec = (0.0, 0.0, -9.81)
+    """Acceleration in the axes of the base (m/s^2)."""
     points: list[Point] = []
     shapes: list[Shape] = []
     position: XY | None = None
@@ -199,19 +222,21 @@ class Viewpoint(Part):
 
 
 class Light(Part):
-    """A light of the 3D viewer; ``direction`` in the axes behind ``joint``."""
+    """A light of the 3D viewer."""
 
     name: str
     direction: Vec
+    """In the axes of the frame after ``joint``."""
     joint: str = BASE
     active: bool = True
 
 
 class View(msgspec.Struct):
-    """The top-level ``x3D``: how the 3D viewer opens. The scale factors are m."""
+    """The view with which the 3D viewer opens (the top-level ``x3D``)."""
 
     background: RGB = (153, 153, 255)
     frame: float = 0.1
+    """Size (m) of the symbol of a frame; likewise of a joint, a centre of mass and a point."""
     joint: float = 0.2
     com: float = 0.2
     point: float = 0.3
@@ -220,31 +245,33 @@ class View(msgspec.Struct):
 
 
 class Connection(Part):
-    """A cut (``ball``, ``rod``, ``solid``) or a force link (``link``, ``link3D``) between
-    two points, each given as (body, point), None being the ground and the body's own frame.
-    In a draft of MBSysPad a body or point may be empty: not chosen yet."""
+    """A cut or a force link between two points."""
 
     kind: str
+    """``ball``, ``rod`` or ``solid`` (a cut), ``link`` or ``link3D`` (a force link)."""
     name: str
     endpoint1: tuple[str | None, str | None]
+    """Body and point; None for the ground and for the body's own frame.  In a draft of MBSysPad
+    either may be empty, as it is not chosen yet."""
     endpoint2: tuple[str | None, str | None]
     length: float | None = None
+    """Of a rod (m)."""
 
     @property
     def is_draft(self) -> bool:
-        """True if an end is not placed yet."""
+        """True if a body or point is not chosen yet."""
         return "" in self.endpoint1 or "" in self.endpoint2
 
 
 class UserConstraint(Part):
-    """A constraint that the user's functions state, and the joints that it concerns."""
+    """A constraint of the user's functions, and the joints that it concerns."""
 
     name: str
     joints: tuple[str, ...] = ()
 
 
 class Parameter(Part):
-    """A value, or several, of a user model."""
+    """A parameter of a user model, with one value or several."""
 
     name: str
     type: str
@@ -259,14 +286,15 @@ class UserModel(Part):
 
     @classmethod
     def of(cls, name: str, numbers: Mapping[str, float]) -> UserModel:
-        """The user model whose parameters are these numbers."""
-        return cls(
-            name, [Parameter(key, "scalar", (repr(float(v)),)) for key, v in numbers.items()]
-        )
+        """Return a user model whose parameters are numbers, by their names."""
+        parameters = [
+            Parameter(key, "scalar", (repr(float(number)),)) for key, number in numbers.items()
+        ]
+        return cls(name, parameters)
 
 
 class UserVariable(Part):
-    """A variable that the user's functions share."""
+    """A variable that the functions of the user share."""
 
     name: str
     type: str
@@ -274,7 +302,7 @@ class UserVariable(Part):
 
 
 class Mbs(Part):
-    """The whole file. ``bodies`` stand in the order of the file: parents before children."""
+    """The model of a file; its bodies are in the order of the file, parents before children."""
 
     name: str
     version: str = "1.0"
@@ -288,31 +316,36 @@ class Mbs(Part):
     view: View | None = None
 
     def base_and_bodies(self) -> list[tuple[str | None, Base | Body]]:
-        """The base and the bodies, which have points and shapes, by name: None is the base."""
+        """Return the base, whose name is None, and the bodies: all that have points and shapes."""
         return [(None, self.base), *((body.name, body) for body in self.bodies)]
 
     def points(self) -> dict[tuple[str | None, str | None], Point]:
-        """The anchor points, by the names of their bodies and their own."""
+        """Return the anchor points, by the name of the body (None: the base) and their own."""
         owners = self.base_and_bodies()
         return {(name, point.name): point for name, owner in owners for point in owner.points}
 
     def joints(self) -> dict[str, Joint]:
-        """The joints by name, in the order of the file."""
+        """Return the joints by name, in the order of the file."""
         return {joint.name: joint for body in self.bodies for joint in body.joints}
 
     def numbers(self) -> dict[str, int]:
-        """The number that Robotran gives each joint: 1, 2, ... in the order of the file."""
+        """Return the number that Robotran gives each joint: 1, 2, ... in the order of the file."""
         return {name: number for number, name in enumerate(self.joints(), start=1)}
 
     def depth_first(self) -> list[Body]:
-        """The bodies as MBSysPad renumbers them when it saves: depth first, children at
-        ``origin`` before the others, those in the order of their parent's points."""
+        """Return the bodies as MBSysPad numbers them when it saves.
+
+        That is depth first; children at ``origin`` come before the others, and these in the order
+        of their parent's points.
+        """
         children: dict[str | None, list[Body]] = {}
         for body in self.bodies:
             children.setdefault(body.parent, []).append(body)
         for name, owner in self.base_and_bodies():
-            rank: dict[str | None, int] = {point.name: n for n, point in enumerate(owner.points)}
-            children.get(name, []).sort(key=lambda body: rank.get(body.point, -1))
+            ranks: dict[str | None, int] = {
+                point.name: rank for rank, point in enumerate(owner.points)
+            }
+            children.get(name, []).sort(key=lambda body: ranks.get(body.point, -1))
         order: list[Body] = []
         stack = children.get(None, [])[::-1]
         while stack:

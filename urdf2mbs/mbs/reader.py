@@ -1,297 +1,376 @@
 """Read any .mbs file into the model.
 
-Elements and attributes that the model has no place for are passed over, as Robotran does; each
-object knows its element, so that who writes into the file keeps them.
-A fault that Robotran passes over without a word, to compute another robot, is an error here.
+Elements and attributes that the model does not have are ignored, as Robotran does; each object
+refers to its element, so that a writer that changes the file keeps them.  A fault that Robotran
+ignores silently, to compute another robot, is an error here.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from lxml import etree
 
 from urdf2mbs.disk import files
-from urdf2mbs.disk.xml import BLANK, check_conflict, check_entities, raise_syntax_error, safe_parser
+from urdf2mbs.disk.xml import (
+    BLANK,
+    check_conflict,
+    check_entities,
+    raise_syntax_error,
+    safe_parser,
+)
 from urdf2mbs.mbs import model
-from urdf2mbs.mbs.fields import INSIDE, OBJECTS, Kind, Object, Table
-from urdf2mbs.mbs.model import BASE, CUTS, LINKS, ORIGIN, Origin, Part
-from urdf2mbs.mbs.values import Values
+from urdf2mbs.mbs.fields import INSIDE, OBJECTS, Field, Kind, ObjectType, Table
+from urdf2mbs.mbs.model import BASE, ORIGIN, Part, SourceElement
+from urdf2mbs.mbs.values import ValueReader
 from urdf2mbs.messages.diagnostics import ConversionError, nearest
 from urdf2mbs.spatial import ZERO
 
 if TYPE_CHECKING:
     from lxml.etree import _Element
 
-#: The children that an element must have beside its name.
-_REQUIRED = {
-    "mbs": ("base", "bodytree"), "base": ("gravity",), "body": ("parent",),
-    **dict.fromkeys((*CUTS, *LINKS), ("endpoint1", "endpoint2")),
-}  # fmt: skip
 _GRAPHICS = frozenset(["graphics", "x3D"])
 _PLACE = list(INSIDE["place"])
 
 
 def read_mbs(data: bytes, file: str, *, mechanics_only: bool = False) -> model.Mbs:
-    """The model of an .mbs file; ``file`` is its name, for messages.
+    """Read the content of an .mbs file.
 
-    ``mechanics_only`` passes over all graphics, which take a third of the time.
+    Args:
+        data: The content.
+        file: The name of the file, for messages.
+        mechanics_only: True to ignore all graphics, which take a third of the time.
 
-    Raises ConversionError, with the line: not XML, another root, no base or body tree, a
-    body without a joint, an unknown parent, point or joint or one that stands later in the
-    file, an unknown word, a number that is none, a name that is taken.
+    Raises:
+        ConversionError: With the line: the content is not XML, or has another root; it has no base
+            or body tree; a body has no joint; a parent, point or joint is unknown, or comes later
+            in the file; a word is unknown; a number is not one; a name is used twice.
     """
-    return _Reader(data, file, mechanics_only=mechanics_only).mbs(_parse(data, file))
+    return _Reader(data, file, mechanics_only=mechanics_only).read_model(_parse(data, file))
 
 
 def read_mbs_file(file: Path) -> model.Mbs:
-    """The model of an .mbs file; ``-`` is standard input.  Raises ConversionError."""
-    return read_mbs(files.read_model(file), files.STDIN if str(file) == "-" else str(file))
+    """Read an .mbs file, or standard input for ``-``.
+
+    Raises:
+        ConversionError: The file cannot be read, or is not an .mbs; see ``read_mbs``.
+    """
+    name = files.STDIN if str(file) == "-" else str(file)
+    return read_mbs(files.read_model(file), name)
 
 
 def read_mbs_again(source: bytes) -> tuple[model.Mbs, list[_Element]]:
-    """The model of a file that was read before, and the elements of its objects by the numbers of
-    their origins.  The tree of these elements is the whole file, white space included."""
+    """Read the content of a file that was read before, with its elements.
+
+    Returns:
+        The model, and the elements of its objects, by the numbers of their ``SourceElement``.
+        Their tree is the whole file, white space included.
+    """
     reader = _Reader(source, "")
-    return reader.mbs(_parse(source, "", remove_blank_text=False)), reader.elements
+    return reader.read_model(_parse(source, "", remove_blank_text=False)), reader.elements
 
 
 def _parse(data: bytes, file: str, *, remove_blank_text: bool = True) -> _Element:
+    """Parse the XML of an .mbs file, and return the root."""
     if not data.strip(BLANK):
         raise ConversionError("file-empty", "the file is empty", file=file)
     parser = safe_parser(collect_ids=False, remove_blank_text=remove_blank_text)
     try:
         root: _Element = etree.fromstring(data, parser)
     except etree.XMLSyntaxError as error:
-        entries: Any = parser.error_log
-        raise_syntax_error(data, file, error, list(entries), "an .mbs file begins with <?xml ...?>")
-    check_conflict(data, file)  # Robotran reads what stands between the lines, from both versions
+        log: Any = parser.error_log
+        raise_syntax_error(data, file, error, list(log), "an .mbs file begins with <?xml ...?>")
+    check_conflict(data, file)  # Robotran would read the elements of both versions
     check_entities(root, file)
     return root
 
 
-class _Reader(Values):
+class _Reader(ValueReader):
+    """Reads the objects of one file, in the order of the tables of ``fields``."""
+
     def __init__(self, data: bytes, file: str, *, mechanics_only: bool = False) -> None:
         super().__init__(data, file)
         self.mechanics_only = mechanics_only
         self.names: dict[tuple[str, str], str] = {
-            ("body", BASE): "the ground", ("body", ORIGIN): "a body's own frame",
-        }  # fmt: skip
-        """The thing that has a name, in words, by kind and name."""
+            ("body", BASE): "the ground",
+            ("body", ORIGIN): "a body's own frame",
+        }
+        """What has a name, for messages, by the kind and the name."""
         self.elements: list[_Element] = []
-        """Those of the objects, by the numbers of their origins."""
+        """The elements of the objects, by the numbers of their ``SourceElement``."""
         self.owner: str | None = None
-        """The body whose points are read; None is the base."""
+        """The body whose points are read; None for the base."""
         self.points: dict[str | None, set[str]] = {None: set()}
-        """The points of each body read so far."""
+        """The names of the points of the base and of each body read so far."""
 
-    def mbs(self, root: _Element) -> model.Mbs:
+    def read_model(self, root: _Element) -> model.Mbs:
+        """Return the model of a file, from its root."""
         if root.tag != "mbsDescR7":
-            self.fail(root, "not-mbs", f"the root of an .mbs file is <mbsDescR7>, not <{root.tag}>")
-        mbs: model.Mbs = self.object("mbs", root)
+            self.fail(root, "not-mbs", f"the root element is <{root.tag}>; expected <mbsDescR7>")
+        mbs: model.Mbs = self.read_object("mbs", root)
         return mbs
 
-    def origin(self, element: _Element) -> Origin | None:
-        """None without graphics: what is not read cannot be kept."""
+    def make_origin(self, element: _Element) -> SourceElement | None:
+        """Return the source of an object; None without graphics, which a writer could not keep."""
         if self.mechanics_only:
             return None
         self.elements.append(element)
-        return Origin(self.data, len(self.elements) - 1)
+        return SourceElement(self.data, len(self.elements) - 1)
 
     # --- objects ---
 
-    def object(self, key: str, element: _Element) -> Any:
-        """One of the ``OBJECTS``, with all that stands in its element."""
+    def read_object(self, key: str, element: _Element) -> Any:
+        """Return one of the ``OBJECTS``; None for a drawing of an empty element."""
         if key == "drawing" and not len(element):
             return None
-        owner = OBJECTS[key]
-        thing: Any = owner.make(key)
-        if isinstance(thing, Part):
-            thing.origin = self.origin(element)
-        self.fill(thing, owner.table, element, owner, key)
-        check = getattr(self, f"check_{key}", None)
-        if check is not None:
-            check(thing, element)
-        return thing
+        object_type = OBJECTS[key]
+        part: Any = object_type.make(key)
+        if isinstance(part, Part):
+            part.origin = self.make_origin(element)
+        self.read_children(part, object_type, object_type.table, element)
+        if key in _CHECKS:
+            _CHECKS[key](self, part, element)
+        return part
 
-    def fill(
-        self, thing: Any, table: Table, element: _Element, owner: Object, key: str = ""
+    def read_children(
+        self, part: Any, object_type: ObjectType, table: Table, element: _Element
     ) -> None:
-        """Give an object the values of an element's children, in the order of the table."""
-        kids = self.children(element, table)
-        first = next(iter(table), "") if key and owner.named else ""
+        """Give an object the values of an element's children, in the order of the table.
+
+        Args:
+            part: The object.
+            object_type: Its type.
+            table: The table of the element; of the type, or inside of that.
+            element: The element.
+        """
+        children = self.group_children(element, table)
         for tag, entry in table.items():
-            found = kids.get(tag)
-            if found is None:
-                if tag == first or (key and tag in _REQUIRED.get(key, ())):
-                    self.fail_missing(element, tag, owner, thing)
-            elif tag == first:
-                thing.name = self.name(found[0], owner.what)
-            elif isinstance(entry, tuple):
-                field, kind = entry
-                setattr(thing, field, self.value(tag, kind, found))
+            elements = children.get(tag)
+            if elements is None:
+                if tag == object_type.name_tag or tag in object_type.required:
+                    self.fail_missing(element, tag, object_type, part)
+            elif tag == object_type.name_tag:
+                part.name = self.read_name(elements[0], object_type.noun)
+            elif isinstance(entry, Field):
+                setattr(part, entry.attribute, self.read_field(tag, entry.kind, elements))
             elif entry is not None and not (self.mechanics_only and tag in _GRAPHICS):
-                self.fill(thing, entry, found[0], owner)
+                self.read_children(part, object_type, entry, elements[0])
 
-    def value(self, tag: str, kind: Kind | frozenset[str], found: list[_Element]) -> Any:
-        """The value of a kind that the elements of a tag hold."""
+    def read_field(self, tag: str, kind: Kind | frozenset[str], elements: list[_Element]) -> Any:
+        """Return the value of a kind from the elements of a tag."""
         if not isinstance(kind, str):
-            return [self.object(child.tag, child) for child in found[0] if child.tag in kind]
+            return [
+                self.read_object(child.tag, child) for child in elements[0] if child.tag in kind
+            ]
         if kind == "parts":
-            return [self.object(tag, element) for element in found]
+            return [self.read_object(tag, element) for element in elements]
         if kind == "texts":
-            return tuple(map(self.text, found))
+            return tuple(map(self.read_text, elements))
         if kind in OBJECTS:
-            return self.object(kind, found[0])
-        return getattr(self, kind)(found[0])
+            return self.read_object(kind, elements[0])
+        return _VALUE_READERS[kind](self, elements[0])
 
-    def name(self, element: _Element, what: str) -> str:
-        """The name of an object, which no other of its name space has."""
-        name, parent = self.text(element), element.getparent()
+    def read_name(self, element: _Element, noun: str) -> str:
+        """Return the name of an object, and claim it for names that must be unique."""
+        name, parent = self.read_text(element), element.getparent()
         if not name:
-            self.fail_name(parent, what)
-        if what in ("body", "joint", "point"):
+            self.fail_name(parent, noun)
+        if noun in ("body", "joint", "point"):
             self.check_first(element)
-        if what in ("body", "joint"):
-            self.take(parent, name, what)
-        if what == "body":
+        if noun in ("body", "joint"):
+            self.claim_name(parent, name, noun)
+        if noun == "body":
             self.owner = name
         return name
 
+    def claim_name(self, element: Any, name: str, kind: str) -> None:
+        """Fail if an object of this kind has the name; else it is used from here on.
+
+        Objects of different kinds may have one name: Robotran's own CoMan has such joints and
+        bodies.
+        """
+        if (kind, name) in self.names:
+            self.fail(
+                element,
+                "name-doubled",
+                f"the name '{name}' of this {kind} is already that of {self.names[kind, name]}",
+                "Robotran drops the second of two silently: rename one",
+            )
+        self.names[kind, name] = f"an earlier {kind}"
+
+    def read_sensor(self, element: _Element) -> model.Sensor:
+        """Return a sensor or an external force, from its attributes."""
+        name = element.get("name", "").strip()
+        if not name:
+            self.fail_name(element, f"<{element.tag}>")
+        self.claim_name(element, name, element.tag)
+        attributes: Any = element.items()
+        measures = []
+        for measure, value in attributes:
+            if measure in model.SENSOR_MEASURES:
+                if value != "true":
+                    message = f"{element.tag} '{name}': {measure} is '{value}'; expected 'true'"
+                    hint = f"write 'true', or leave {measure} out"
+                    self.fail(element, "value-unknown", message, hint)
+                measures.append(measure)
+        return model.Sensor(name, tuple(measures), origin=self.make_origin(element))
+
+    # --- checks of an object that was read ---
+
     def check_base(self, base: model.Base, _: _Element) -> None:
+        """Name the base, and claim its name."""
         base.name = base.name or BASE
         self.names.setdefault(("body", base.name), "the base")
 
     def check_body(self, body: model.Body, element: _Element) -> None:
+        """Fail if a body has no joint."""
         self.points.setdefault(body.name, set())
         if not body.joints:
             self.fail(
-                element, "body-without-joint", f"body '{body.name}' has no joint",
-                "Robotran would lose it: give it one, driven and at 0, if it is to be fixed",
-            )  # fmt: skip
+                element,
+                "body-without-joint",
+                f"body '{body.name}' has no joint",
+                "Robotran would drop it: give it one, driven and at 0, if it is to be fixed",
+            )
 
     def check_joint(self, joint: model.Joint, element: _Element) -> None:
-        for tag, word, known, code in (
+        """Fail if the type or the nature of a joint is unknown."""
+        for tag, word, words, code in (
             ("type", joint.type, model.JOINT_TYPES, "joint-type-unknown"),
             ("nature", joint.nature, model.NATURES, "joint-nature-unknown"),
         ):
-            if word not in known:
-                at = element.find(tag)
-                self.fail(
-                    element if at is None else at, code,
-                    f"joint '{joint.name}' is of {tag} '{word}'",
-                    f"the {tag}s are {', '.join(sorted(known))}",
-                )  # fmt: skip
+            if word not in words:
+                child = element.find(tag)
+                expected = ", ".join(sorted(words))
+                message = f"joint '{joint.name}': {tag} is '{word}'; expected one of {expected}"
+                self.fail(element if child is None else child, code, message)
 
     def check_point(self, point: model.Point, element: _Element) -> None:
+        """Fail if a point has the name of another, or is an impossible point of the base."""
         names = self.points.setdefault(self.owner, set())
-        where = _where(self.owner)
+        owner = _describe_owner(self.owner)
         if point.name in names or (self.owner is None and point.name == ORIGIN):
-            self.fail(element, "name-doubled", f"{where} has two points '{point.name}'")
+            self.fail(element, "name-doubled", f"{owner} has two points '{point.name}'")
         if point.name == ORIGIN and point.coordinates != ZERO:
             self.fail(
-                element, "origin-moved", f"the point 'origin' of {where} is not at 0 0 0",
+                element,
+                "origin-moved",
+                f"the point 'origin' of {owner} is not at 0 0 0",
                 "'origin' is the body's own frame: give the point another name",
-            )  # fmt: skip
+            )
         if self.owner is None and (point.sensor is not None or point.extforce is not None):
             self.fail(
-                element, "base-sensor",
+                element,
+                "base-sensor",
                 f"point '{point.name}' of the base has a sensor or an external force",
                 "Robotran's C library overruns its memory: put it on a body",
-            )  # fmt: skip
+            )
         names.add(point.name)
 
     def check_user_constraint(self, constraint: model.UserConstraint, element: _Element) -> None:
+        """Fail if a user constraint refers to a joint that does not exist."""
         for child, joint in zip(element.iter("jointname"), constraint.joints, strict=False):
             if ("joint", joint) not in self.names:
-                self.fail(
-                    child, "joint-unknown",
-                    f"user constraint '{constraint.name}' is on '{joint}', and there is no such "
-                    "joint",
-                    nearest(joint, [name for kind, name in self.names if kind == "joint"]),
-                )  # fmt: skip
+                joints = [name for kind, name in self.names if kind == "joint"]
+                message = (
+                    f"user constraint '{constraint.name}' refers to joint '{joint}', "
+                    "which does not exist"
+                )
+                self.fail(child, "joint-unknown", message, nearest(joint, joints))
 
-    def place(self, element: _Element) -> tuple[str | None, str | None]:
-        """A body and one of its points, both known by now."""
-        names = ["" if name is None else self.text(name) for name in self.parts(element, _PLACE)]
-        if element.tag != "parent" and "" in names:
-            return names[0], names[1]  # a draft: its author has not chosen yet
-        body = None if names[0] == BASE else names[0]
-        point = None if names[1] == ORIGIN else names[1]
+    # --- places ---
+
+    def read_place(self, element: _Element) -> tuple[str | None, str | None]:
+        """Return a body and one of its points, which both come earlier in the file."""
+        body_name, point_name = [
+            "" if child is None else self.read_text(child)
+            for child in self.find_children(element, _PLACE)
+        ]
+        if element.tag != "parent" and "" in (body_name, point_name):
+            return body_name, point_name  # a draft, in which one of the two is not chosen yet
+        body = None if body_name == BASE else body_name
+        point = None if point_name == ORIGIN else point_name
         if body is not None and body not in self.points:
             self.fail_body(element, body)
         if point is not None and point not in self.points[body]:
+            place, _ = self.describe_place(element)
             self.fail(
-                element, "point-unknown",
-                f"{self.place_in_words(element)[0]} is point '{point}', "
-                f"and {_where(body)} has none such",
+                element,
+                "point-unknown",
+                f"{place} is point '{point}', which {_describe_owner(body)} does not have",
                 nearest(point, [ORIGIN, *self.points[body]]),
-            )  # fmt: skip
+            )
         return body, point
 
     def fail_body(self, element: _Element, body: str) -> NoReturn:
         """Fail since no body before this element has this name."""
-        what, owner = self.place_in_words(element)
+        place, owner = self.describe_place(element)
         if element.tag == "parent" and body == owner:
             self.fail(element, "parent-unknown", f"body '{owner}' is its own parent")
-        names = element.getroottree().iterfind("bodytree/body/bodyname")
-        later = [self.text(name) for name in names]
-        if body in later:
+        elements = element.getroottree().iterfind("bodytree/body/bodyname")
+        names = [self.read_text(name) for name in elements]
+        if body in names:
             self.fail(
-                element, "parent-order", f"{what}, '{body}', stands later in the file",
-                "a body must stand after its parent",
-            )  # fmt: skip
-        self.fail(
-            element, "parent-unknown", f"{what} is '{body}', and there is no such body",
-            nearest(body, [BASE, *later]),
-        )  # fmt: skip
+                element,
+                "parent-order",
+                f"{place}, '{body}', comes later in the file",
+                "a body must come after its parent",
+            )
+        message = f"{place} is '{body}', which does not exist"
+        self.fail(element, "parent-unknown", message, nearest(body, [BASE, *names]))
 
-    def place_in_words(self, element: _Element) -> tuple[str, str]:
-        """The meaning of a place in words, and the name of its body, cut or link."""
+    def describe_place(self, element: _Element) -> tuple[str, str]:
+        """Return what a place is, for messages, and the name of its body, cut or link."""
         owner: Any = element.getparent()
-        name = self.text(owner.find("bodyname" if owner.tag == "body" else "name"))
-        return f"{'the ' * (owner.tag == 'body')}{element.tag} of {owner.tag} '{name}'", name
+        name = self.read_text(owner.find("bodyname" if owner.tag == "body" else "name"))
+        article = "the " if owner.tag == "body" else ""
+        return f"{article}{element.tag} of {owner.tag} '{name}'", name
 
-    def sensor(self, element: _Element) -> model.Sensor:
-        name = element.get("name", "").strip()
-        if not name:
-            self.fail_name(element, f"<{element.tag}>")
-        self.take(element, name, element.tag)
-        measures = []
-        attributes: Any = element.items()
-        for measure, value in attributes:
-            if measure not in model.SENSOR_MEASURES:
-                continue
-            if value != "true":
-                self.fail(
-                    element, "value-unknown", f"{measure} of {element.tag} '{name}' is '{value}'",
-                    'it can be "true" or left out',
-                )  # fmt: skip
-            measures.append(measure)
-        return model.Sensor(name, tuple(measures), origin=self.origin(element))
+    # --- errors ---
 
-    def take(self, element: Any, name: str, kind: str) -> None:
-        """A name of its kind: Robotran's own CoMan has joints and bodies of one name."""
-        if (kind, name) in self.names:
-            self.fail(
-                element, "name-doubled",
-                f"the name '{name}' of this {kind} is taken: it is that of "
-                f"{self.names[kind, name]}",
-                "Robotran drops the second of two in silence: rename one",
-            )  # fmt: skip
-        self.names[kind, name] = f"a {kind} before"
-
-    def fail_missing(self, element: _Element, tag: str, owner: Object, thing: Any) -> NoReturn:
-        """Fail since an element lacks a child that it must have."""
-        if owner.named and not thing.name:
-            self.fail_name(element, owner.what)
+    def fail_missing(
+        self, element: _Element, tag: str, object_type: ObjectType, part: Any
+    ) -> NoReturn:
+        """Fail since an element lacks a child that is required."""
+        if object_type.name_tag and not part.name:
+            self.fail_name(element, object_type.noun)
         code = "parent-missing" if tag == "parent" else "mbs-incomplete"
-        self.fail(element, code, f"{owner.in_words(thing)} has no <{tag}>")
+        self.fail(element, code, f"{object_type.describe(part)} has no <{tag}>")
 
-    def fail_name(self, element: Any, what: str) -> NoReturn:
-        self.fail(element, "name-missing", f"this {what} has no name")
+    def fail_name(self, element: Any, noun: str) -> NoReturn:
+        """Fail since an object has no name."""
+        self.fail(element, "name-missing", f"this {noun} has no name")
 
 
-def _where(body: str | None) -> str:
+def _describe_owner(body: str | None) -> str:
+    """Return the body or the base, for messages."""
     return "the base" if body is None else f"body '{body}'"
+
+
+#: The function that reads a value of each kind.
+_VALUE_READERS: dict[str, Callable[[_Reader, _Element], Any]] = {
+    "text": _Reader.read_text,
+    "title": _Reader.read_text,
+    "word": _Reader.read_word,
+    "number": _Reader.read_number,
+    "flag": _Reader.read_flag,
+    "color": _Reader.read_color,
+    "xy": _Reader.read_xy,
+    "xyz": _Reader.read_xyz,
+    "coordinates": _Reader.read_coordinates,
+    "control_points": _Reader.read_control_points,
+    "inertia": _Reader.read_inertia,
+    "symbols": _Reader.read_symbols,
+    "place": _Reader.read_place,
+    "sensor": _Reader.read_sensor,
+}
+#: The function that checks an object of each type.
+_CHECKS: dict[str, Callable[[_Reader, Any, _Element], None]] = {
+    "base": _Reader.check_base,
+    "body": _Reader.check_body,
+    "joint": _Reader.check_joint,
+    "point": _Reader.check_point,
+    "user_constraint": _Reader.check_user_constraint,
+}

@@ -1,4 +1,4 @@
-"""The values of the elements of an .mbs file, and errors with their lines."""
+"""Read the values of the elements of an .mbs file, with errors that name the line."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from math import isfinite, nan
 from sys import intern
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from urdf2mbs.mbs.fields import INSIDE, REPEATED, Table
+from urdf2mbs.mbs.fields import INSIDE, REPEATED, Field, Table
 from urdf2mbs.mbs.model import SYMBOLS
 from urdf2mbs.messages.diagnostics import ConversionError
 
@@ -16,41 +16,49 @@ if TYPE_CHECKING:
 
     from lxml.etree import _Element
 
-    from urdf2mbs.mbs.model import XY
+    from urdf2mbs.mbs.model import RGB, XY
     from urdf2mbs.spatial import Sym, Vec
 
     Children = dict[str, list[_Element]]
 
-_NUMBER = re.compile(r"\s*[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?\s*").fullmatch
-_COLOR = re.compile(r"\s*[0-9]{1,3}\s*").fullmatch
+_is_number = re.compile(
+    r"\s*[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?\s*"
+).fullmatch
+_is_color_part = re.compile(r"\s*[0-9]{1,3}\s*").fullmatch
 _XY, _XYZ, _INERTIA = [list(INSIDE[kind]) for kind in ("xy", "xyz", "inertia")]
 
 
-class Values:
-    """Reads the values of one file's elements: a method for each kind of ``fields``."""
+class ValueReader:
+    """Reads values of the elements of one file: a method for each kind of ``fields``."""
 
     def __init__(self, data: bytes, file: str) -> None:
         self.data, self.file = data, file
         self._numbers: dict[str, float] = {}
+        """The numbers read so far, by their texts: most are repeated."""
 
-    def text(self, element: _Element) -> str:
+    # --- texts and numbers ---
+
+    def read_text(self, element: _Element) -> str:
+        """Return the text of an element without children."""
         if len(element):
             self.fail(
-                element, "mbs-not-plain", f"<{element.tag}> holds more than a text",
-                "comments and elements do not belong within a name or a number",
-            )  # fmt: skip
+                element,
+                "mbs-not-plain",
+                f"<{element.tag}> contains a comment or an element; expected a text only",
+                "move it out of the name or number",
+            )
         return (element.text or "").strip()
 
-    texts = title = text
+    def read_word(self, element: _Element) -> str:
+        """Return one of a few texts, which all elements share."""
+        return intern(self.read_text(element))
 
-    def word(self, element: _Element) -> str:
-        """One of a few texts: all elements share it."""
-        return intern(self.text(element))
-
-    def flag(self, _: _Element) -> bool:
+    def read_flag(self, _: _Element) -> bool:
+        """Return True, as the element exists."""
         return True
 
-    def number(self, element: _Element) -> float:
+    def read_number(self, element: _Element) -> float:
+        """Return a finite number."""
         text = element.text or ""
         value = self._numbers.get(text)
         if value is None or len(element):
@@ -58,105 +66,126 @@ class Values:
                 value = self._numbers[text] = float(text)
             except ValueError:
                 value = nan
-            # Python reads more than a file may hold: nan, 1_0, the digits of all scripts.
+            # Python also reads what no file may contain: nan, 1_0, the digits of all scripts.
             if not isfinite(value) or len(element) or "_" in text or not text.isascii():
                 self._fail_number(element)
         return value
 
     def _fail_number(self, element: _Element) -> NoReturn:
-        text = self.text(element)
-        why, hint = "no number", "write it as 0.5 or 5e-1"
-        if _NUMBER(text):
-            why, hint = "too large", "a double goes up to 1.8e308"
-        self.fail(element, "number-invalid", f"'{text}' in <{element.tag}> is {why}", hint)
+        """Fail since the text of an element is not a number, or too large for a double."""
+        text = self.read_text(element)
+        expected, hint = "a number", "write it as 0.5 or 5e-1"
+        if _is_number(text):
+            expected, hint = "a smaller number", "a double goes up to 1.8e308"
+        message = f"<{element.tag}> is '{text}'; expected {expected}"
+        self.fail(element, "number-invalid", message, hint)
 
-    def xy(self, element: _Element) -> XY:
-        x, y = self._coordinates(element, _XY)
+    # --- values of several numbers ---
+
+    def read_xy(self, element: _Element) -> XY:
+        """Return the children <x> and <y>."""
+        x, y = self._read_coordinates(element, _XY)
         return x, y
 
-    def xyz(self, element: _Element) -> Vec:
-        x, y, z = self._coordinates(element, _XYZ)
+    def read_xyz(self, element: _Element) -> Vec:
+        """Return the children <x>, <y> and <z>."""
+        x, y, z = self._read_coordinates(element, _XYZ)
         return x, y, z
 
-    def _coordinates(self, element: _Element, tags: list[str]) -> list[float]:
-        children = self.parts(element, tags)
+    def _read_coordinates(self, element: _Element, tags: list[str]) -> list[float]:
+        """Return the numbers of the children with these tags, all required."""
+        children = self.find_children(element, tags)
         if None in children:
             missing = tags[children.index(None)]
             self.fail(element, "number-missing", f"<{element.tag}> has no <{missing}>")
-        return list(map(self.number, children))
+        return list(map(self.read_number, children))
 
-    def control_points(self, element: _Element) -> tuple[XY, ...]:
-        return tuple(map(self.xy, element.iterchildren("control_point")))
+    def read_control_points(self, element: _Element) -> tuple[XY, ...]:
+        """Return the children <control_point>."""
+        return tuple(map(self.read_xy, element.iterchildren("control_point")))
 
-    def coordinates(self, element: _Element) -> Vec:
-        """The vector of the child <coordinates>."""
-        [child] = self.parts(element, ["coordinates"])
+    def read_coordinates(self, element: _Element) -> Vec:
+        """Return the vector of the child <coordinates>."""
+        [child] = self.find_children(element, ["coordinates"])
         if child is None:
             self.fail(
-                element, "mbs-incomplete", f"<{element.tag}> has no <coordinates>",
+                element,
+                "mbs-incomplete",
+                f"<{element.tag}> has no <coordinates>",
                 "Robotran's C library cannot read it: give x, y and z, or leave the element out",
-            )  # fmt: skip
+            )
         self.check_first(child)
-        return self.xyz(child)
+        return self.read_xyz(child)
 
-    def inertia(self, element: _Element) -> Sym:
+    def read_inertia(self, element: _Element) -> Sym:
+        """Return a tensor; a missing component is zero."""
         xx, xy, xz, yy, yz, zz = [
-            0.0 if child is None else self.number(child) for child in self.parts(element, _INERTIA)
+            0.0 if child is None else self.read_number(child)
+            for child in self.find_children(element, _INERTIA)
         ]
         return (xx, xy, xz, yy, yz, zz)
 
-    def color(self, element: _Element) -> tuple[int, int, int]:
-        rgb = [element.get(part, "") for part in "RGB"]
-        for text in rgb:
-            if not _COLOR(text) or int(text) > 255:
-                self.fail(
-                    element, "number-invalid", f"'{text}' is no part of a colour",
-                    "R, G and B are whole numbers from 0 to 255",
-                )  # fmt: skip
-        return int(rgb[0]), int(rgb[1]), int(rgb[2])
+    def read_color(self, element: _Element) -> RGB:
+        """Return the attributes R, G and B."""
+        parts = [element.get(attribute, "") for attribute in "RGB"]
+        for attribute, text in zip("RGB", parts, strict=True):
+            if not _is_color_part(text) or int(text) > 255:
+                message = (
+                    f"{attribute} of <{element.tag}> is '{text}'; "
+                    "expected a whole number from 0 to 255"
+                )
+                self.fail(element, "number-invalid", message)
+        return int(parts[0]), int(parts[1]), int(parts[2])
 
-    def symbols(self, element: _Element) -> tuple[str, ...]:
-        return tuple(tag for tag in self.children(element, SYMBOLS) if tag in SYMBOLS)
+    def read_symbols(self, element: _Element) -> tuple[str, ...]:
+        """Return the tags of the children that are symbols."""
+        return tuple(tag for tag in self.group_children(element, SYMBOLS) if tag in SYMBOLS)
 
     # --- elements ---
 
-    def parts(self, element: _Element, tags: list[str]) -> list[Any]:
-        """The children with these tags, in this order; None for one that is not there."""
+    def find_children(self, element: _Element, tags: list[str]) -> list[Any]:
+        """Return the child with each of these tags, in this order; None if it is missing."""
         # Half of all elements come through here, nearly always with just these children.
         children: list[_Element] = element[:]  # type: ignore[index,assignment]
         if [child.tag for child in children] == tags:
             return children
-        kids = self.children(element, tags)
-        return [kids[tag][0] if tag in kids else None for tag in tags]
+        by_tag = self.group_children(element, tags)
+        return [by_tag[tag][0] if tag in by_tag else None for tag in tags]
 
-    def children(self, element: _Element, known: Table | Collection[str]) -> Children:
-        """The children by tag.  Two with a known tag are an error, unless they are ``REPEATED``."""
+    def group_children(self, element: _Element, table: Table | Collection[str]) -> Children:
+        """Group the children of an element by tag.
+
+        Fail if two have a tag of the table, unless the table says that it is repeated.
+        """
         # A slice is twice as fast as list().
         children: list[_Element] = element[:]  # type: ignore[index,assignment]
-        kids: Children = {child.tag: [child] for child in children}
-        if len(kids) < len(children):
-            kids = {tag: [] for tag in kids}
+        by_tag: Children = {child.tag: [child] for child in children}
+        if len(by_tag) < len(children):
+            by_tag = {tag: [] for tag in by_tag}
             for child in children:
-                kids[child.tag].append(child)
-            for tag, found in kids.items():
-                entry = known.get(tag) if isinstance(known, dict) else None
-                repeated = isinstance(entry, tuple) and entry[1] in REPEATED
-                if len(found) > 1 and tag in known and not repeated:
-                    self.fail(found[1], "doubled-element", f"<{element.tag}> has two <{tag}>")
-        return kids
+                by_tag[child.tag].append(child)
+            for tag, group in by_tag.items():
+                entry = table.get(tag) if isinstance(table, dict) else None
+                is_repeated = isinstance(entry, Field) and entry.kind in REPEATED
+                if len(group) > 1 and tag in table and not is_repeated:
+                    self.fail(group[1], "doubled-element", f"<{element.tag}> has two <{tag}>")
+        return by_tag
 
     def check_first(self, child: _Element) -> None:
-        """Fail if an element is not the first child: Robotran takes any first child for it."""
-        before = child.getprevious()
-        if before is not None:
-            what = f"<{before.tag}>" if isinstance(before.tag, str) else "a comment"
+        """Fail if an element is not the first child: Robotran reads any first child as it."""
+        previous = child.getprevious()
+        if previous is not None:
+            shown = f"<{previous.tag}>" if isinstance(previous.tag, str) else "a comment"
             parent: Any = child.getparent()
             self.fail(
-                child, "mbs-not-first", f"{what} stands before <{child.tag}> in <{parent.tag}>",
-                "Robotran's C library takes the first for it, and reads zeros or no name: "
-                f"<{child.tag}> must be the first",
-            )  # fmt: skip
+                child,
+                "mbs-not-first",
+                f"{shown} comes before <{child.tag}> in <{parent.tag}>",
+                f"Robotran's C library reads the first child as <{child.tag}>, and so zeros or no "
+                f"name: move <{child.tag}> to the front",
+            )
 
     def fail(self, element: _Element, code: str, message: str, hint: str | None = None) -> NoReturn:
-        at: Any = element.sourceline
-        raise ConversionError(code, message, file=self.file, line=at, hint=hint)
+        """Raise a ConversionError at the line of an element."""
+        line: Any = element.sourceline
+        raise ConversionError(code, message, file=self.file, line=line, hint=hint)

@@ -3,193 +3,276 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
-from functools import cache, lru_cache
+from collections.abc import Callable
+from functools import cache, lru_cache, partial
 from math import isfinite
 from typing import Any
 
 from urdf2mbs.mbs import model
-from urdf2mbs.mbs.fields import INSIDE, KEPT, MARK, OBJECTS, Kind, Table
-from urdf2mbs.mbs.model import BASE, ORIGIN, Mbs, Part
+from urdf2mbs.mbs.fields import INSIDE, KEPT, MARK, OBJECTS, Field, Table
+from urdf2mbs.mbs.model import BASE, ORIGIN, Mbs
+
+_ESCAPES = {
+    "&": "&amp;",
+    "<": "&lt;",
+    ">": "&gt;",
+    '"': "&quot;",
+    "'": "&#x27;",
+    "\r": "&#13;",
+    "\n": "&#10;",
+}
+_ESCAPE_TABLE = str.maketrans(_ESCAPES)
+#: Texts that Python reads as a number that is not finite.
+_NOT_FINITE = ("inf", "infinity", "nan")
+_find_invalid_character = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]").search
 
 
 class _NotFiniteError(ValueError):
     """A number that no .mbs file can hold."""
 
 
-_ESCAPED = str.maketrans({
-    "&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;", "'": "&#x27;", "\r": "&#13;",
-    "\n": "&#10;",
-})  # fmt: skip
-#: As Python reads it.
-_NOT_FINITE = ("inf", "infinity", "nan")
-_NOT_XML = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]").search
-
-
 def write(mbs: Mbs) -> bytes:
-    """The file as bytes: the same bytes for the same model.
+    """Return the content of the .mbs file of a model: the same bytes for the same model.
 
-    Bodies, joints and points are written in the order of the model.  Numbers are written to
-    the last digit.  What is None is left out; MBSysPad wants every body's ``drawing``, the
-    3D viewer wants ``view``.
+    Bodies, joints and points are written in the order of the model, and numbers to the last digit.
+    What is None is left out; MBSysPad needs the ``drawing`` of every body, the 3D viewer needs
+    ``view``.
 
-    Raises ValueError for what no .mbs can hold: a number that is not finite, a character
-    that is not XML's, a word that the format does not have, a body without a joint, a sensor
-    or force on a point of the base.
+    Raises:
+        ValueError: The model has what no .mbs can hold: a number that is not finite, a character
+            that XML does not allow, a word that the format does not have, a body without a joint,
+            or a sensor or force on a point of the base.
     """
-    return Writer().mbs(mbs).encode()
+    _check(mbs)
+    children = _write_object("mbs", mbs, "  ")
+    text = f'<?xml version="1.0" encoding="UTF-8"?>\n<mbsDescR7>\n{children}</mbsDescR7>\n'
+    return text.encode()
 
 
-class Writer:
-    """Writes a model, element by element; ``pad`` stands before each line."""
+# --- objects; ``indent`` is the white space before each line ---
 
-    def mbs(self, mbs: Mbs) -> str:
-        _check(mbs)
-        inside = self.object("mbs", mbs, "  ")
-        return f'<?xml version="1.0" encoding="UTF-8"?>\n<mbsDescR7>\n{inside}</mbsDescR7>\n'
 
-    def mark(self, part: Part) -> str:
-        """What stands behind the tag of an object, for a writer that finds the object again."""
-        return ""
+def _write_object(key: str, part: Any, indent: str) -> str:
+    """Return the children of the element of one of the ``OBJECTS``."""
+    object_type = OBJECTS[key]
+    try:
+        return _write_children(object_type.table, part, indent)
+    except _NotFiniteError as error:
+        if not object_type.noun:
+            raise
+        raise ValueError(f"{object_type.describe(part)} {error}") from None
 
-    def object(self, key: str, thing: Any, pad: str) -> str:
-        """The children of the element of one of the ``OBJECTS``."""
-        owner = OBJECTS[key]
-        try:
-            return self.table(owner.table, thing, pad)
-        except _NotFiniteError as error:
-            if not owner.what:
-                raise
-            raise ValueError(f"{owner.in_words(thing)} {error}") from None
 
-    def table(self, table: Table, thing: Any, pad: str) -> str:
-        texts = []
-        for tag, entry in table.items():
-            if isinstance(entry, tuple):
-                value = getattr(thing, entry[0])
-                if value is not None:
-                    texts.append(self.value(tag, entry[1], value, pad))
-            elif entry is MARK:
-                texts.append(f"{pad}<{tag}/>\n")
+def _write_children(table: Table, part: Any, indent: str) -> str:
+    """Return the children of a table, with the values of an object."""
+    texts = []
+    for tag, entry in table.items():
+        if isinstance(entry, Field):
+            attribute, kind = entry
+            value = getattr(part, attribute)
+            if value is None:
+                continue
+            if isinstance(kind, str):
+                texts.append(_VALUE_WRITERS[kind](tag, value, indent))
             else:
-                texts.append(_around(tag, self.table(entry, thing, f"{pad}  "), pad))
-        return "".join(texts)
-
-    def value(self, tag: str, kind: Kind | frozenset[str], value: Any, pad: str) -> str:
-        """A value of a kind as an element, or as several."""
-        match kind:
-            case "text" | "word":
-                return f"{pad}<{tag}>{_text(value)}</{tag}>\n"
-            case "xy" | "xyz" | "inertia":
-                return _lines(tag, kind, pad) % tuple(map(_number, value))
-            case "number":
-                return f"{pad}<{tag}>{_number(value)}</{tag}>\n"
-            case "texts":
-                return "".join([f"{pad}<{tag}>{_text(text)}</{tag}>\n" for text in value])
-            case "place":
-                return _lines(tag, kind, pad) % _names(*value)
-            case "flag":
-                return f"{pad}<{tag}/>\n" if value else ""
-            case "parts":
-                return "".join([self.part(tag, one, pad) for one in value])
-            case "symbols":
-                return _around(tag, "".join([f"{pad}  <{word}/>\n" for word in value]), pad)
-            case "coordinates":
-                return _around(tag, self.value("coordinates", "xyz", value, f"{pad}  "), pad)
-            case "control_points":
-                ways = [self.value("control_point", "xy", xy, f"{pad}  ") for xy in value]
-                return _around(tag, "".join(ways), pad)
-            case "base" | "drawing" | "view":
-                return _around(tag, self.object(kind, value, f"{pad}  "), pad)
-            case "color":
-                return '{}<{} R="{:d}" G="{:d}" B="{:d}"/>\n'.format(pad, tag, *value)
-            case "title":
-                return f"{pad}<{tag}>{_text(value)}</{tag}>\n" if value else ""
-            case "sensor":
-                measures = "".join([f' {measure}="true"' for measure in value.measures])
-                name = _text(value.name)
-                return f'{pad}<{tag}{self.mark(value)} name="{name}"{measures}/>\n'
-            case _:
-                only = next(iter(kind))
-                parts = [self.part(getattr(one, "kind", only), one, f"{pad}  ") for one in value]
-                return _around(tag, "".join(parts), pad)
-
-    def part(self, tag: str, part: Part, pad: str) -> str:
-        inside = self.object(tag, part, f"{pad}  ")
-        return f"{pad}<{tag}{self.mark(part)}>\n{inside}{pad}</{tag}>\n"
+                texts.append(_write_list(tag, kind, value, indent))
+        elif entry is MARK:
+            texts.append(f"{indent}<{tag}/>\n")
+        else:
+            texts.append(_enclose(tag, _write_children(entry, part, f"{indent}  "), indent))
+    return "".join(texts)
 
 
-def _around(tag: str, inside: str, pad: str) -> str:
-    """An element around others; without others only if it is ``KEPT``."""
-    if inside:
-        return f"{pad}<{tag}>\n{inside}{pad}</{tag}>\n"
-    return f"{pad}<{tag}/>\n" if tag in KEPT else ""
+def _write_list(tag: str, part_tags: frozenset[str], parts: list[Any], indent: str) -> str:
+    """Return an element around the elements of a list of objects.
+
+    Objects whose elements may have several tags have theirs as ``kind``.
+    """
+    only_tag = next(iter(part_tags))
+    texts = [_write_part(getattr(part, "kind", only_tag), part, f"{indent}  ") for part in parts]
+    return _enclose(tag, "".join(texts), indent)
+
+
+def _write_part(tag: str, part: Any, indent: str) -> str:
+    """Return the element of an object, which is written even if it is empty."""
+    return f"{indent}<{tag}>\n{_write_object(tag, part, f'{indent}  ')}{indent}</{tag}>\n"
+
+
+def _enclose(tag: str, children: str, indent: str) -> str:
+    """Return an element around others; without others only if it is ``KEPT``."""
+    if children:
+        return f"{indent}<{tag}>\n{children}{indent}</{tag}>\n"
+    return f"{indent}<{tag}/>\n" if tag in KEPT else ""
+
+
+# --- a function for each kind of value ---
+
+
+def _write_text(tag: str, text: str, indent: str) -> str:
+    return f"{indent}<{tag}>{_escape(text)}</{tag}>\n"
+
+
+def _write_title(tag: str, text: str, indent: str) -> str:
+    return _write_text(tag, text, indent) if text else ""
+
+
+def _write_texts(tag: str, texts: tuple[str, ...], indent: str) -> str:
+    return "".join([_write_text(tag, text, indent) for text in texts])
+
+
+def _write_number(tag: str, number: float, indent: str) -> str:
+    return f"{indent}<{tag}>{_format_number(number)}</{tag}>\n"
+
+
+def _write_numbers(kind: str, tag: str, numbers: tuple[float, ...], indent: str) -> str:
+    return _make_template(tag, kind, indent) % tuple(map(_format_number, numbers))
+
+
+def _write_place(tag: str, place: tuple[str | None, str | None], indent: str) -> str:
+    body = BASE if place[0] is None else place[0]
+    point = ORIGIN if place[1] is None else place[1]
+    return _make_template(tag, "place", indent) % (_escape(body), _escape(point))
+
+
+def _write_flag(tag: str, is_set: bool, indent: str) -> str:
+    return f"{indent}<{tag}/>\n" if is_set else ""
+
+
+def _write_color(tag: str, color: model.RGB, indent: str) -> str:
+    red, green, blue = color
+    return f'{indent}<{tag} R="{red:d}" G="{green:d}" B="{blue:d}"/>\n'
+
+
+def _write_symbols(tag: str, symbols: tuple[str, ...], indent: str) -> str:
+    return _enclose(tag, "".join([f"{indent}  <{symbol}/>\n" for symbol in symbols]), indent)
+
+
+def _write_coordinates(tag: str, vector: tuple[float, ...], indent: str) -> str:
+    return _enclose(tag, _write_numbers("xyz", "coordinates", vector, f"{indent}  "), indent)
+
+
+def _write_control_points(tag: str, points: tuple[model.XY, ...], indent: str) -> str:
+    texts = [_write_numbers("xy", "control_point", point, f"{indent}  ") for point in points]
+    return _enclose(tag, "".join(texts), indent)
+
+
+def _write_sensor(tag: str, sensor: model.Sensor, indent: str) -> str:
+    measures = "".join([f' {measure}="true"' for measure in sensor.measures])
+    return f'{indent}<{tag} name="{_escape(sensor.name)}"{measures}/>\n'
+
+
+def _write_parts(tag: str, parts: list[Any], indent: str) -> str:
+    return "".join([_write_part(tag, part, indent) for part in parts])
+
+
+def _write_single_object(kind: str, tag: str, part: Any, indent: str) -> str:
+    return _enclose(tag, _write_object(kind, part, f"{indent}  "), indent)
+
+
+#: By kind: the function that writes a value, given the tag, the value and the indent.
+_VALUE_WRITERS: dict[str, Callable[[str, Any, str], str]] = {
+    "text": _write_text,
+    "title": _write_title,
+    "word": _write_text,
+    "number": _write_number,
+    "flag": _write_flag,
+    "color": _write_color,
+    "xy": partial(_write_numbers, "xy"),
+    "xyz": partial(_write_numbers, "xyz"),
+    "coordinates": _write_coordinates,
+    "control_points": _write_control_points,
+    "inertia": partial(_write_numbers, "inertia"),
+    "symbols": _write_symbols,
+    "place": _write_place,
+    "sensor": _write_sensor,
+    "texts": _write_texts,
+    "parts": _write_parts,
+    "base": partial(_write_single_object, "base"),
+    "drawing": partial(_write_single_object, "drawing"),
+    "view": partial(_write_single_object, "view"),
+}
+
+
+# --- texts and numbers ---
 
 
 @cache
-def _lines(tag: str, kind: str, pad: str) -> str:
-    """The element of a value of several parts, with a place for each."""
-    parts = "".join([f"{pad}  <{part}>%s</{part}>\n" for part in INSIDE[kind]])
-    return _around(tag, parts, pad)
-
-
-def _names(body: str | None, point: str | None) -> tuple[str, str]:
-    return _text(BASE if body is None else body), _text(ORIGIN if point is None else point)
+def _make_template(tag: str, kind: str, indent: str) -> str:
+    """Return the element of a value of several parts, with ``%s`` for each part."""
+    parts = "".join([f"{indent}  <{part}>%s</{part}>\n" for part in INSIDE[kind]])
+    return _enclose(tag, parts, indent)
 
 
 @lru_cache(4096)
-def _number(value: float) -> str:
-    """A number to its last digit; minus zero is zero."""
-    number = float(value)
-    if not isfinite(number):
-        raise _NotFiniteError(f"has the number {number}, which no .mbs file can hold")
-    return repr(number + 0.0)
+def _format_number(number: float) -> str:
+    """Return a number to its last digit; minus zero becomes zero."""
+    value = float(number)
+    if not isfinite(value):
+        raise _NotFiniteError(f"has the number {value}, which no .mbs file can hold")
+    return repr(value + 0.0)
 
 
 @lru_cache(4096)
-def _text(text: str) -> str:
-    if _NOT_XML(text):
+def _escape(text: str) -> str:
+    """Return a text with the characters replaced that XML gives a meaning."""
+    if _find_invalid_character(text):
         raise ValueError(f"an .mbs file cannot hold the name {text!r}")
-    return text.translate(_ESCAPED)
+    return text.translate(_ESCAPE_TABLE)
+
+
+# --- what no .mbs can hold ---
 
 
 def _check(mbs: Mbs) -> None:
-    """Raises ValueError for what no .mbs can hold."""
-
-    def check(words: Iterable[str], known: frozenset[str], what: str) -> None:
-        for word in words:
-            if word not in known:
-                raise ValueError(f"{what} is or has '{word}': .mbs has no such word")
-
+    """Raise a ValueError for what no .mbs can hold, other than numbers and characters."""
     for point in mbs.base.points:
         if point.sensor is not None or point.extforce is not None:
             raise ValueError(
                 f"point '{point.name}' of the base has a sensor or an external force: "
                 "Robotran's C library cannot read that"
             )
-    check([cut.kind for cut in mbs.cuts], model.CUTS, "a cut")
-    check([link.kind for link in mbs.links], model.LINKS, "a link")
+    for cut in mbs.cuts:
+        _check_word(cut.kind, model.CUTS, "the kind of cut", cut.name)
+    for link in mbs.links:
+        _check_word(link.kind, model.LINKS, "the kind of link", link.name)
     for _, owner in mbs.base_and_bodies():
-        check([shape.kind for shape in owner.shapes], model.SHAPES, "a shape")
+        for shape in owner.shapes:
+            _check_word(shape.kind, model.SHAPES, "the kind of shape", shape.name)
     for body in mbs.bodies:
-        if not body.joints:
-            raise ValueError(f"body '{body.name}' has no joint: Robotran would lose it")
-        for joint in body.joints:
-            if joint.type not in model.JOINT_TYPES or joint.nature not in model.NATURES:
+        _check_body(body)
+    for user_model in mbs.user_models:
+        _check_user_model(user_model)
+
+
+def _check_word(word: str, allowed: frozenset[str], label: str, name: str) -> None:
+    """Raise a ValueError if a word is not one of those that the format has."""
+    if word not in allowed:
+        expected = ", ".join(sorted(allowed))
+        raise ValueError(f"{label} '{name}' is '{word}'; expected one of {expected}")
+
+
+def _check_body(body: model.Body) -> None:
+    """Raise a ValueError for a body without joint, and for unknown words in it."""
+    if not body.joints:
+        raise ValueError(f"body '{body.name}' has no joint: Robotran would drop it")
+    for joint in body.joints:
+        _check_word(joint.type, model.JOINT_TYPES, "the type of joint", joint.name)
+        _check_word(joint.nature, model.NATURES, "the nature of joint", joint.name)
+        for symbol in joint.symbols or ():
+            _check_word(symbol, model.SYMBOLS, "a symbol of joint", joint.name)
+    for point in body.points:
+        for tag, sensor in (("sensor", point.sensor), ("extforce", point.extforce)):
+            if sensor is not None:
+                for measure in sensor.measures:
+                    _check_word(measure, model.SENSOR_MEASURES, f"a measure of {tag}", sensor.name)
+
+
+def _check_user_model(user_model: model.UserModel) -> None:
+    """Raise a ValueError for a parameter that is not a finite number."""
+    for parameter in user_model.parameters:
+        for value in parameter.values if parameter.type != "structure" else ():
+            if value.strip().lstrip("+-").lower() in _NOT_FINITE:
                 raise ValueError(
-                    f"joint '{joint.name}' is '{joint.type}', '{joint.nature}': "
-                    ".mbs has no such joint"
+                    f"parameter '{parameter.name}' of user model '{user_model.name}' has the "
+                    f"number {float(value)}, which no .mbs file can hold"
                 )
-            check(joint.symbols or (), model.SYMBOLS, f"joint '{joint.name}'")
-        for point in body.points:
-            for tag, sensor in (("sensor", point.sensor), ("extforce", point.extforce)):
-                if sensor is not None:
-                    check(sensor.measures, model.SENSOR_MEASURES, f"{tag} '{sensor.name}'")
-    for own in mbs.user_models:
-        for parameter in own.parameters:
-            for value in parameter.values if parameter.type != "structure" else ():
-                if value.strip().lstrip("+-").lower() in _NOT_FINITE:
-                    raise ValueError(
-                        f"parameter '{parameter.name}' of user model '{own.name}' has the number "
-                        f"{float(value)}, which no .mbs file can hold"
-                    )
