@@ -1,6 +1,6 @@
-/* The parts of generated files, most of accelred and invdynared, that are the same for all models.
+/* The parts of generated files that are the same for all models: most of accelred and invdynared.
 
-   Generated files are put together from its sections; as it stands, it compiles, too. */
+   Generated files are composed of its sections. The file as a whole compiles, too. */
 #include <math.h>
 #include <string.h>
 
@@ -61,7 +61,7 @@ static void set_driven(MbsData *s, double tsim)
         USER(DrivenJoints)(s, tsim);
 }
 
-/* The forces on bodies. */
+/* Set frc and trq, the forces on bodies, to the sum of all links and external forces. */
 static void set_forces(MbsData *s, double tsim)
 {
     for (int i = 1; i <= JOINTS; i++)
@@ -78,49 +78,62 @@ static void set_forces(MbsData *s, double tsim)
 }
 
 /* --- loops --- */
-/* A pivot is zero if it is so small a part of its row of Jac, or of its element of A. */
-#define SINGULAR 1e-13
+/* The dependent joints v follow from the constraints h(q) = 0 and from the leaders u: those
+   independent and driven joints that move a constraint (coordinate partitioning: Samin and Fisette,
+   Symbolic Modeling of Multibody Systems, 2003). With the Jacobian J = dh/dq:
 
-/* The working memory, which each thread has of its own. */
+       J_v dv = -h             a step of Newton's method
+       v' = B u'               B = -J_v^-1 J_u
+       v'' = B u'' + b         b = -J_v^-1 jdqd
+
+   All arrays count from 1, as Robotran's do. */
+
+/* A pivot is 0 if it is this much smaller than its row of J, or than its diagonal element of A. */
+#define SINGULAR 1e-13
+/* A constraint is closed if h is smaller than this, relative to the largest element of its row. */
+#define CLOSED 1e-9
+#define MAX_ITERATIONS 100
+
+/* The working memory: one for each thread. */
 #ifdef _MSC_VER
-#define KEPT static __declspec(thread)
+#define THREAD_LOCAL static __declspec(thread)
 #else
-#define KEPT static __thread
+#define THREAD_LOCAL static __thread
 #endif
-KEPT double Jac[ROWS + 1][JOINTS + 1], h[ROWS + 1];
-/* The columns of Jac of the dependent joints, as two triangles with the inverse of each pivot, and
-   the rows that were swapped. */
-KEPT double LU[ROWS + 1][ROWS + 1];
-KEPT int swapped[ROWS + 1];
-/* The Jac that LU was made of, at first none: where all rules are constant it stays the same. */
-KEPT double factored[ROWS + 1][JOINTS + 1] = {{1.0}};
-/* The dependent joints follow so many leaders, which are independent or driven: their qdd is B
-   times the qdd of these, plus the column 0 of B.  B is new if LU is. */
-KEPT int leaders, leader[JOINTS + 1], known;
-KEPT double B[ROWS + 1][JOINTS + 1];
+THREAD_LOCAL double Jac[ROWS + 1][JOINTS + 1], h[ROWS + 1];
+/* The factors of J_v, with the inverse of each pivot on the diagonal, and the swapped rows. */
+THREAD_LOCAL double LU[ROWS + 1][ROWS + 1];
+THREAD_LOCAL int swapped_row[ROWS + 1];
+/* The Jacobian that was factorized last. It stays the same if all constraints are linear, as those
+   of <mimic> are. */
+THREAD_LOCAL double factorized_Jac[ROWS + 1][JOINTS + 1] = {{1.0}};
+/* Column j of B belongs to leader[j]; column 0 is dv, then b. */
+THREAD_LOCAL double B[ROWS + 1][JOINTS + 1];
+THREAD_LOCAL int n_leaders, leader[JOINTS + 1], is_B_current;
 
 void mbs_cons_hJ(double *h, double **Jac, MbsData *s, double tsim);
 void mbs_cons_jdqd(double *Jdqd, MbsData *s, double tsim);
 void USER(cons_hJ)(double *h, double **Jac, MbsData *s, double tsim);
 void USER(cons_jdqd)(double *jdqd, MbsData *s, double tsim);
 
-/* A row less f times another, in some columns.  Most f are zero. */
-static void subtract(double *row, double f, const double *other, int first, int last)
+/* row = row - factor * pivot_row, in the columns from first to last. Most factors are 0. */
+static void subtract_multiple(double *row, double factor, const double *pivot_row, int first,
+                              int last)
 {
-    if (f != 0.0)
+    if (factor != 0.0)
         for (int j = first; j <= last; j++)
-            row[j] -= f * other[j];
+            row[j] -= factor * pivot_row[j];
 }
 
-/* Fill LU by Gauss with row pivots, each row by its largest number.  0 if it
-   can be done. */
-static int factor(void)
+/* Factorize J_v by Gaussian elimination. The pivot of a column is the element that is largest
+   relative to its row of J. Return -1 if J_v is singular, else 0. */
+static int factorize_constraints(void)
 {
     double size[ROWS + 1];
-    if (memcmp(factored, Jac, sizeof Jac) == 0)
+    if (memcmp(factorized_Jac, Jac, sizeof Jac) == 0)
         return 0;
-    factored[0][0] = 1.0;
-    known = 0;
+    factorized_Jac[0][0] = 1.0; /* no Jac is this one, if J_v is singular */
+    is_B_current = 0;
     for (int i = 1; i <= DEPENDENT; i++) {
         size[i] = 0.0;
         for (int j = 1; j <= JOINTS; j++)
@@ -136,7 +149,7 @@ static int factor(void)
                 p = i;
         if (!(fabs(LU[p][k]) > SINGULAR * size[p]))
             return -1;
-        swapped[k] = p;
+        swapped_row[k] = p;
         size[p] = size[k];
         for (int j = 1; j <= DEPENDENT && p != k; j++) {
             double x = LU[k][j];
@@ -145,33 +158,34 @@ static int factor(void)
         LU[k][k] = 1.0 / LU[k][k];
         for (int i = k + 1; i <= DEPENDENT; i++) {
             LU[i][k] *= LU[k][k];
-            subtract(LU[i], LU[i][k], LU[k], k + 1, DEPENDENT);
+            subtract_multiple(LU[i], LU[i][k], LU[k], k + 1, DEPENDENT);
         }
     }
-    memcpy(factored, Jac, sizeof Jac);
+    memcpy(factorized_Jac, Jac, sizeof Jac);
     return 0;
 }
 
-/* Solve the constraints for the dependent joints: some columns of B become LU^-1 times these. */
-static void solve(int first, int last)
+/* B = J_v^-1 B, in the columns from first to last. */
+static void solve_constraints(int first, int last)
 {
     for (int k = 1; k <= DEPENDENT; k++)
-        for (int j = first; j <= last && swapped[k] != k; j++) {
+        for (int j = first; j <= last && swapped_row[k] != k; j++) {
             double x = B[k][j];
-            B[k][j] = B[swapped[k]][j], B[swapped[k]][j] = x;
+            B[k][j] = B[swapped_row[k]][j], B[swapped_row[k]][j] = x;
         }
-    for (int i = 2; i <= DEPENDENT; i++)
+    for (int i = 2; i <= DEPENDENT; i++) /* L */
         for (int k = 1; k < i; k++)
-            subtract(B[i], LU[i][k], B[k], first, last);
-    for (int i = DEPENDENT; i >= 1; i--) {
+            subtract_multiple(B[i], LU[i][k], B[k], first, last);
+    for (int i = DEPENDENT; i >= 1; i--) { /* U */
         for (int k = i + 1; k <= DEPENDENT; k++)
-            subtract(B[i], LU[i][k], B[k], first, last);
+            subtract_multiple(B[i], LU[i][k], B[k], first, last);
         for (int j = first; j <= last; j++)
             B[i][j] *= LU[i][i];
     }
 }
 
-static void set_constraints(MbsData *s, double tsim)
+/* Compute h and J: rows of cuts, then rows of the user. */
+static void evaluate_constraints(MbsData *s, double tsim)
 {
     double *rows[ROWS + 1];
     for (int i = 0; i <= DEPENDENT; i++)
@@ -183,56 +197,56 @@ static void set_constraints(MbsData *s, double tsim)
         USER(cons_hJ)(h + CUTS, rows + CUTS, s, tsim);
 }
 
-/* Find the leaders, and let the columns of B be those of -Jac. */
-static void set_leaders(void)
+/* Find the leaders, and set the columns of B to -J_u. Row 0 of J is a working space. */
+static void find_leaders(void)
 {
-    double *first = Jac[0];
+    double *size = Jac[0];
     for (int i = 1; i <= DEPENDENT; i++)
         for (int j = 1; j <= JOINTS; j++)
-            first[j] += fabs(Jac[i][j]);
+            size[j] += fabs(Jac[i][j]);
     for (int i = 1; i <= DEPENDENT; i++)
-        first[dependent[i]] = 0.0;
-    leaders = 0;
+        size[dependent[i]] = 0.0;
+    n_leaders = 0;
     for (int j = 1; j <= JOINTS; j++)
-        if (first[j] != 0.0) {
-            leader[++leaders] = j;
+        if (size[j] != 0.0) {
+            leader[++n_leaders] = j;
             for (int i = 1; i <= DEPENDENT; i++)
-                B[i][leaders] = -Jac[i][j];
+                B[i][n_leaders] = -Jac[i][j];
         }
 }
 
-/* Set q and qd of the dependent joints, and B.  0 if the loops could be closed. */
+/* Set q and qd of the dependent joints, B and b. Return -1 if a loop cannot be closed, else 0. */
 static int close_loops(MbsData *s, double tsim)
 {
-    for (int turn = 0;; turn++) {
-        int closed = 1;
-        set_constraints(s, tsim);
+    for (int iteration = 0;; iteration++) {
+        int is_closed = 1;
+        evaluate_constraints(s, tsim);
         for (int i = 1; i <= DEPENDENT; i++) {
             double size = 0.0; /* m of h for each rad: how large the model is */
             for (int j = 1; j <= JOINTS; j++)
                 if (fabs(Jac[i][j]) > size)
                     size = fabs(Jac[i][j]);
-            closed &= fabs(h[i]) < 1e-9 * size;
+            is_closed &= fabs(h[i]) < CLOSED * size;
             B[i][0] = -h[i];
         }
-        if (factor())
+        if (factorize_constraints())
             return -1;
-        solve(0, 0); /* once more where all is closed: what is left then is rounding */
+        solve_constraints(0, 0); /* also if all is closed: after one more step, h is a rounding */
         for (int i = 1; i <= DEPENDENT; i++)
             s->q[dependent[i]] += B[i][0];
-        if (closed)
+        if (is_closed)
             break;
-        if (turn == 100)
+        if (iteration == MAX_ITERATIONS)
             return -1;
     }
-    if (!known) {
-        set_leaders();
-        solve(1, leaders);
-        known = 1;
+    if (!is_B_current) {
+        find_leaders();
+        solve_constraints(1, n_leaders);
+        is_B_current = 1;
     }
     for (int i = 1; i <= DEPENDENT; i++) {
         s->qd[dependent[i]] = 0.0;
-        for (int j = 1; j <= leaders; j++)
+        for (int j = 1; j <= n_leaders; j++)
             s->qd[dependent[i]] += B[i][j] * s->qd[leader[j]];
     }
     if (CUTS)
@@ -241,46 +255,55 @@ static int close_loops(MbsData *s, double tsim)
         USER(cons_jdqd)(h + CUTS, s, tsim);
     for (int i = 1; i <= DEPENDENT; i++)
         B[i][0] = -h[i];
-    solve(0, 0);
+    solve_constraints(0, 0);
     return 0;
 }
 
-/* Set qdd of the dependent joints. */
-static void follow(MbsData *s)
+/* Set qdd of the dependent joints: v'' = B u'' + b. */
+static void accelerate_dependent(MbsData *s)
 {
     for (int i = 1; i <= DEPENDENT; i++) {
         s->qdd[dependent[i]] = B[i][0];
-        for (int j = 1; j <= leaders; j++)
+        for (int j = 1; j <= n_leaders; j++)
             s->qdd[dependent[i]] += B[i][j] * s->qdd[leader[j]];
     }
 }
 
 /* --- accelred --- */
+/* The equations of motion are M q'' + c = Q + (forces of the constraints). The accelerations are
+
+       q'' = T x + q0''
+
+   with x those of the independent joints, and q0'' those of all joints for x = 0. In T, the rows of
+   independent joints are those of the unit matrix, the rows of dependent joints those of B. The
+   forces of the constraints do no work along T:
+
+       A x = T^T (Q - c - M q0'')      A = T^T M T */
 void mbs_dirdyna(double **M, double *c, MbsData *s, double tsim);
 
-KEPT double M[JOINTS + 1][JOINTS + 1], Q[JOINTS + 1];
-/* The mass matrix of the independent joints (below its diagonal), and their qdd. */
-KEPT double A[JOINTS + 1][JOINTS + 1], x[JOINTS + 1];
+THREAD_LOCAL double M[JOINTS + 1][JOINTS + 1], Q[JOINTS + 1];
+/* The lower triangle of A, then its factors. */
+THREAD_LOCAL double A[JOINTS + 1][JOINTS + 1], x[JOINTS + 1];
 
-/* Let the independent joints feel the dependent ones: M becomes T' M T and Q becomes T' Q, where
-   T is the unit matrix with B in the rows of the dependent joints. */
-static void reduce(void)
+/* M = T^T M T and Q = T^T Q, in the rows and columns of the leaders. */
+static void reduce_to_leaders(void)
 {
     for (int i = 1; i <= DEPENDENT; i++)
-        for (int j = 1; j <= leaders; j++) {
+        for (int j = 1; j <= n_leaders; j++) {
             int to = leader[j], from = dependent[i];
             if (B[i][j] == 0.0)
                 continue;
             Q[to] += B[i][j] * Q[from];
-            subtract(M[to], -B[i][j], M[from], 1, JOINTS);
+            subtract_multiple(M[to], -B[i][j], M[from], 1, JOINTS);
             for (int k = 1; k <= JOINTS; k++)
                 M[k][to] += B[i][j] * M[k][from];
         }
 }
 
-/* Solve A x = Q by L' D L = A, which fills no zero that a tree leaves (Featherstone, Rigid Body
-   Dynamics Algorithms, section 6.5).  0 if A is regular; the row 0 keeps the diagonal. */
-static int accelerate(void)
+/* Solve A x = Q. The factors A = L^T D L keep the zeros between branches of a tree (Featherstone,
+   Rigid Body Dynamics Algorithms, 2008, 6.5). Row 0 keeps the diagonal. Return -1 if A is singular,
+   else 0. */
+static int solve_accelerations(void)
 {
     for (int k = 1; k <= INDEPENDENT; k++) {
         x[k] = Q[independent[k]];
@@ -288,20 +311,20 @@ static int accelerate(void)
             A[k][i] = M[independent[k]][independent[i]];
         A[0][k] = A[k][k];
     }
-    for (int k = INDEPENDENT; k >= 1; k--) {
+    for (int k = INDEPENDENT; k >= 1; k--) { /* factorize, and x = L^-T x */
         if (!(A[k][k] > SINGULAR * A[0][k]))
             return -1;
         A[k][k] = 1.0 / A[k][k];
         for (int i = k - 1; i >= 1; i--) {
-            double f = A[k][i] * A[k][k];
-            if (f == 0.0)
+            double factor = A[k][i] * A[k][k];
+            if (factor == 0.0)
                 continue;
-            subtract(A[i], f, A[k], 1, i);
-            A[k][i] = f;
-            x[i] -= f * x[k];
+            subtract_multiple(A[i], factor, A[k], 1, i);
+            A[k][i] = factor;
+            x[i] -= factor * x[k];
         }
     }
-    for (int k = 1; k <= INDEPENDENT; k++) {
+    for (int k = 1; k <= INDEPENDENT; k++) { /* x = L^-1 D^-1 x */
         x[k] *= A[k][k];
         for (int i = 1; i < k; i++)
             x[k] -= A[k][i] * x[i];
@@ -322,38 +345,38 @@ int mbs_accelred(MbsData *s, double tsim)
     for (int i = 0; i <= JOINTS; i++)
         rows[i] = M[i];
     memset(M, 0, sizeof M);
-    mbs_dirdyna(rows, Q, s, tsim);
+    mbs_dirdyna(rows, Q, s, tsim); /* Q = c */
     for (int j = 1; j <= INDEPENDENT; j++)
         s->qdd[independent[j]] = 0.0;
-    follow(s);
+    accelerate_dependent(s);
     for (int k = 1; k <= JOINTS; k++)
         Q[k] = s->Qq[k] - Q[k];
     for (int k = 1; k <= JOINTS; k++)
-        subtract(Q, s->qdd[k], M[k], 1, JOINTS);
-    reduce();
-    if (accelerate())
+        subtract_multiple(Q, s->qdd[k], M[k], 1, JOINTS);
+    reduce_to_leaders();
+    if (solve_accelerations())
         return MBS_INFO_FAILURE;
     for (int j = 1; j <= INDEPENDENT; j++)
         s->qdd[independent[j]] = x[j];
-    follow(s);
+    accelerate_dependent(s);
     return MBS_INFO_SUCCESS;
 }
 
 /* --- invdynared --- */
 void mbs_invdyna(double *Qq, MbsData *s, double tsim);
 
-/* Set Qq of the free joints for qdd of the free joints, with no forces in the dependent ones;
-   also q, qd and qdd of the dependent joints. */
+/* Set Qq of the joints that are not dependent for their qdd: Qq = T^T phi, without forces in the
+   dependent joints. Also set q, qd and qdd of the dependent joints. */
 int mbs_invdynared(MbsData *s, double tsim)
 {
     set_driven(s, tsim);
     if (close_loops(s, tsim))
         return MBS_INFO_FAILURE;
-    follow(s);
+    accelerate_dependent(s);
     set_forces(s, tsim);
     mbs_invdyna(s->Qq, s, tsim);
     for (int i = 1; i <= DEPENDENT; i++) {
-        for (int j = 1; j <= leaders; j++)
+        for (int j = 1; j <= n_leaders; j++)
             s->Qq[leader[j]] += B[i][j] * s->Qq[dependent[i]];
         s->Qq[dependent[i]] = 0.0;
     }

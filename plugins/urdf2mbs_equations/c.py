@@ -97,6 +97,7 @@ class CWriter(Writer):
         self.pairs = pairs
 
     def write_function(self, name: str, content: Content) -> str:
+        """Return the text of a file, without its head."""
         if isinstance(content, Absent | Refused):
             text = self._write_stub(name, content)
         elif isinstance(content, dict):

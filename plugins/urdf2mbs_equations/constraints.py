@@ -1,11 +1,11 @@
-"""Cuts: the equations h(q) = 0 that close the loops of a model.
+r"""Cuts: the equations h(q) = 0 that close the loops of a model.
 
 A ``rod`` keeps the distance of two points, a ``ball`` keeps two points together, and a ``solid``
 also keeps the axes of their bodies parallel.  All vectors are in axes of the last frame that is on
 both chains of joints from the base to the points, so joints closer to the base have no effect::
 
     base --- o --- start --- o --- o --- point of end 1
-                      \\                       | cut
+                      \                       | cut
                        o --- o --- o --- point of end 2
 
 For an equation h with Jacobian J, the generated functions compute h, J, and the part of the second
@@ -141,7 +141,9 @@ def _subtract_jacobians(left: dict[int, Vector], right: dict[int, Vector]) -> di
 
 
 def _make_rod(first: Motion, second: Motion, length: Scalar, structure: Structure) -> Equation:
-    """Return the equation of a rod, with d from the first point to the second::
+    """Return the equation of a rod.
+
+    With d from the first point to the second, v and a its derivatives::
 
     h = (d . d - length^2) / 2      J = d^T (J2 - J1)      jdqd = v . v + d . a
     """
@@ -206,6 +208,7 @@ class Structure(NamedTuple):
     angular: set[int]
 
     def unite(self, structure: Structure) -> Structure:
+        """Return the coordinates that are nonzero in one of two structures."""
         return Structure(*(a | b for a, b in zip(self, structure, strict=True)))
 
 

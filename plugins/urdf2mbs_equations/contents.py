@@ -50,6 +50,7 @@ class ContentMaker:
         return self.make_tree(axes_in_file=mirrored.axes_in_file), mirrored.twin
 
     def make_dirdyna(self) -> Routine:
+        """Make M and c of the equations of motion ``M qdd + c = Qq``."""
         tree, twin = self._make_mirrored_tree()
         c = compute_joint_forces(tree, ())
         elements = {("M", i, k): value for (i, k), value in compute_mass_matrix(tree).items()}
@@ -58,6 +59,7 @@ class ContentMaker:
         return routine
 
     def make_invdyna(self) -> Routine:
+        """Make the joint forces that q, qd and qdd require."""
         tree, twin = self._make_mirrored_tree()
         routine = Routine(tree.graph)
         forces = compute_joint_forces(tree, range(len(tree.frames)))
@@ -65,6 +67,7 @@ class ContentMaker:
         return routine
 
     def make_derivatives(self) -> Routine:
+        """Make the derivatives of invdyna by q, qd and qdd; what is not a symbol has none."""
         tree, twin = self._make_mirrored_tree()
         elements = {
             (f"D{variable}", row, column): value
@@ -74,11 +77,13 @@ class ContentMaker:
         return _store_matrices(tree, elements, twin)
 
     def make_regressor(self) -> Routine:
+        """Make the regressor of invdyna by the inertial parameters."""
         tree = self.make_tree()
         elements = {("Y", *key): value for key, value in compute_regressor(tree).items()}
         return _store_matrices(tree, elements, {})
 
     def make_accelred(self) -> Routine | Loops | Refused:
+        """Make the accelerations: as equations for a tree, else by the template for loops."""
         tree = self.make_tree()
         has_dependent = any(frame.joint.nature == "dependent" for frame in tree.frames[1:])
         if self.mbs.cuts or has_dependent:
@@ -94,6 +99,7 @@ class ContentMaker:
         return routine
 
     def make_invdynared(self) -> Loops | Refused:
+        """Make the partition and the numbers of constraints, for the template for loops."""
         tree = self.make_tree()
         numbers: dict[str, list[int]] = {"dependent": [], "independent": [], "driven": []}
         for frame in tree.frames[1:]:
@@ -107,6 +113,7 @@ class ContentMaker:
         return Loops(**numbers, n_cut_rows=n_cut_rows, n_user_rows=n_dependent - n_cut_rows)
 
     def make_cons_hj(self) -> Routine | Absent:
+        """Make the constraints of all cuts, and their Jacobian."""
         tree = self.make_tree()
         routine = Routine(tree.graph)
         for row, constraint in enumerate(list_constraints(tree), start=1):
@@ -117,22 +124,27 @@ class ContentMaker:
         return routine if self.mbs.cuts else Absent("cuts")
 
     def make_cons_jdqd(self) -> Routine | Absent:
+        """Make the second derivatives of the constraints for qdd = 0."""
         tree = self.make_tree()
         jdqd = [constraint.jdqd for constraint in list_constraints(tree)]
         return Routine(tree.graph).fill("Jdqd", jdqd) if self.mbs.cuts else Absent("cuts")
 
     def make_link(self) -> Routine | Absent:
+        """Make the forces of all links."""
         return make_links(self.make_tree())
 
     def make_link3d(self) -> Routine | Absent:
+        """Make the forces of all 3D links."""
         return make_links_3d(self.make_tree())
 
     def make_extforces(self) -> Routine | Absent:
+        """Make all external forces."""
         if not self.has_points:
             return Absent("external forces or sensors")
         return make_external_forces(self.make_tree())
 
     def make_sensor(self) -> Cases | Absent:
+        """Make the motion of each sensor."""
         if not self.has_points:
             return Absent("sensors or external forces")
         routines: dict[int, Routine] = {}
@@ -147,6 +159,7 @@ class ContentMaker:
         return routines
 
     def make_gensensor(self) -> Cases:
+        """Make the motion of the frame of each joint."""
         sensor = Sensor("", tuple(sorted(SENSOR_MEASURES)))
         tree = self.make_tree()
         return {
@@ -155,6 +168,7 @@ class ContentMaker:
         }
 
     def make_energy(self) -> Routine:
+        """Make the kinetic energy, and the potential energy of gravity."""
         tree = self.make_tree()
         gravity = tree.get_gravity()
         _, first_moment = compute_first_moment(tree)
@@ -163,6 +177,7 @@ class ContentMaker:
         return Routine(tree.graph).fill("E", (kinetic_energy, potential_energy))
 
     def make_momentum(self) -> Routine | Refused:
+        """Make the linear momentum, and the angular momentum about the centre of mass."""
         tree = self.make_tree()
         state, centre = compute_kinetic_state(tree), compute_centre_of_mass(tree)
         if centre is None:
@@ -171,6 +186,7 @@ class ContentMaker:
         return Routine(tree.graph).fill("P", state.linear_momentum).fill("L", angular)
 
     def make_com(self) -> Routine | Refused:
+        """Make the centre of mass of the model."""
         tree = self.make_tree()
         centre = compute_centre_of_mass(tree)
         return MASSLESS if centre is None else Routine(tree.graph).fill("P", centre)

@@ -1,4 +1,4 @@
-/* See equations_fit.h. The same in Python is equations_fit.py of urdf2mbs.
+/* See equations_fit.h. In Python, equations_fit.py of urdf2mbs does the same.
  *
  * Equations rely on the tree of joints, on which numbers are zero, and on the positions of joints
  * that never move. These are described as text, a line for each element, and the checksum of this
@@ -7,7 +7,7 @@
  *
  *     the .mbs -> elements -> description -> sha256  == ?  Fits (tree, fixed): sha256 ...
  *
- * Without this header the equations cannot be compared, and fit. */
+ * Without this header the equations cannot be compared, and are assumed to fit. */
 #include "equations_fit.h"
 
 #ifndef WITH_EQUATIONS_OF_BUILD
@@ -28,7 +28,7 @@ int check_equations(const char *mbs_file)
 #include "equations_fit_elements.h"
 #include "equations_fit_sha256.h"
 
-/* What the head of a file of equations says of the models that it fits. */
+/* The line in the head of a file of equations that states which models it fits. */
 typedef struct EquationsHead {
     const char *file, *parts, *checksum;
 } EquationsHead;
@@ -81,7 +81,7 @@ static void add_double(Description *description, double value)
     add(description, digits);
 }
 
-/* The body of a name, counted from 0, and its element; -1 where there is none. */
+/* Return the number of the body of a name, counted from 0, and its element; -1 if there is none. */
 static int find_body(const Description *description, Text name, int *element)
 {
     const Document *document = description->document;
@@ -98,7 +98,7 @@ static int find_body(const Description *description, Text name, int *element)
     return last;
 }
 
-/* The numbers of a body and of a point: names do not count. */
+/* Add the numbers of a body and of a point, not their names. */
 static void add_place(Description *description, int owner, const char *tag)
 {
     const Document *document = description->document;
@@ -162,18 +162,18 @@ static void add_number(Description *description, int owner, const char *tag)
     }
 }
 
-/* The tags of the numbers in an element that are not zero, nor a rounding of it. */
+/* Add the tags of the numbers in an element that are neither zero nor a rounding of zero. */
 static void add_numbers(Description *description, int element, const char *const tags[])
 {
-    double values[6], least = 0.0;
+    double values[6], threshold = 0.0;
 
     for (int k = 0; tags[k] != NULL; k++) {
         values[k] = number_of(description->document,
             find_child(description->document, element, tags[k]));
-        least = fmax(least, ROUNDING * fabs(values[k]));
+        threshold = fmax(threshold, ROUNDING * fabs(values[k]));
     }
     for (int k = 0; tags[k] != NULL; k++) {
-        if (fabs(values[k]) > least) {
+        if (fabs(values[k]) > threshold) {
             add(description, " ");
             add(description, tags[k]);
             if (description->exact) {
@@ -207,7 +207,7 @@ static void add_point(Description *description, int point)
     }
 }
 
-/* The base or a body. */
+/* Add the base or a body. */
 static void add_body(Description *description, int body)
 {
     const Document *document = description->document;
@@ -235,7 +235,7 @@ static void add_body(Description *description, int body)
     }
 }
 
-/* Cuts, or links. */
+/* Add the cuts, or the links. */
 static void add_connections(Description *description, int list)
 {
     const Document *document = description->document;
@@ -253,7 +253,7 @@ static void add_connections(Description *description, int list)
     }
 }
 
-/* A checksum of what equations rely on; parts as in the head of their file. */
+/* Compute the checksum of a model; parts as in the head of a file of equations. */
 static void compute_fingerprint(const Document *document, const char *parts, char checksum[65])
 {
     Description description = { .document = document };

@@ -1,11 +1,16 @@
-"""Whether the equations in symbolicR fit the .mbs.  Python's own library is enough.
+"""Check that the equations in symbolicR fit the .mbs.
 
-urdf2mbs asks this file, and writes it into a project, where workR/main.py asks it.  In a project in
-C, equations_fit.c does the same.
+This file needs Python's standard library only.  urdf2mbs uses it, and writes it into a project,
+where workR/main.py uses it.  In a project in C, equations_fit.c does the same.
 
 Equations rely on the tree of joints, on which numbers are zero, and on the positions of joints
-that never move.  They read other masses, centres, inertias and points from the .mbs: a change of
-these needs no new equations, and neither does a body that is moved in the diagram.
+that never move.  These are described as text, a line for each element, and the checksum of this
+text is in the head of each file of equations::
+
+    the .mbs -> description -> sha256  == ?  Fits (tree, fixed): sha256 ...
+
+Equations read other masses, centres of mass, inertias and points from the .mbs: a change of these
+needs no new equations, and neither does a body that is moved in the diagram.
 """
 
 from __future__ import annotations
@@ -16,10 +21,10 @@ from hashlib import sha256
 from pathlib import Path
 from xml.etree.ElementTree import Element, fromstring
 
-# What a file of equations says of the models that it fits.
-SAYS = re.compile(r"Fits \((.*)\): sha256 ([0-9a-f]{64})")
+# The line in the head of a file of equations that states which models it fits.
+CHECKSUM = re.compile(r"Fits \((.*)\): sha256 ([0-9a-f]{64})")
 
-# The elements and attributes that count, in the order in which they are described.
+# Elements and attributes, in the order in which they are described.
 AXES = ("x", "y", "z")
 INERTIA = ("Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz")
 MEASURES = ("Pos", "Rot", "Vit", "Om", "Acc", "Omp", "Jac")
@@ -30,9 +35,14 @@ ROUNDING = 1e-15
 
 
 def fits(equations: bytes, model: bytes) -> bool | None:
-    """Whether a file of equations (bytes) fits a model (an .mbs, bytes); None: it does not say."""
-    says = SAYS.search(equations[:2000].decode("utf-8", "replace"))
-    return None if says is None else fingerprint(model, says[1]) == says[2]
+    """Return whether equations fit a model; None if they state no checksum.
+
+    Args:
+        equations: The bytes of a file of equations, at least those of its head.
+        model: The bytes of an .mbs.
+    """
+    stated = CHECKSUM.search(equations[:2000].decode("utf-8", "replace"))
+    return None if stated is None else fingerprint(model, stated[1]) == stated[2]
 
 
 def fingerprint(model: bytes, parts: str) -> str:
@@ -40,7 +50,7 @@ def fingerprint(model: bytes, parts: str) -> str:
 
     Args:
         model: The bytes of an .mbs.
-        parts: ``tree``: the tree of joints, and which numbers are zero; with ``fixed`` also the
+        parts: ``tree`` for the tree of joints and which numbers are zero; with ``fixed`` also the
             positions of joints that never move, with ``numbers`` all numbers.
     """
     return sha256(describe(model, parts).encode()).hexdigest()
@@ -48,7 +58,7 @@ def fingerprint(model: bytes, parts: str) -> str:
 
 def describe(model: bytes, parts: str) -> str:
     """Return what equations rely on, a line for each element; equations_fit.c writes the same."""
-    root = fromstring(_decoded(model))
+    root = fromstring(_decode(model))
     exact, with_fixed = "numbers" in parts, parts != "tree"
     bodies = {_text(body, "bodyname"): n for n, body in enumerate(root.iterfind("bodytree/body"))}
     owners = [*root.iterfind("base"), *root.iterfind("bodytree/body")]
@@ -84,7 +94,7 @@ def describe(model: bytes, parts: str) -> str:
 
 
 def _describe_joint(joint: Element, with_fixed: bool) -> str:
-    """Return type, nature and symbols of a joint; its position where it never moves."""
+    """Return type, nature and symbols of a joint, and its position if it never moves."""
     symbols = joint.find("symbols")
     present = [] if symbols is None else [tag for tag in SYMBOLS if symbols.find(tag) is not None]
     nature = _text(joint, "nature")
@@ -95,14 +105,14 @@ def _describe_joint(joint: Element, with_fixed: bool) -> str:
 
 
 def _describe_numbers(owner: Element, path: str, tags: tuple[str, ...], exact: bool) -> str:
-    """Return the tags of the numbers that are not zero, nor a rounding of it."""
+    """Return the tags of the numbers that are neither zero nor a rounding of zero."""
     coordinates = owner.find(path)
     if coordinates is None:
         return ""
     values = {tag: _number(coordinates, tag) for tag in tags if coordinates.find(tag) is not None}
-    least = ROUNDING * max(map(abs, values.values()), default=0.0)
-    kept = {tag: value for tag, value in values.items() if abs(value) > least}
-    return "".join(f" {tag}={value:.17g}" if exact else f" {tag}" for tag, value in kept.items())
+    threshold = ROUNDING * max(map(abs, values.values()), default=0.0)
+    nonzero = {tag: value for tag, value in values.items() if abs(value) > threshold}
+    return "".join(f" {tag}={value:.17g}" if exact else f" {tag}" for tag, value in nonzero.items())
 
 
 def _describe_number(owner: Element, path: str, exact: bool) -> str:
@@ -114,12 +124,12 @@ def _number(element: Element, path: str) -> float:
     return float(_text(element, path) or 0.0)
 
 
-def _decoded(model: bytes) -> str:
-    """The text of an .mbs, in any encoding that Python has (ElementTree reads few of them)."""
-    says = re.match(rb"""\s*<\?xml[^>]*?encoding\s*=\s*["']([\w.-]+)""", model)
+def _decode(model: bytes) -> str:
+    """Return the text of an .mbs in any encoding of Python; ElementTree reads only a few."""
+    stated = re.match(rb"""\s*<\?xml[^>]*?encoding\s*=\s*["']([\w.-]+)""", model)
     if model[:2] in (b"\xff\xfe", b"\xfe\xff"):
         return model.decode("utf-16")
-    return model.decode(says[1].decode() if says else "utf-8-sig")
+    return model.decode(stated[1].decode() if stated else "utf-8-sig")
 
 
 def _text(element: Element, path: str) -> str:

@@ -13,7 +13,7 @@ typedef struct Text {
     size_t length;
 } Text;
 
-/* Elements are numbered in the order of the file; -1 is none. */
+/* Elements are numbered in the order of the file; -1 stands for no element. */
 typedef struct Element {
     Text tag, attributes, text;
     int parent, first_child, last_child, next;
@@ -52,7 +52,7 @@ static Text strip(const char *start, const char *end)
     return (Text) { start, (size_t) (end - start) };
 }
 
-/* Where the markup ends that begins at a '<': behind its '>', or at the end of the file. */
+/* Return the end of the markup that begins at a '<': after its '>', or the end of the file. */
 static const char *end_of_markup(const char *cursor)
 {
     const char *closing = NULL;
@@ -127,7 +127,8 @@ static void find_elements(Document *document)
     }
 }
 
-/* 0 if the file cannot be read, or is no XML of one byte for each ASCII letter. */
+/* Read a file. Return 0 if it cannot be read, or has no element in an encoding where an ASCII
+ * letter is one byte; else 1. */
 static int read_document(Document *document, const char *file)
 {
     FILE *stream = fopen(file, "rb");
@@ -162,7 +163,7 @@ static int are_equal(Text first, Text second)
     return first.length == second.length && memcmp(first.start, second.start, first.length) == 0;
 }
 
-/* The first child of this tag, or the next element of this tag beside one. */
+/* Return the first child with a tag; find_next returns the next sibling with a tag. */
 static int find_child(const Document *document, int parent, const char *tag)
 {
     int child = parent < 0 ? -1 : document->elements[parent].first_child;

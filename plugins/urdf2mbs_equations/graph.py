@@ -117,6 +117,7 @@ class Graph:
         return Expr(self, self._append(Op.INPUT, name=name))
 
     def add(self, left: SignedNode, right: SignedNode) -> SignedNode:
+        """Return the sum of two nodes."""
         if left == 0 or right == 0:
             return left or right
         if left == -right:
@@ -130,6 +131,7 @@ class Graph:
         return self._operate(Op.ADD, left, right)
 
     def mul(self, left: SignedNode, right: SignedNode) -> SignedNode:
+        """Return the product of two nodes; constant factors are multiplied."""
         if left == 0 or right == 0:
             return 0
         if (left > 0) != (right > 0):
@@ -148,18 +150,22 @@ class Graph:
         return self._operate(Op.MUL, left, right)
 
     def div(self, left: SignedNode, right: SignedNode) -> SignedNode:
+        """Return the quotient of two nodes."""
         if left == 0:
             return 0
         node = self._operate(Op.DIV, abs(left), abs(right))
         return node if (left > 0) == (right > 0) else -node
 
     def sin(self, angle: SignedNode) -> SignedNode:
+        """Return the sine of a node (rad); ``sin(-x)`` is ``-sin(x)``."""
         return self._operate(Op.SIN, angle) if angle > 0 else -self._operate(Op.SIN, -angle)
 
     def cos(self, angle: SignedNode) -> SignedNode:
+        """Return the cosine of a node (rad); ``cos(-x)`` is ``cos(x)``."""
         return self._operate(Op.COS, abs(angle))
 
     def sqrt(self, square: SignedNode) -> SignedNode:
+        """Return the square root of a node."""
         return self._operate(Op.SQRT, square)
 
     def pair(self, first: SignedNode, second: SignedNode) -> SignedNode:
@@ -209,8 +215,8 @@ class Expr:
     def __init__(self, graph: Graph, node: SignedNode) -> None:
         self.graph, self.node = graph, node
 
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Expr) and self.node == other.node
+    def __eq__(self, value: object) -> bool:
+        return isinstance(value, Expr) and self.node == value.node
 
     def __hash__(self) -> int:
         return hash(self.node)

@@ -44,6 +44,7 @@ class MatlabWriter(Writer):
     missing_functions = frozenset(["accelred", "invdynared", "link3D"])
 
     def write_function(self, name: str, content: Content) -> str:
+        """Return the text of a file, without its head."""
         sizes = {
             "joints": len(self.mbs.numbers()),
             "links": sum(link.kind == "link" for link in self.mbs.links),
@@ -89,5 +90,5 @@ def _write_statement(statement: Statement) -> str:
         first, *copies = statement.targets
         text = f"{first} = {statement.text};\n"
         text += "".join(f"{target} = {first};\n" for target in copies)
-    # M[1][3] is M(1,3) in MATLAB
+    # MATLAB has other brackets: M[1][3] becomes M(1,3).
     return text.replace("][", ",").replace("[", "(").replace("]", ")")

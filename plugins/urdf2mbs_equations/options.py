@@ -12,7 +12,7 @@ Language = Literal["python", "c", "matlab", "both", "project"]
 
 
 class EquationOptions(msgspec.Struct):
-    """What is generated, and how it is written."""
+    """Options of the generated functions and their files."""
 
     language: Language | None = None
     """``python`` (for MBsysPy), ``c`` (for MBsysC), ``matlab`` (for MBsysLab), ``both`` (Python

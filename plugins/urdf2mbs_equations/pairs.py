@@ -1,4 +1,4 @@
-"""Mirrored limbs in pairs, for C: one vector instruction computes left and right.
+r"""Mirrored limbs in pairs, for C: one vector instruction computes left and right.
 
 A reader may skip this file: without it (``pairs: false``) all equations are the same, and C is 1.2
 to 1.5 times slower for humanoids.  Two arms or legs need the same operations on different numbers.
@@ -12,7 +12,7 @@ gcc and clang have vectors of two numbers, so a pair costs no more than one numb
    the frames of the second limb get axes in another order, which costs no operation::
 
                     base                     twins: 1 and 4, 2 and 5, 3 and 6
-                   /    \\
+                   /    \
              1 R2 o      o 4 R1              frame 4: the axes in the order (y, x, -z),
                   |      |                   so that its joint turns about its second axis, too
              2 R1 o      o 5 R2

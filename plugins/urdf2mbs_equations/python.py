@@ -76,6 +76,7 @@ class PythonWriter(Writer):
     suffix, comment, template = "py", "#", "accelred.py.in"
 
     def write_function(self, name: str, content: Content) -> str:
+        """Return the text of a file, without its head."""
         if isinstance(content, Absent | Refused):
             text = _write_stub(name, content)
         elif isinstance(content, dict):

@@ -72,6 +72,7 @@ class Absent:
 
     @property
     def message(self) -> str:
+        """The message of the function that is called by mistake."""
         return f"symbolic files seem obsolete: the model had no {self.feature}"
 
 
@@ -117,6 +118,7 @@ class OperationCount:
 
     @property
     def operations(self) -> int:
+        """The number of all operations."""
         return self.products + self.sums + self.functions + self.divisions + self.signs
 
     def __add__(self, count: OperationCount) -> OperationCount:

@@ -76,14 +76,17 @@ class Frame:
 
     @property
     def q(self) -> Scalar:
+        """Position (rad, m)."""
         return self.coordinate.q
 
     @property
     def qd(self) -> Scalar:
+        """Velocity (rad/s, m/s)."""
         return self.coordinate.qd
 
     @property
     def qdd(self) -> Scalar:
+        """Acceleration (rad/s^2, m/s^2)."""
         return self.coordinate.qdd
 
     @property

@@ -16,10 +16,10 @@ if TYPE_CHECKING:
     from typing_extensions import Self
 
 
-T = TypeVar("T", Scalar, "Vector")
+Element = TypeVar("Element", Scalar, "Vector")
 
 
-class _Elementwise(tuple[T, ...]):
+class _Elementwise(tuple[Element, ...]):
     """A tuple with sums, differences and multiples element by element."""
 
     __slots__ = ()
@@ -49,6 +49,7 @@ class Vector(_Elementwise[Scalar]):
         return self[0] * vector[0] + self[1] * vector[1] + self[2] * vector[2]
 
     def cross(self, vector: Vector) -> Vector:
+        """Return the vector product."""
         (a, b, c), (x, y, z) = self, vector
         return Vector((b * z - c * y, c * x - a * z, a * y - b * x))
 
@@ -83,6 +84,7 @@ class Matrix(_Elementwise[Vector]):
 
     @property
     def trace(self) -> Scalar:
+        """The sum of the diagonal elements."""
         return self[0][0] + self[1][1] + self[2][2]
 
 
@@ -93,10 +95,12 @@ class Spatial(_Elementwise[Vector]):
 
     @property
     def linear(self) -> Vector:
+        """The linear vector: a velocity, an acceleration or a force."""
         return self[0]
 
     @property
     def angular(self) -> Vector:
+        """The angular vector: an angular velocity or acceleration, or a moment."""
         return self[1]
 
     def __matmul__(self, spatial: Spatial) -> Scalar:
@@ -144,6 +148,7 @@ class AxisPermutation(tuple[tuple[int, int], tuple[int, int], tuple[int, int]]):
 
     @property
     def inverse(self) -> AxisPermutation:
+        """The permutation from the new axes to the old ones."""
         inverted = sorted((old, new, sign) for new, (old, sign) in enumerate(self))
         return AxisPermutation((new, sign) for _, new, sign in inverted)
 

@@ -38,9 +38,12 @@ HEAD_SIZE = 2000
 
 
 class Equations(EquationOptions, Pass):
+    """Robotran's equations of motion for the file just made, in the project's symbolicR."""
+
     reads = ("mbs-file",)
 
     def run(self, conversion: Conversion) -> None:
+        """Add the files of equations to a conversion, and warn of stale ones."""
         output = conversion.settings.output
         if output not in conversion.files:
             return
