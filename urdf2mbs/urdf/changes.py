@@ -10,26 +10,44 @@ import msgspec
 
 from urdf2mbs.urdf.model import Joint, Link, Robot
 
+#: The kinds of changes whose plural does not end in s.
+_PLURALS = {"mass": "masses", "axis": "axes"}
+#: The kinds of changes of a link's inertial, and its fields.
+_INERTIAL_FIELDS = {"mass": "mass", "centre": "origin", "inertia": "inertia"}
+#: The kinds of changes of a joint, which are its fields.
+_JOINT_FIELDS = (
+    "type",
+    "parent",
+    "child",
+    "origin",
+    "axis",
+    "limit",
+    "dynamics",
+    "mimic",
+    "safety_controller",
+    "calibration",
+)
+
 
 class Change(msgspec.Struct):
-    """One value that is another now; units and frames are the URDF's."""
+    """One value that has changed; units and frames are the URDF's."""
 
     kind: str
     """``mass``, ``centre`` or ``inertia``; a field of a link, joint or robot; ``order``; or
     ``link-added``, ``joint-removed`` and the like."""
     name: str
-    """The link or joint, by its name before; empty for what belongs to the whole robot."""
+    """The link or joint, by its name before; empty if the whole robot has the value."""
     before: Any = None
     after: Any = None
 
 
 class RobotChange(msgspec.Struct):
-    """What somebody has changed of the robot that the URDF states."""
+    """The changes that a plugin has made to the robot of the URDF."""
 
     by: str
     """The pass; or the hook, such as "the hook after 'emit'"."""
     plugin: str
-    """Whose it is."""
+    """The plugin that the pass or hook belongs to."""
     declared: bool
     """Whether the pass says so, by ``writes = ("robot",)``."""
     changes: list[Change]
@@ -40,57 +58,69 @@ class RobotChange(msgspec.Struct):
 
 
 def encode(data: Any) -> bytes:
-    """A copy of data, such as a robot, that can be compared and that later changes do not reach.
+    """Return a copy of data, such as a robot, that later changes do not reach.
 
-    Raises TypeError or ValueError where the data holds what a URDF cannot hold.
+    Equal data have equal copies.
+
+    Raises:
+        TypeError: The data has values that a URDF cannot have.
+        ValueError: As TypeError.
     """
 
-    def plain(value: Any) -> Any:
+    def to_list(value: Any) -> Any:
         if hasattr(value, "tolist"):  # the numbers and arrays of numpy
             return value.tolist()
         raise TypeError(f"{value!r} ({type(value).__name__})")
 
-    return msgspec.msgpack.encode(data, enc_hook=plain)
+    return msgspec.msgpack.encode(data, enc_hook=to_list)
 
 
 def find_changes(before: bytes, after: bytes) -> list[Change]:
-    """The changes between two robots that ``encode`` gave, in the order of the file."""
+    """Return the changes between two robots that ``encode`` returned, in the file's order."""
     if before == after:
         return []
-    return list(_changes(*(msgspec.msgpack.decode(robot, type=Robot) for robot in (before, after))))
+    robots = (msgspec.msgpack.decode(robot, type=Robot) for robot in (before, after))
+    return list(_compare_robots(*robots))
 
 
 def describe_changes(changes: list[Change]) -> str:
-    """Changes in words: "21 masses, 1 joint origin"."""
-    said = []
+    """Return changes in words: "21 masses, 1 joint origin"."""
+    descriptions = []
     for kind, count in Counter(change.kind for change in changes).items():
-        word, _, done = kind.replace("_", " ").partition("-")
+        noun, _, verb = kind.replace("_", " ").partition("-")
         if count > 1:
-            word = _PLURALS.get(word, word.removesuffix("s") + "s")
-        said.append(f"{count} {word} {done}".rstrip())
-    return ", ".join(said)
+            noun = _PLURALS.get(noun, noun.removesuffix("s") + "s")
+        descriptions.append(f"{count} {noun} {verb}".rstrip())
+    return ", ".join(descriptions)
 
 
-#: The kinds of changes whose plural ends otherwise than in s.
-_PLURALS = {"mass": "masses", "axis": "axes"}
+class _Renamed(msgspec.Struct):
+    """The new names of the links and joints that were renamed, by their names before."""
+
+    links: Mapping[str, str]
+    joints: Mapping[str, str]
 
 
-def _changes(before: Robot, after: Robot) -> Iterator[Change]:
+def _compare_robots(before: Robot, after: Robot) -> Iterator[Change]:
     if before.name != after.name:
         yield Change("name", "", before.name, after.name)
-    links = _match_renamed(list(before.links), list(after.links))
-    joints = _match_renamed(list(before.joints), list(after.joints))
-    yield from _compare_names("link", before.links, after.links, links)
+    renamed = _Renamed(
+        _match_renamed(list(before.links), list(after.links)),
+        _match_renamed(list(before.joints), list(after.joints)),
+    )
+    yield from _compare_names("link", before.links, after.links, renamed.links)
     for name, link in before.links.items():
-        if links.get(name, name) in after.links:
-            yield from _compare_links(link, after.links[links.get(name, name)])
-    yield from _compare_names("joint", before.joints, after.joints, joints)
+        link_after = after.links.get(renamed.links.get(name, name))
+        if link_after is not None:
+            yield from _compare_links(link, link_after)
+    yield from _compare_names("joint", before.joints, after.joints, renamed.joints)
     for name, joint in before.joints.items():
-        if joints.get(name, name) in after.joints:
-            other = after.joints[joints.get(name, name)]
-            yield from _compare_joints(joint, other, links, joints)
-    both = ((before.links, after.links, links), (before.joints, after.joints, joints))
-    if any(_is_reordered(old, new, names) for old, new, names in both):
+        joint_after = after.joints.get(renamed.joints.get(name, name))
+        if joint_after is not None:
+            yield from _compare_joints(joint, joint_after, renamed)
+    if _is_reordered(before.links, after.links, renamed.links) or _is_reordered(
+        before.joints, after.joints, renamed.joints
+    ):
         yield Change("order", "")
     for field in ("materials", "extensions"):
         if getattr(before, field) != getattr(after, field):
@@ -98,42 +128,42 @@ def _changes(before: Robot, after: Robot) -> Iterator[Change]:
 
 
 def _is_reordered(
-    before: Mapping[str, object], after: Mapping[str, object], names: Mapping[str, str]
+    before: Mapping[str, object], after: Mapping[str, object], renamed: Mapping[str, str]
 ) -> bool:
-    """True if the links or joints that are in both robots stand in another order."""
-    kept = {names.get(name, name): None for name in before if names.get(name, name) in after}
+    """Return True if the links or joints that are in both robots have another order."""
+    kept = {renamed.get(name, name): None for name in before if renamed.get(name, name) in after}
     return list(kept) != [name for name in after if name in kept]
 
 
 def _match_renamed(before: list[str], after: list[str]) -> dict[str, str]:
-    """The names that have another in their place."""
+    """Return the new name of each name that is gone, if a new one is in its place."""
     if len(before) != len(after):
         return {}
-    old, new = set(before), set(after)
+    old_names, new_names = set(before), set(after)
     return {
-        name: renamed
-        for name, renamed in zip(before, after, strict=True)
-        if name not in new and renamed not in old
+        name: new_name
+        for name, new_name in zip(before, after, strict=True)
+        if name not in new_names and new_name not in old_names
     }
 
 
 def _compare_names(
-    kind: str, before: Mapping[str, object], after: Mapping[str, object], names: Mapping[str, str]
+    kind: str, before: Mapping[str, object], after: Mapping[str, object], renamed: Mapping[str, str]
 ) -> Iterator[Change]:
-    """The links or joints that were added, removed or renamed."""
+    """Yield the links or joints that were added, removed or renamed."""
     for name in before:
-        if name in names:
-            yield Change(f"{kind}-renamed", name, name, names[name])
+        if name in renamed:
+            yield Change(f"{kind}-renamed", name, name, renamed[name])
         elif name not in after:
             yield Change(f"{kind}-removed", name)
-    known = {*before, *names.values()}
+    old_names = {*before, *renamed.values()}
     for name in after:
-        if name not in known:
+        if name not in old_names:
             yield Change(f"{kind}-added", name)
 
 
 def _compare_links(before: Link, after: Link) -> Iterator[Change]:
-    for kind, field in (("mass", "mass"), ("centre", "origin"), ("inertia", "inertia")):
+    for kind, field in _INERTIAL_FIELDS.items():
         old, new = getattr(before.inertial, field, None), getattr(after.inertial, field, None)
         if old != new:
             yield Change(kind, before.name, old, new)
@@ -142,22 +172,19 @@ def _compare_links(before: Link, after: Link) -> Iterator[Change]:
             yield Change(kind, before.name)
 
 
-def _compare_joints(
-    before: Joint, after: Joint, links: Mapping[str, str], joints: Mapping[str, str]
-) -> Iterator[Change]:
+def _compare_joints(before: Joint, after: Joint, renamed: _Renamed) -> Iterator[Change]:
+    """Yield the changes of a joint; that a link or joint it refers to was renamed is none."""
     mimic = before.mimic
     if mimic is not None:
-        mimic = msgspec.structs.replace(mimic, joint=joints.get(mimic.joint, mimic.joint))
+        leader = renamed.joints.get(mimic.joint, mimic.joint)
+        mimic = msgspec.structs.replace(mimic, joint=leader)
     expected = msgspec.structs.replace(
         before,
-        parent=links.get(before.parent, before.parent),
-        child=links.get(before.child, before.child),
+        parent=renamed.links.get(before.parent, before.parent),
+        child=renamed.links.get(before.child, before.child),
         mimic=mimic,
     )
-    for kind in (
-        "type", "parent", "child", "origin", "axis", "limit", "dynamics", "mimic",
-        "safety_controller", "calibration",
-    ):  # fmt: skip
-        old, new = getattr(expected, kind), getattr(after, kind)
+    for field in _JOINT_FIELDS:
+        old, new = getattr(expected, field), getattr(after, field)
         if old != new:
-            yield Change(kind, before.name, old, new)
+            yield Change(field, before.name, old, new)

@@ -15,13 +15,18 @@ import msgspec
 
 from urdf2mbs.spatial import Sym
 
-#: How far, as a share of the trace, a principal moment may be below zero, and the largest
-#: above the sum of the two others.
+#: A principal moment may be below zero by this share of the trace.
 PSD_TOLERANCE = 1e-9
+#: The largest principal moment may be above the sum of the others by this share of the trace.
 TRIANGLE_TOLERANCE = 1e-6
-#: m^2; times the mass, what rounding may leave of a zero (iCub has -5e-20 kg m^2).
+#: m^2; times the mass, the remainder that rounding may leave of a zero (iCub has -5e-20 kg m^2).
 NOISE = 1e-15
+#: An element of a scaled matrix below this is zero.
+NEGLIGIBLE = 1e-17
+#: Sweeps of Jacobi's method, which converges quadratically: a few suffice.
+MAX_SWEEPS = 10
 
+#: A 3 x 3 matrix, by rows.
 Rows = list[list[float]]
 
 
@@ -35,60 +40,79 @@ class Fault(msgspec.Struct, frozen=True):
 
 
 def find_fault(tensor: Sym, mass: float) -> Fault | None:
-    """The fault of an inertia (kg m^2, about the centre of mass); None if a body can have it."""
+    """Return the fault of an inertia; None if a body can have it.
+
+    Args:
+        tensor: The inertia about the centre of mass (kg m^2).
+        mass: The mass (kg).
+    """
     if _is_surely_positive(second_moment(tensor)):
         return None  # nearly every body, and no eigenvalue is needed
-    small, middle, large = stated = moments(tensor)
-    trace = small + middle + large
-    if small < -NOISE * abs(mass) - PSD_TOLERANCE * abs(trace):
-        return Fault("inertia-indefinite", stated)
-    if large - small - middle > NOISE * abs(mass) + TRIANGLE_TOLERANCE * abs(trace):
-        return Fault("inertia-triangle", stated)
+    smallest, middle, largest = principal_moments = moments(tensor)
+    trace = smallest + middle + largest
+    if smallest < -NOISE * abs(mass) - PSD_TOLERANCE * abs(trace):
+        return Fault("inertia-indefinite", principal_moments)
+    if largest - smallest - middle > NOISE * abs(mass) + TRIANGLE_TOLERANCE * abs(trace):
+        return Fault("inertia-triangle", principal_moments)
     return None
 
 
 def second_moment(tensor: Sym) -> Sym:
-    """J of an inertia (kg m^2)."""
+    """Return the second moment ``J = trace(I)/2 - I`` of an inertia (kg m^2)."""
     xx, xy, xz, yy, yz, zz = tensor
     half = (xx + yy + zz) / 2
     return (half - xx, -xy, -xz, half - yy, -yz, half - zz)
 
 
 def moments(tensor: Sym) -> tuple[float, float, float]:
-    """Principal moments, ascending (kg m^2)."""
-    small, middle, large = sorted(principal(tensor)[0])
-    return small, middle, large
+    """Return the principal moments of an inertia, ascending (kg m^2)."""
+    smallest, middle, largest = sorted(principal(tensor)[0])
+    return smallest, middle, largest
 
 
 def principal(tensor: Sym) -> tuple[list[float], Rows]:
-    """Eigenvalues of a symmetric matrix, and its eigenvectors as the columns of a 3 x 3 matrix,
-    by Jacobi's method (Golub and Van Loan, Matrix Computations, 8.5): each value as exact as
-    the largest element allows."""
+    """Return the eigenvalues and eigenvectors of a symmetric matrix, by Jacobi's method.
+
+    Each rotation ``A <- R^T A R`` in a plane (p, q) makes the element A[p][q] zero (Golub and Van
+    Loan, Matrix Computations, section 8.5).  Each eigenvalue is as exact as the largest element of
+    the matrix allows.
+
+    Returns:
+        The three eigenvalues, and the eigenvectors as the columns of a 3 x 3 matrix.
+    """
     size = max(map(abs, tensor)) or 1.0
     xx, xy, xz, yy, yz, zz = (value / size for value in tensor)
-    a = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
-    axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
-    for _ in range(10):
+    matrix = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
+    vectors = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+    for _ in range(MAX_SWEEPS):
         for p, q in ((0, 1), (0, 2), (1, 2)):
-            if abs(a[p][q]) < 1e-17:
-                continue
-            theta = (a[q][q] - a[p][p]) / (2 * a[p][q])
-            t = (1.0 if theta >= 0 else -1.0) / (abs(theta) + hypot(theta, 1.0))
-            c = 1.0 / hypot(t, 1.0)
-            s = t * c
-            for rows in (a, axes):
-                for k in range(3):
-                    rows[k][p], rows[k][q] = (
-                        c * rows[k][p] - s * rows[k][q],
-                        s * rows[k][p] + c * rows[k][q],
-                    )
-            for k in range(3):
-                a[p][k], a[q][k] = c * a[p][k] - s * a[q][k], s * a[p][k] + c * a[q][k]
-    return [a[k][k] * size for k in range(3)], axes
+            if abs(matrix[p][q]) >= NEGLIGIBLE:
+                _rotate(matrix, vectors, p, q)
+    return [matrix[k][k] * size for k in range(3)], vectors
+
+
+def _rotate(matrix: Rows, vectors: Rows, p: int, q: int) -> None:
+    """Make the element (p, q) of a symmetric matrix zero by a rotation, which the vectors follow.
+
+    With t the tangent of the angle: t^2 + 2 theta t - 1 = 0, of which the smaller root is taken.
+    """
+    theta = (matrix[q][q] - matrix[p][p]) / (2 * matrix[p][q])
+    tangent = (1.0 if theta >= 0 else -1.0) / (abs(theta) + hypot(theta, 1.0))
+    cosine = 1.0 / hypot(tangent, 1.0)
+    sine = tangent * cosine
+    for rows in (matrix, vectors):  # A R
+        for row in rows:
+            row[p], row[q] = cosine * row[p] - sine * row[q], sine * row[p] + cosine * row[q]
+    above, below = matrix[p], matrix[q]  # R^T (A R)
+    for k in range(3):
+        above[k], below[k] = (
+            cosine * above[k] - sine * below[k],
+            sine * above[k] + cosine * below[k],
+        )
 
 
 def _is_surely_positive(tensor: Sym) -> bool:
-    """True if a symmetric matrix is positive definite beyond rounding (Sylvester's minors)."""
+    """Return True if a symmetric matrix is positive definite beyond rounding, by its minors."""
     xx, xy, xz, yy, yz, zz = tensor
     minor = xx * yy - xy * xy
     determinant = minor * zz - xx * yz * yz - yy * xz * xz + 2 * xy * xz * yz

@@ -27,7 +27,7 @@ def follow(robot: Robot, name: str, free: Collection[str] = ()) -> tuple[str, fl
     """
     mimic = robot.joints[name].mimic
     multiplier, offset = 1.0, 0.0
-    # the reader has seen to it that there are no loops
+    # the reader has freed joints that follow themselves
     while mimic is not None:
         offset += multiplier * mimic.offset
         multiplier *= mimic.multiplier
@@ -68,38 +68,38 @@ class LockedJoints(msgspec.Struct, frozen=True):
         """Return the limits of the two joints and what they leave, for a message."""
         leader, follower = self.leader.name, self.follower.name
         if self.lowest is self.highest:
-            limits = _in_brackets(self.lowest.limits)
-            rule = _rule(robot, follower)
+            limits = _write_range(self.lowest.limits)
+            rule = _write_rule(robot, follower)
             return (
                 f"joint '{follower}' = {rule} is outside of its limits {limits} at any '{leader}'"
             )
         bounds = (self.lowest, self.highest)
         partner = next(bound.joint.name for bound in bounds if bound.joint is not self.follower)
         gap = self.lowest.low - self.highest.high
-        single = gap <= _tolerance(self.lowest, self.highest)
-        left = f"only {self.lowest.low:.6g}" if single else "no position"
-        stated = "; ".join(self._describe_bound(bound, robot) for bound in bounds)
+        is_single = gap <= _compute_tolerance(self.lowest, self.highest)
+        positions = f"only {self.lowest.low:.6g}" if is_single else "no position"
+        reasons = "; ".join(self._describe_bound(bound, robot) for bound in bounds)
         return (
-            f"joint '{follower}': its limits and those of '{partner}' leave '{leader}' {left}: "
-            f"{stated}"
+            f"joint '{follower}': its limits and those of '{partner}' leave '{leader}' "
+            f"{positions}: {reasons}"
         )
 
     def _describe_bound(self, bound: Bound, robot: Robot) -> str:
-        name, limits = bound.joint.name, _in_brackets(bound.limits)
+        name, limits = bound.joint.name, _write_range(bound.limits)
         if bound.joint is self.leader:
             return f"'{name}' has the limits {limits}"
-        allowed = _in_brackets((bound.low, bound.high))
-        rule = _rule(robot, name)
+        allowed = _write_range((bound.low, bound.high))
+        rule = _write_rule(robot, name)
         return f"'{name}' = {rule} has the limits {limits}, and so '{self.leader.name}' {allowed}"
 
 
-def _rule(robot: Robot, name: str) -> str:
+def _write_rule(robot: Robot, name: str) -> str:
     leader, multiplier, offset = follow(robot, name)
     sign = "-" if offset < 0.0 else "+"
     return f"{multiplier:.6g} * {leader}" + (f" {sign} {abs(offset):.6g}" if offset else "")
 
 
-def _in_brackets(limits: tuple[float, float]) -> str:
+def _write_range(limits: tuple[float, float]) -> str:
     return f"[{limits[0]:.6g}, {limits[1]:.6g}]"
 
 
@@ -108,29 +108,29 @@ def find_locked_joints(robot: Robot) -> list[LockedJoints]:
 
     A follower q = multiplier * leader + offset within its limits holds the leader in a range, too.
     Followers of followers are taken as followers of the first leader.  Continuous joints have no
-    limits.  A joint whose own limits leave no motion is no matter of ``<mimic>``.
+    limits.  A joint whose own limits leave no motion is not locked by ``<mimic>``.
     """
     bounds: dict[str, list[Bound]] = {}
     for joint in robot.joints.values():
         if joint.mimic is None or JOINT_TYPES[joint.type] != 1:
             continue
         leader, multiplier, offset = follow(robot, joint.name)
-        limits = _limits(robot.joints[leader])
+        limits = _get_limits(robot.joints[leader])
         if JOINT_TYPES[robot.joints[leader].type] != 1:
             continue
         if leader not in bounds:
             bounds[leader] = [Bound(robot.joints[leader], limits, *limits)]
-        bounds[leader].append(_bound(joint, multiplier, offset))
+        bounds[leader].append(_compute_bound(joint, multiplier, offset))
     locked = []
     for leader, ranges in bounds.items():
         lowest = max(ranges, key=lambda bound: bound.low)
         highest = min(ranges, key=lambda bound: bound.high)
-        if highest.high - lowest.low <= _tolerance(lowest, highest):
+        if highest.high - lowest.low <= _compute_tolerance(lowest, highest):
             locked.append(LockedJoints(robot.joints[leader], lowest, highest))
     return locked
 
 
-def _limits(joint: Joint) -> tuple[float, float]:
+def _get_limits(joint: Joint) -> tuple[float, float]:
     """Return the limits of a joint; infinite where it has none that leave a motion."""
     if joint.limit is None or joint.type == "continuous":
         return -inf, inf
@@ -139,16 +139,16 @@ def _limits(joint: Joint) -> tuple[float, float]:
     return (low, high) if low < high else (-inf, inf)
 
 
-def _bound(joint: Joint, multiplier: float, offset: float) -> Bound:
+def _compute_bound(joint: Joint, multiplier: float, offset: float) -> Bound:
     """Return the range of the leader for which a follower is within its limits."""
-    limits = low, high = _limits(joint)
-    if multiplier == 0.0:  # the follower stands at its offset, whatever its leader does
+    limits = low, high = _get_limits(joint)
+    if multiplier == 0.0:  # the follower is at its offset for any position of its leader
         return Bound(joint, limits, *((-inf, inf) if low <= offset <= high else (inf, -inf)))
     ends = sorted((limit - offset) / multiplier + 0.0 for limit in (low, high))
     return Bound(joint, limits, ends[0], ends[1])
 
 
-def _tolerance(lowest: Bound, highest: Bound) -> float:
+def _compute_tolerance(lowest: Bound, highest: Bound) -> float:
     """Return the width (rad or m) up to which the common range of two bounds is a single point."""
     narrower = min(lowest.high - lowest.low, highest.high - highest.low)
     return SINGLE_POINT * narrower if 0.0 < narrower < inf else 0.0

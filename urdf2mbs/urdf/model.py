@@ -6,10 +6,15 @@ import msgspec
 
 from urdf2mbs.spatial import HERE, NO_INERTIA, ZERO, Pose, Sym, Vec, compose, from_rpy
 
-#: ``type`` of a joint, and how many coordinates it has.
+#: The ``type`` of each joint, and the number of its coordinates.
 JOINT_TYPES = {
-    "revolute": 1, "continuous": 1, "prismatic": 1, "fixed": 0, "floating": 6, "planar": 3,
-}  # fmt: skip
+    "revolute": 1,
+    "continuous": 1,
+    "prismatic": 1,
+    "fixed": 0,
+    "floating": 6,
+    "planar": 3,
+}
 
 
 class Origin(msgspec.Struct, frozen=True, gc=False):
@@ -20,6 +25,7 @@ class Origin(msgspec.Struct, frozen=True, gc=False):
 
     @property
     def pose(self) -> Pose:
+        """The same as a position (m) and a rotation matrix."""
         return Pose(self.xyz, from_rpy(self.rpy))
 
 
@@ -39,18 +45,18 @@ class Box(msgspec.Struct, tag="box", gc=False):
 
 
 class Cylinder(msgspec.Struct, tag="cylinder", gc=False):
-    """Axis z, centred (m)."""
+    """A cylinder along the axis z, centred (m)."""
 
     radius: float
     length: float
 
 
 class Capsule(msgspec.Struct, tag="capsule", gc=False):
-    """A cylinder with a hemisphere at each end, axis z, centred (m); URDF has it since 1.2."""
+    """A cylinder along z with a hemisphere at each end, centred (m); part of URDF since 1.2."""
 
     radius: float
     length: float
-    """Of the cylinder between the hemispheres."""
+    """The length of the cylinder between the hemispheres."""
 
 
 class Sphere(msgspec.Struct, tag="sphere", gc=False):
@@ -60,9 +66,10 @@ class Sphere(msgspec.Struct, tag="sphere", gc=False):
 
 
 class Mesh(msgspec.Struct, tag="mesh", gc=False):
-    """``filename`` as the URDF states it: ``package://``, ``file://``, or a path."""
+    """A mesh in a file, which may be scaled."""
 
     filename: str
+    """As the URDF states it: ``package://``, ``file://``, or a path."""
     scale: Vec = (1.0, 1.0, 1.0)
 
 
@@ -78,7 +85,7 @@ class Material(msgspec.Struct, gc=False):
 
 
 class Visual(msgspec.Struct, gc=False):
-    """``<visual>``; its material is the global one of that name where it gives no own."""
+    """``<visual>``; a material without colour and texture is the robot's of the same name."""
 
     geometry: Geometry
     origin: Origin = Origin()
@@ -88,7 +95,7 @@ class Visual(msgspec.Struct, gc=False):
 
 
 class Collision(msgspec.Struct, gc=False):
-    """``<collision>``: a shape and where it is, seen from its link (m, rad)."""
+    """``<collision>``: a shape and its origin in the frame of its link (m, rad)."""
 
     geometry: Geometry
     origin: Origin = Origin()
@@ -97,7 +104,7 @@ class Collision(msgspec.Struct, gc=False):
 
 
 class Link(msgspec.Struct, gc=False):
-    """``<link>``: what is fixed to one frame."""
+    """``<link>``: a frame, with the mass and the shapes that are fixed to it."""
 
     name: str
     inertial: Inertial | None = None
@@ -107,12 +114,12 @@ class Link(msgspec.Struct, gc=False):
 
     @property
     def massless(self) -> bool:
-        """Neither mass nor inertia: a frame."""
+        """Whether the link has neither mass nor inertia."""
         inertial = self.inertial
         return inertial is None or (inertial.mass == 0.0 and inertial.inertia == NO_INERTIA)
 
 
-#: What a ``<limit>`` bounds beside the position and the effort, by URDF 1.2 and Drake.
+#: The rates that a ``<limit>`` bounds beside position and effort, by URDF 1.2 and Drake.
 RATES = ("velocity", "acceleration", "deceleration", "jerk")
 
 
@@ -131,16 +138,17 @@ class Limit(msgspec.Struct, gc=False):
 
     @property
     def is_single(self) -> bool:
-        """True for one position: a locked joint by URDF, at 0 an unlimited one in many files."""
+        """Whether both limits are equal: by URDF the joint is locked, in many files unlimited."""
         return self.lower is not None and self.lower == self.upper
 
 
 class Dynamics(msgspec.Struct, gc=False):
-    """``<dynamics>``: damping (N m s/rad, or N s/m) and friction (N m, or N); and the spring that
-    ``<gazebo>`` states of the joint."""
+    """``<dynamics>``, and the spring that ``<gazebo>`` states for the joint."""
 
     damping: float = 0.0
+    """N m s/rad, or N s/m."""
     friction: float = 0.0
+    """N m, or N."""
     spring_stiffness: float = 0.0
     """N m/rad, or N/m."""
     spring_reference: float = 0.0
@@ -148,14 +156,14 @@ class Dynamics(msgspec.Struct, gc=False):
 
 
 class Mimic(msgspec.Struct, gc=False):
-    """This joint's position is ``multiplier`` times that of ``joint``, plus ``offset``."""
+    """``<mimic>``: position = ``multiplier`` * position of ``joint`` + ``offset`` (rad, or m)."""
 
     joint: str = ""
     multiplier: float = 1.0
     offset: float = 0.0
 
     def __str__(self) -> str:
-        """The rule, as short as it can be: ``-knee + 0.3``."""
+        """Return the rule, as short as it can be: ``-knee + 0.3``."""
         factor = {1.0: "", -1.0: "-"}.get(self.multiplier, f"{self.multiplier!r} * ")
         offset = f" {'-' if self.offset < 0 else '+'} {abs(self.offset)!r}" if self.offset else ""
         return f"{factor}{self.joint}{offset}"
@@ -180,7 +188,8 @@ class Calibration(msgspec.Struct, gc=False):
 class Joint(msgspec.Struct, gc=False):
     """``<joint>``; ``axis`` as written (not normalised), in the child link's frame.
 
-    A fixed or floating joint has no axis: what a file states of it is not read."""
+    A fixed or floating joint has no axis: that of the file is not read.
+    """
 
     name: str
     type: str
@@ -197,6 +206,7 @@ class Joint(msgspec.Struct, gc=False):
 
     @property
     def moves(self) -> bool:
+        """Whether the joint has coordinates."""
         return self.type != "fixed"
 
 
@@ -208,12 +218,12 @@ class Sensor(msgspec.Struct, gc=False):
     on: str
     """Its link; its joint if it measures force and torque."""
     pose: Pose = HERE
-    """Where it is on its link (m), of a sensor of motion."""
+    """Its pose in the frame of its link (m), if it measures motion."""
     line: int | None = None
 
 
 class ClosingJoint(msgspec.Struct, gc=False):
-    """An SDF ``<joint>`` inside ``<gazebo>``: it ties two links of the tree to one another."""
+    """An SDF ``<joint>`` inside ``<gazebo>``, which closes a loop between two links of the tree."""
 
     name: str
     type: str
@@ -221,30 +231,31 @@ class ClosingJoint(msgspec.Struct, gc=False):
     parent: str
     child: str
     pose: Pose = HERE
-    """Seen from its child link (m), all joints of the tree at zero."""
+    """In the frame of its child link (m), with all joints of the tree at zero."""
     axes: list[Vec] = []
     """Directions in the child link's frame."""
     line: int | None = None
 
 
 class Extension(msgspec.Struct, gc=False):
-    """An element that belongs to other programs (``<gazebo>``, ``<transmission>``, ...), kept
-    as it is written, and what of it is used."""
+    """An element of another program (``<gazebo>``, ``<transmission>``, ...), and its meaning."""
 
     tag: str
     xml: str
+    """The element as it is written."""
     reference: str | None = None
+    """The link or joint that it is about."""
     line: int | None = None
     sensors: list[Sensor] = []
     joints: list[ClosingJoint] = []
     motors: list[str] = []
     """The joints that have a motor."""
     rotors: dict[str, float] = {}
-    """The inertia of the motor's rotor as the joint feels it: kg m^2, or kg if it is prismatic."""
+    """The inertia of each joint's rotor, reflected to the joint: kg m^2, or kg if prismatic."""
     starts: dict[str, float] = {}
-    """The position (rad or m) that each joint starts from."""
+    """The initial position (rad or m) of each joint."""
     numbers: dict[str, float] = {}
-    """What ``<gazebo reference="...">`` says of a link or a joint, by the elements' names; the
+    """The numbers of ``<gazebo reference="...">`` about a link or a joint, by their tags; the
     ``lateral_friction`` of Bullet's ``<contact>`` in a link is ``mu1``."""
 
 
@@ -258,23 +269,23 @@ class Robot(msgspec.Struct):
     extensions: list[Extension] = []
     file: str | None = None
     fixed_by: str = ""
-    """The element of another program that ties the root link to the world, as a message names it;
-    empty: there is none."""
+    """The element of another program that fixes the root link to the world, as a message names it;
+    empty if the root link is free."""
 
     def root(self) -> str:
-        """The one link that is no joint's child (the reader has seen to it that there is one)."""
+        """Return the one link that is no joint's child; the reader checks that there is one."""
         children = {joint.child for joint in self.joints.values()}
         return next(name for name in self.links if name not in children)
 
     def children(self) -> dict[str, list[Joint]]:
-        """Every link's outgoing joints, in the order of the file."""
-        out: dict[str, list[Joint]] = {name: [] for name in self.links}
+        """Return the joints of which each link is the parent, in the order of the file."""
+        children: dict[str, list[Joint]] = {name: [] for name in self.links}
         for joint in self.joints.values():
-            out[joint.parent].append(joint)
-        return out
+            children[joint.parent].append(joint)
+        return children
 
     def depth_first(self) -> list[Joint]:
-        """All joints, each before those behind it, one branch after the other."""
+        """Return all joints, each before its descendants, one branch after the other."""
         children = self.children()
         order: list[Joint] = []
         stack = children[self.root()][::-1]
@@ -285,7 +296,7 @@ class Robot(msgspec.Struct):
         return order
 
     def poses(self) -> dict[str, Pose]:
-        """Each link's frame in that of the root link, all joints at zero."""
+        """Return each link's pose in the frame of the root link, all joints at zero."""
         poses = {self.root(): HERE}
         for joint in self.depth_first():
             poses[joint.child] = compose(poses[joint.parent], joint.origin.pose)

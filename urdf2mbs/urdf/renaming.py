@@ -37,35 +37,36 @@ def rename_elements(robot: Robot, links: Mapping[str, str], joints: Mapping[str,
 
 
 def _complete(kind: str, names: Collection[str], table: Mapping[str, str]) -> dict[str, str]:
-    """Return the new name of each name; raise ConfigError for a table that cannot be meant."""
+    """Return the new name of each name; raise ConfigError for unknown or doubled names."""
     for name in table:
         if name not in names:
             message = f"the robot has no {kind} '{name}' to rename"
             raise ConfigError("rename-unknown", message, hint=nearest(name, names))
-    origins: dict[str, str] = {}
+    old_names: dict[str, str] = {}
     for name in names:
-        renamed = table.get(name, name)
-        if not renamed or renamed in origins:
+        new_name = table.get(name, name)
+        if not new_name or new_name in old_names:
             message = f"{kind} '{name}' would have no name"
-            if renamed:
-                message = f"{kind}s '{origins[renamed]}' and '{name}' would both be '{renamed}'"
+            if new_name:
+                message = f"{kind}s '{old_names[new_name]}' and '{name}' would both be '{new_name}'"
             raise ConfigError("rename-doubled", message, hint="give each a name of its own")
-        origins[renamed] = name
-    return {name: renamed for renamed, name in origins.items()}
+        old_names[new_name] = name
+    return {name: new_name for new_name, name in old_names.items()}
 
 
 def _rename_extension(
     extension: Extension, links: Mapping[str, str], joints: Mapping[str, str]
 ) -> None:
-    """Rename what an element of another program refers to, in its text too.
+    """Rename the links and joints that an element of another program refers to.
 
-    ``reference`` names a link or a joint, ``<joint name>`` a joint, ``<link name>`` a link.
+    In its text, ``reference`` names a link or a joint, ``<joint name>`` a joint, ``<link name>``
+    a link.
     """
-    either = {**joints, **links}
+    links_and_joints = {**joints, **links}
     if extension.reference is not None:
-        extension.reference = either.get(extension.reference, extension.reference)
+        extension.reference = links_and_joints.get(extension.reference, extension.reference)
     for sensor in extension.sensors:
-        sensor.on = either.get(sensor.on, sensor.on)
+        sensor.on = links_and_joints.get(sensor.on, sensor.on)
     for closing in extension.joints:
         closing.parent = links.get(closing.parent, closing.parent)
         closing.child = links.get(closing.child, closing.child)
@@ -75,8 +76,8 @@ def _rename_extension(
     root = etree.fromstring(extension.xml, etree.XMLParser(recover=True, resolve_entities=False))
     before = etree.tostring(root)
     for element in root.iter(etree.Element):
-        named = {"joint": joints, "link": links}.get(str(element.tag), {})
-        for attribute, table in (("reference", either), ("name", named)):
+        of_kind = {"joint": joints, "link": links}.get(str(element.tag), {})
+        for attribute, table in (("reference", links_and_joints), ("name", of_kind)):
             name = element.get(attribute)
             if name is not None and name in table:
                 element.set(attribute, table[name])

@@ -1,6 +1,6 @@
-"""Elements that URDF does not allow, but that have one meaning, in the words of URDF.
+"""Elements that URDF does not allow, but that have one meaning, are rewritten as URDF.
 
-The rewriting works on the XML, so that each reader of the text sees the same robot.
+The XML is rewritten, so that each reader of the text sees the same robot.
 """
 
 from __future__ import annotations
@@ -49,40 +49,49 @@ def split_joints(root: Any) -> list[tuple[str, int]]:
     """
     split = []
     taken = _list_names(root)
-    for joint in [joint for joint in root.iterchildren("joint") if joint.get("type") in ROTATIONS]:
+    for joint in list(root.iterchildren("joint")):
+        axes = ROTATIONS.get(joint.get("type"))
         name, child = joint.get("name"), joint.find("child")
-        if not name or child is None or joint.find("parent") is None:
-            continue  # the reader says what is missing
-        axes = ROTATIONS[joint.get("type")]
+        if axes is None or not name or child is None or joint.find("parent") is None:
+            continue  # the reader reports a missing name, parent or child
         names = [_choose_free(f"{name}_R{number}", taken) for number in range(1, len(axes) + 1)]
-        dynamics = joint.findall("dynamics")
-        for part in list(joint):
-            if part.tag in ("axis", "limit", "dynamics", "mimic"):
-                joint.remove(part)
-        joint.set("type", "continuous")
-        links = [*names[:-1], child.get("link")]
-        single = joint
-        for number, joint_name in enumerate(names):
-            if number > 0:
-                single.addnext(etree.Element("link", name=links[number - 1]))
-                single.getnext().addnext(etree.Element("joint", type="continuous"))
-                single = single.getnext().getnext()
-                etree.SubElement(single, "parent", link=links[number - 1])
-                child = etree.SubElement(single, "child")
-            single.set("name", joint_name)
-            child.set("link", links[number])
-            etree.SubElement(single, "axis", xyz=axes[number])
-            single.extend(deepcopy(dynamics))
-            for element in single.iter(etree.Element):
-                element.sourceline = joint.sourceline
+        _split_joint(joint, names, axes)
         split.append((name, len(axes)))
     return split
 
 
-def rename_doubled(root: Any) -> dict[str, str]:
-    """Rename each joint that has the name of another, if nothing refers to the name.
+def _split_joint(joint: Any, names: list[str], axes: tuple[str, ...]) -> None:
+    """Replace a joint by several, each about one axis::
 
-    A joint that leads to the same link stays: it is no other.
+    parent --[NAME_R1]-- link NAME_R1 --[NAME_R2]-- link NAME_R2 --[NAME_R3]-- child
+    """
+    dynamics = joint.findall("dynamics")
+    for part in list(joint):
+        if part.tag in ("axis", "limit", "dynamics", "mimic"):
+            joint.remove(part)
+    joint.set("type", "continuous")
+    child = joint.find("child")
+    links = [*names[:-1], child.get("link")]
+    single = joint
+    for number, (name, axis, link) in enumerate(zip(names, axes, links, strict=True)):
+        if number > 0:
+            single.addnext(etree.Element("link", name=links[number - 1]))
+            single.getnext().addnext(etree.Element("joint", type="continuous"))
+            single = single.getnext().getnext()
+            etree.SubElement(single, "parent", link=links[number - 1])
+            child = etree.SubElement(single, "child")
+        single.set("name", name)
+        child.set("link", link)
+        etree.SubElement(single, "axis", xyz=axis)
+        single.extend(deepcopy(dynamics))
+        for element in single.iter(etree.Element):
+            element.sourceline = joint.sourceline
+
+
+def rename_doubled(root: Any) -> dict[str, str]:
+    """Rename each joint that has the name of another one, if nothing refers to the name.
+
+    A joint that leads to the same link is the same joint, and stays.
 
     Returns:
         The old name of each new one.
@@ -96,7 +105,7 @@ def rename_doubled(root: Any) -> dict[str, str]:
         link = None if child is None else child.get("link")
         if name and link and link not in children.setdefault(name, {link}):
             children[name].add(link)
-            used = used or _list_used(root)
+            used = used or _list_references(root)
             if name not in used:
                 new_name = _choose_free(name, taken)
                 joint.set("name", new_name)
@@ -117,12 +126,12 @@ def _choose_free(name: str, taken: set[str]) -> str:
     return free_name
 
 
-def _list_used(root: Any) -> set[str]:
-    """Return all that elements name, but for the names of links that joints have."""
-    used = {""}
+def _list_references(root: Any) -> set[str]:
+    """Return all attributes and texts that may refer to a joint."""
+    texts = {""}
     for element in root.iter(etree.Element):
         is_top = element.tag in ("joint", "link") and element.getparent() is root
         if element.tag not in ("parent", "child"):
-            used |= {text for key, text in element.items() if not (is_top and key == "name")}
-            used.add((element.text or "").strip())
-    return used
+            texts |= {text for key, text in element.items() if not (is_top and key == "name")}
+            texts.add((element.text or "").strip())
+    return texts
