@@ -205,7 +205,7 @@ def _list_causes(error: BaseException) -> list[BaseException]:
 
 
 def _find(chain: Sequence[BaseException], kind: type[Exception]) -> Any:
-    """Return the first exception of a kind; None if there is none."""
+    """Return the first exception of a kind, if any."""
     return next((cause for cause in chain if isinstance(cause, kind)), None)
 
 

@@ -45,7 +45,7 @@ _CONSTANTS = (str, int, float, type(None))
 _TARGETS = (ast.Name, ast.Tuple, ast.List, ast.expr_context)
 #: The kinds of values that have attributes and methods.
 _DATA = (str, int, float, list, tuple, dict, set, frozenset, range)
-#: Methods of a text that reach the attributes of what they are given.
+#: Methods of a text that reach the attributes of their arguments.
 _FORMATS = ("format", "format_map")
 _CONTAINERS = (list, tuple, dict, set, frozenset, KeysView, ValuesView, ItemsView)
 
@@ -68,7 +68,7 @@ class Evaluator(EvalWithCompoundTypes):  # type: ignore[misc]
     nodes: dict[type[ast.AST], Callable[[Any], Any]]
     """The method that evaluates each kind of node."""
     _max_count: int
-    """The items of comprehensions so far (sic)."""
+    """The number of items of comprehensions, which simpleeval counts."""
 
     def __init__(self) -> None:
         operators = {**DEFAULT_OPERATORS, ast.Mod: _remainder, ast.Pow: _power}
@@ -214,7 +214,7 @@ def _measure_length(value: Any) -> int:
 
 
 def _check_product(length: int, count: int) -> None:
-    """Raise ConversionError if so many repetitions of a value are too long."""
+    """Raise ConversionError if the repetitions of a value are too long."""
     if length * count > MAX_LENGTH:
         _raise_too_long()
 

@@ -7,8 +7,8 @@ expansion nothing, and works in each thread and on each system::
     expanding   |--- xacro ---------------- Interrupted
     watching        .   .   .   .   .   .  ^  time or memory exceeded
 
-The exception arrives between two instructions of Python: a single call of C code ends by itself,
-since no text, list or number that it is given is longer than ``MAX_LENGTH``.
+The exception arrives between two instructions of Python: a single call of C code is short, since
+no text, list or number that it is given is longer than ``MAX_LENGTH``.
 """
 
 from __future__ import annotations
@@ -123,7 +123,7 @@ def _send(thread_id: int, kind: type[BaseException] | None) -> None:
 
 
 def _make_clock(thread_id: int) -> Callable[[], float]:
-    """Return a clock of the CPU time of a thread (s); of the time of day where there is none."""
+    """Return a clock of the CPU time of a thread (s); of the time of day on other systems."""
     if hasattr(time, "pthread_getcpuclockid"):
         return partial(time.clock_gettime, time.pthread_getcpuclockid(thread_id))
     return time.monotonic

@@ -235,7 +235,7 @@ class Expander:
             self.xacro.filestack.pop()  # the error is in the file that includes this file
             raise
         except (ExpatError, UnicodeError):
-            data, slips = xml.mend(files.read_bytes(file))
+            data, slips = xml.fix_slips(files.read_bytes(file))
             document = minidom.parseString(data)
             for code, message, line in slips:
                 self.add(Diagnostic("warning", code, message, file=absolute_path(name), line=line))

@@ -31,7 +31,7 @@ from urdf2mbs.urdf.model import (
 )
 from urdf2mbs.urdf.packages import Packages
 from urdf2mbs.urdf.reader import parse_urdf
-from urdf2mbs.urdf.xml import mend
+from urdf2mbs.urdf.xml import fix_slips
 
 UNIT = '<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>'
 
@@ -651,13 +651,15 @@ def test_harmless_slips_of_xml(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     ):
         robot, (one,) = read(tmp_path, text)
         assert (one.code, one.line, list(robot.links)) == ("xml-mended", line, ["ä"])
-        assert (len(mend(text)[0]) == len(text)) == (text[1:] != latin), "all stays at its place"
+        assert (len(fix_slips(text)[0]) == len(text)) == (text[1:] != latin), (
+            "all stays at its place"
+        )
     for more in (0, 1):  # libxml2 reads comments of so many letters
         assert len(parse_urdf(f"<!--{'x' * (10**7 + more)}-->{link}".encode(), "r")[1]) == more
-    monkeypatch.setattr("urdf2mbs.urdf.xml._LONG", 3)
+    monkeypatch.setattr("urdf2mbs.urdf.xml._MAX_COMMENT", 3)
     _, said = read(tmp_path, f'<!--\n\nlong-->\n<?xml version="1.0"?>{link}')
     assert [(one.line, "10,000,000" in one.message) for one in said] == [(4, False), (1, True)]
-    for before, what in (("\n ", "there are blanks"), ("<!-- -->", "something stands")):
+    for before, what in (("\n ", "there are blanks"), ("<!-- -->", "there is something")):
         _, (one,) = read(tmp_path, f'{before}<?xml version="1.0"?>{link}')
         assert what in one.message
     # what is mended does not hide what is not

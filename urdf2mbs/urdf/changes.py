@@ -173,7 +173,7 @@ def _compare_links(before: Link, after: Link) -> Iterator[Change]:
 
 
 def _compare_joints(before: Joint, after: Joint, renamed: _Renamed) -> Iterator[Change]:
-    """Yield the changes of a joint; that a link or joint it refers to was renamed is none."""
+    """Yield the changes of a joint, but for the new names of links and joints in it."""
     mimic = before.mimic
     if mimic is not None:
         leader = renamed.joints.get(mimic.joint, mimic.joint)

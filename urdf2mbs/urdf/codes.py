@@ -1,4 +1,4 @@
-"""What a robot's file may have wrong, and what of the file has no effect."""
+"""The codes of faults of a robot's file, and of parts of it that have no effect."""
 
 CODES = {
     "xacro-legacy": "error, unless lowered: xacro of before 2014 is left out. Write `xacro:`.",
@@ -50,8 +50,8 @@ CODES = {
     "joint-ball": "warning: a ball or universal joint becomes joints about x, y and z. Write them "
     "yourself.",
     "joint-renamed": "warning: of two joints of one name, one is renamed. Give each its own name.",
-    "number-zeros": "warning: zeros behind the three numbers of a `rpy` are left out. Remove them.",
-    "number-commas": "warning: commas part numbers; they are read as blanks. Write blanks.",
+    "number-zeros": "warning: zeros after the three numbers of a `rpy` are left out. Remove them.",
+    "number-commas": "warning: commas separate numbers; they are read as blanks. Write blanks.",
     "mimic-left-out": "warning: a joint mimics itself or no joint, and is free. Name the leader.",
     "world-implied": "warning: a joint's parent `world` is no link. Add `<link name='world'/>`.",
     "link-unattached": "warning: a link has no joint and no content. Remove it, or add its joint.",
@@ -61,7 +61,7 @@ CODES = {
     "number-negative": "warning: a number of a joint is below zero. Write one of zero or more.",
     "limit-order": "warning: a lower limit is above the upper limit. Exchange or remove the two.",
     "xml-namespace": "warning: a prefix is not declared; its elements are read. Declare it.",
-    "xml-mended": "warning: a slip in `<?xml ...?>` or in a comment is mended. Correct the line.",
+    "xml-mended": "warning: a slip in `<?xml ...?>` or in a comment is fixed. Correct the line.",
     "property-unused": "warning: nothing uses a `<property>`. Write `xacro:property` or remove it.",
     "xacro-left": "warning: a macro's call is left out. Include the file that defines it.",
     "xacro-unused-arg": "warning: no file uses the xacro argument. Remove it, or correct its name.",

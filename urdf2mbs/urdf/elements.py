@@ -27,7 +27,7 @@ TEXT = 0
 
 
 class Element(NamedTuple):
-    """An element of URDF: what is read of it."""
+    """An element of URDF: the attributes and children that are read."""
 
     attributes: dict[str, int]
     """The attributes, and how many numbers each has."""

@@ -58,7 +58,7 @@ class Messages:
 
         Args:
             code: The code of the error.
-            message: What is wrong, and what was expected.
+            message: The fault, and the expected value.
             element: The element of lxml, or its line; None if it is not known.
             hint: What to do.
 

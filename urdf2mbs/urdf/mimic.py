@@ -65,7 +65,7 @@ class LockedJoints(msgspec.Struct, frozen=True):
         return lowest if highest is self.leader else highest
 
     def describe(self, robot: Robot) -> str:
-        """Return the limits of the two joints and what they leave, for a message."""
+        """Return the limits of the two joints and their common range, for a message."""
         leader, follower = self.leader.name, self.follower.name
         if self.lowest is self.highest:
             limits = _write_range(self.lowest.limits)

@@ -121,7 +121,7 @@ def read_text(
     """Read a robot's file, or the URDF that it was expanded to.
 
     Args:
-        source: The file, which gives its name to a robot without one.
+        source: The file; a robot without a name is called as the file.
         data: The bytes of the file.
         expansion: The URDF that they were expanded to; None if they are URDF.
         xacro_args: The arguments of xacro, which have no effect without an expansion.

@@ -61,9 +61,9 @@ def split_joints(root: Any) -> list[tuple[str, int]]:
 
 
 def _split_joint(joint: Any, names: list[str], axes: tuple[str, ...]) -> None:
-    """Replace a joint by several, each about one axis::
+    """Replace a joint by several, each about one axis.
 
-    parent --[NAME_R1]-- link NAME_R1 --[NAME_R2]-- link NAME_R2 --[NAME_R3]-- child
+    ``parent --[NAME_R1]-- link NAME_R1 --[NAME_R2]-- link NAME_R2 --[NAME_R3]-- child``
     """
     dynamics = joint.findall("dynamics")
     for part in list(joint):

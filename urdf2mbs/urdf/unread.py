@@ -136,7 +136,7 @@ def report_unknown_children(
 
 
 def _report(messages: Messages, meaning: Meaning, unread: Unread) -> None:
-    """Report what is not read: a warning, or a note where it says nothing of mechanics."""
+    """Report elements or attributes: as a warning, or as a note if they are harmless."""
     line = unread.element.sourceline
     if meaning == "misspelt":
         like = (unread.names[0].lower(), unread.known)

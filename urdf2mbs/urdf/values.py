@@ -46,7 +46,7 @@ class Reading(Messages):
         """True if the file's version has ``quat_xyzw``; urdfdom ignores it in older versions."""
 
     def xml(self, data: bytes) -> Any:
-        """Return the root element of an XML text, and warn of what was repaired in it."""
+        """Return the root element of an XML text, and warn of the slips in it."""
         root, slips = xml.parse(data, self.file)
         for slip in slips:
             self.warn(slip.code, slip.message, slip.line)
@@ -119,17 +119,13 @@ class Reading(Messages):
         values: dict[str, Any] = {}
         stated: list[tuple[str, str]] = element.items()
         for attribute, text in stated:
-            name, count = attribute, known.get(attribute)
-            if count is None and is_drake(attribute):
-                name = split_tag(attribute)[0]
-                count = known.get(name)
+            name = attribute
+            if name not in known:
+                name = split_tag(name)[0]
+                if not is_drake(attribute) or name not in known:
+                    continue
             try:
-                if count == 1:
-                    values[name] = self.number(element, name, text)
-                elif count:
-                    values[name] = self.numbers(element, name, text, count)
-                elif count == TEXT:
-                    values[name] = text
+                values[name] = self._convert(element, name, text, known[name])
             except ConversionError as error:
                 if not lenient:
                     raise
@@ -137,12 +133,20 @@ class Reading(Messages):
                 values[name] = None
         if len(values) < len(stated):
             self.unknown_attributes(element)
-        if not children and len(element):
+        if len(element) and not children:
             self.unknown_children(tag, element, ())
         for name in required:
             if name not in values:
                 self.fail_number(element, name, None, known[name])
         return values
+
+    def _convert(self, element: Any, attribute: str, text: str, count: int) -> Any:
+        """Return the value of an attribute: a text, a number, or several."""
+        if count == TEXT:
+            return text
+        if count == 1:
+            return self.number(element, attribute, text)
+        return self.numbers(element, attribute, text, count)
 
     def number(self, element: Any, attribute: str, text: str) -> float:
         """Return a finite number.

@@ -1,4 +1,4 @@
-"""From bytes to XML elements: harmless slips are mended with a warning, any other is an error.
+"""From bytes to XML elements: harmless slips are fixed with a warning, any other is an error.
 
 Blanks replace a slip, so that the line numbers stay.
 """
@@ -16,17 +16,17 @@ from urdf2mbs.messages.diagnostics import ConversionError
 
 
 class Slip(NamedTuple):
-    """A slip that was mended or forgiven."""
+    """A slip that was fixed or forgiven."""
 
     code: str
     message: str
     line: int | None
 
 
-_BEGINS = "a URDF file begins with <?xml ...?> or <robot name=...>"
+_BEGINNING = "a URDF file begins with <?xml ...?> or <robot name=...>"
 _CONFIG = "a config is run by: urdf2mbs run {}"
 #: Longer comments are not read by libxml2.
-_LONG = 10_000_000
+_MAX_COMMENT = 10_000_000
 _BOM = b"\xef\xbb\xbf"
 _DECLARATION = rb"<\?xml(?=[\s?])([^<>]*)\?>"
 _VERSION = rb"""version\s*=\s*["']([^"']*)["']"""
@@ -35,25 +35,29 @@ _ENCODING = rb"""encoding\s*=\s*["']([A-Za-z0-9._-]+)["']"""
 
 
 def parse(data: bytes, file: str) -> tuple[Any, list[Slip]]:
-    """The root element of an XML text, and the slips that were mended or forgiven.
+    """Return the root element of an XML text, and the slips that were fixed or forgiven.
 
-    :raises ConversionError: ``file-empty``, ``not-xml``, ``merge-conflict``, ``xml-syntax``,
-        ``xml-truncated``, ``xml-entity``, ``xml-too-large``
+    Args:
+        data: The text.
+        file: The name of its file, for messages.
+
+    Raises:
+        ConversionError: ``file-empty``, ``not-xml``, ``merge-conflict``, ``xml-syntax``,
+            ``xml-truncated``, ``xml-entity``, ``xml-too-large``.
     """
     if not data.strip(BLANK):
         raise ConversionError("file-empty", "the file is empty", file=file)
     root, log, error = _attempt(data)
     slips: list[Slip] = []
-    if error is not None and not _only_prefixes(log):
-        data, slips = mend(data)
+    if error is not None and not _has_only_prefixes(log):
+        data, slips = fix_slips(data)
         if slips:
             root, log, error = _attempt(data)
     if error is not None:
-        if not _only_prefixes(log):
+        if not _has_only_prefixes(log):
             is_config = file.lower().endswith((".yaml", ".yml"))
-            raise_syntax_error(
-                data, file, error, log, _CONFIG.format(file) if is_config else _BEGINS
-            )
+            hint = _CONFIG.format(file) if is_config else _BEGINNING
+            raise_syntax_error(data, file, error, log, hint)
         # old files use prefixes that they do not declare
         slips += [Slip("xml-namespace", e.message.strip().rstrip("."), e.line) for e in log]
         root = etree.fromstring(data, safe_parser(recover=True))
@@ -63,83 +67,107 @@ def parse(data: bytes, file: str) -> tuple[Any, list[Slip]]:
     return root, slips
 
 
-def mend(data: bytes) -> tuple[bytes, list[Slip]]:
-    """The text without slips that leave its meaning clear, and these slips."""
-    slips: list[Slip] = []
-    before_lines = [-1, *(match.start() for match in re.finditer(b"\n", data))]
+def fix_slips(data: bytes) -> tuple[bytes, list[Slip]]:
+    """Return a text without slips that leave its meaning clear, and these slips."""
+    fixer = _Fixer(data)
+    return fixer.fix(), fixer.slips
 
-    def slip(message: str, at: int) -> None:
-        slips.append(Slip("xml-mended", message, bisect_left(before_lines, at)))
 
-    start = len(_BOM) if data.startswith(_BOM) else 0
-    encoding: bytes | None = None
-    bare = data.rstrip(BLANK)
-    if b"\0" in data[len(bare) :] and b"\0" not in bare:  # in UTF-16 a letter has one
-        slip("the file ends in NUL bytes", len(bare))
-        data = bare.ljust(len(data))
-    first = len(data) - len(data[start:].lstrip())
-    comments = [match.span() for match in re.finditer(_COMMENT, data)]
+class _Fixer:
+    """Fixes a text: first its end, then ``<?xml ...?>``, comments and the encoding."""
 
-    def declaration(match: re.Match[bytes]) -> bytes:
-        nonlocal encoding
-        at = match.start()
-        before = bisect_left(comments, (at,))
-        if before and at < comments[before - 1][1]:
-            return match[0]
-        version, named = re.search(_VERSION, match[1]), re.search(_ENCODING, match[1])
-        if at != start:
-            stands = "something stands" if first < at else "there are blanks"
-            slip(f"<?xml ...?> is not at the very beginning of the file: {stands} before it", at)
+    def __init__(self, data: bytes) -> None:
+        self.data = data
+        self.slips: list[Slip] = []
+        self._line_ends = [-1, *(match.start() for match in re.finditer(b"\n", data))]
+        self._comments: list[tuple[int, int]] = []
+        self._encoding: bytes | None = None
+        """The encoding of a declaration that was removed."""
+        self._start = len(_BOM) if data.startswith(_BOM) else 0
+        """Where a declaration may be."""
+
+    def fix(self) -> bytes:
+        """Return the text without the slips, which are added to ``slips``."""
+        self._remove_final_nulls()
+        self._comments = [match.span() for match in re.finditer(_COMMENT, self.data)]
+        text = re.sub(_DECLARATION, self._fix_declaration, self.data)
+        text = re.sub(_COMMENT, self._fix_comment, text)
+        if self._encoding is not None:
+            declaration = b'<?xml version="1.0" encoding="' + self._encoding + b'"?>'
+            text = text[: self._start] + declaration + text[self._start :]
+        if re.search(_ENCODING, text[:200]) or _is_utf_8(text):
+            return text
+        without_comments = re.sub(_COMMENT, _blank_comment, text)
+        if not _is_utf_8(without_comments):
+            return text
+        comments = re.finditer(_COMMENT, text)
+        position = next(match.start() for match in comments if not _is_utf_8(match[1]))
+        self._add("there are letters within a comment that are not UTF-8", position)
+        return without_comments
+
+    def _add(self, message: str, position: int) -> None:
+        """Add a slip at a position (bytes) of the text."""
+        self.slips.append(Slip("xml-mended", message, bisect_left(self._line_ends, position)))
+
+    def _remove_final_nulls(self) -> None:
+        bare = self.data.rstrip(BLANK)
+        if b"\0" in self.data[len(bare) :] and b"\0" not in bare:  # in UTF-16 a letter has one
+            self._add("the file ends in NUL bytes", len(bare))
+            self.data = bare.ljust(len(self.data))
+
+    def _fix_declaration(self, match: re.Match[bytes]) -> bytes:
+        """Return a declaration, or blanks if it is misplaced or has a wrong version."""
+        position = match.start()
+        number = bisect_left(self._comments, (position,))
+        if number and position < self._comments[number - 1][1]:
+            return match[0]  # it is within a comment
+        version, encoding = re.search(_VERSION, match[1]), re.search(_ENCODING, match[1])
+        if position != self._start:
+            first = len(self.data) - len(self.data[self._start :].lstrip())
+            before = "there is something" if first < position else "there are blanks"
+            message = f"<?xml ...?> is not at the very beginning of the file: {before} before it"
+            self._add(message, position)
         elif version is None:
-            slip("<?xml ...?> says no version", at)
+            self._add("<?xml ...?> says no version", position)
         elif not version[1].startswith(b"1."):
-            slip(
-                f"there is no XML version {version[1].decode('ascii', 'replace')!r}: 1.0 is read",
-                at,
-            )
+            number_text = version[1].decode("ascii", "replace")
+            self._add(f"there is no XML version {number_text!r}: 1.0 is read", position)
         elif version[1] == b"1.0":
             return match[0]
-        encoding = encoding or (named[1] if named else None)
+        self._encoding = self._encoding or (encoding[1] if encoding else None)
         return _blank(match[0])
 
-    def comment(match: re.Match[bytes]) -> bytes:
+    def _fix_comment(self, match: re.Match[bytes]) -> bytes:
+        """Return a comment, or blanks in it if it is too long or has ``--`` in it."""
         if match[2] is not None:
             return match[0]
-        if len(match[1]) > _LONG:
-            slip("a comment has more than 10,000,000 letters", match.start())
+        if len(match[1]) > _MAX_COMMENT:
+            self._add("a comment has more than 10,000,000 letters", match.start())
             return b"<!--" + b"\n" * match[1].count(b"\n") + b"-->"
         if b"--" not in match[1] and not match[1].endswith(b"-"):
             return match[0]
-        slip("there is a '--' within a comment", match.start())
+        self._add("there is a '--' within a comment", match.start())
         return _blank_comment(match)
-
-    text = re.sub(_COMMENT, comment, re.sub(_DECLARATION, declaration, data))
-    if encoding is not None:
-        text = text[:start] + b'<?xml version="1.0" encoding="' + encoding + b'"?>' + text[start:]
-    if not re.search(_ENCODING, text[:200]) and not _is_utf_8(text):
-        plain = re.sub(_COMMENT, _blank_comment, text)
-        if _is_utf_8(plain):
-            at = next(m.start() for m in re.finditer(_COMMENT, text) if not _is_utf_8(m[1]))
-            slip("there are letters within a comment that are not UTF-8", at)
-            text = plain
-    return text, slips
 
 
 def _attempt(data: bytes) -> tuple[Any, list[Any], etree.XMLSyntaxError | None]:
+    """Return the root element of a text, or the log of its errors and the last one."""
     parser = safe_parser()
     try:
         return etree.fromstring(data, parser), [], None
     except etree.XMLSyntaxError as error:
-        # an exception's own log also has what other parsers said before
+        # an exception's own log also has the errors of other parsers
         entries: Any = parser.error_log
         return None, list(entries), error
 
 
-def _only_prefixes(log: list[Any]) -> bool:
+def _has_only_prefixes(log: list[Any]) -> bool:
+    """Return True if all errors are prefixes that are not declared."""
     return bool(log) and all(entry.domain_name == "NAMESPACE" for entry in log)
 
 
 def _blank(text: bytes) -> bytes:
+    """Return blanks in place of a text, with its line ends."""
     return re.sub(rb"[^\r\n]", b" ", text)
 
 
