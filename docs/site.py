@@ -18,7 +18,7 @@ from urdf2mbs import hookspecs, plugin
 from urdf2mbs.commands import commands_of, parser
 from urdf2mbs.engine.plugins import Plugins
 from urdf2mbs.hookspecs import GROUP
-from urdf2mbs_setup.commands.schema import schema
+from urdf2mbs_setup.commands.schema import make_schema
 
 DOCS = Path(__file__).resolve().parent
 CODE = "```"
@@ -83,7 +83,7 @@ def pages() -> dict[str, str]:
         "changelog.md": _of_the_root("CHANGELOG.md"),
         "reference/commands.md": _commands(),
         "reference/config.md": _config(),
-        "reference/config.schema.json": json.dumps(schema(Plugins(installed=False)), indent=2),
+        "reference/config.schema.json": json.dumps(make_schema(Plugins(installed=False)), indent=2),
         "reference/passes.md": _passes(),
         "reference/hooks.md": _hooks(),
         "reference/door.md": _door(),
@@ -173,7 +173,7 @@ def _commands() -> str:
 
 
 def _config() -> str:
-    known = schema(Plugins(installed=False))
+    known = make_schema(Plugins(installed=False))
     told = (
         "A config is a YAML file. Paths are relative to its folder; `~`, `$VARIABLE` are filled in."
     )
@@ -211,7 +211,7 @@ def _options(name: str) -> list[str]:
         for sections in (found.load().reads, found.load().writes)
     )
     told = [f"{_whose(found.plugin)} Reads {reads}; writes {writes}.", ""]
-    options = schema(Plugins(installed=False))["$defs"][f"{name}.{found.load().__name__}"]
+    options = make_schema(Plugins(installed=False))["$defs"][f"{name}.{found.load().__name__}"]
     return told + (_table("option", options) if options["properties"] else ["It has no options."])
 
 

@@ -1,4 +1,4 @@
-"""What helps to set up and to write plugins: versions, schema, completion, new passes, dumps."""
+"""Help to set up urdf2mbs and to write plugins: versions, schema, new passes, dumps."""
 
 from __future__ import annotations
 
@@ -12,15 +12,17 @@ if TYPE_CHECKING:
 
 @hookimpl
 def urdf2mbs_options(command: str, parser: argparse.ArgumentParser) -> None:
+    """Add ``--dump`` to ``run`` and ``convert``."""
     if command in ("run", "convert"):
         from urdf2mbs.plugin import path
 
-        does = "write the state after every pass, as YAML"
-        parser.add_argument("--dump", type=path, metavar="DIR", help=does)
+        summary = "write the state after every pass, as YAML"
+        parser.add_argument("--dump", type=path, metavar="DIR", help=summary)
 
 
 @hookimpl
 def urdf2mbs_observe(arguments: argparse.Namespace) -> object | None:
+    """Return the observer that ``--dump`` asks for."""
     if arguments.dump is None:
         return None
     from urdf2mbs_setup.dump import Dump
@@ -30,22 +32,23 @@ def urdf2mbs_observe(arguments: argparse.Namespace) -> object | None:
 
 @hookimpl
 def urdf2mbs_commands() -> list[Command]:
-    sentences = {
+    """Add the commands."""
+    summaries = {
         "explain": "show the passes of a config, or every known pass, without running them",
         "new-pass": "write a plugin with one pass, and its test",
         "new-plugin": "write a package with a pass, a preset, tests and checks for GitHub",
         "schema": "print the JSON schema of a config, for editors",
         "doctor": "show versions, extras, plugins, ROS packages and Robotran as they are here",
-        "completion": "print a script that completes commands and options in a shell",
     }
     return [
-        Command(name, does, f"urdf2mbs_setup.commands.{name.replace('-', '_')}")
-        for name, does in sentences.items()
+        Command(name, summary, f"urdf2mbs_setup.commands.{name.replace('-', '_')}")
+        for name, summary in summaries.items()
     ]
 
 
 @hookimpl
 def urdf2mbs_codes() -> dict[str, str]:
+    """Return the codes of messages and their meanings."""
     from urdf2mbs_setup.codes import CODES
 
     return CODES

@@ -1,4 +1,4 @@
-"""Setting up."""
+"""Codes of messages about setting up."""
 
 CODES = {
     "pass-name": "error: `new-pass` cannot use the name. Write small letters, digits and hyphens.",

@@ -1,7 +1,6 @@
-"""The state after every pass, as YAML to read and to compare with ``diff``, and beside it the
-URDF that xacro made.
+"""Write the state after every pass as YAML, to read and to compare, and the URDF from xacro.
 
-What has its default value is left out, and so are the paths of this machine.
+Default values and the paths of this machine are left out.
 """
 
 from __future__ import annotations
@@ -28,8 +27,14 @@ from urdf2mbs.plugin import (
     write_files,
 )
 
-#: The URDF that xacro made.
+#: File name of the URDF from xacro.
 EXPANDED = "expanded.urdf"
+#: Fields that are left out: those that are also elsewhere in the state, and paths.
+_SKIPPED_FIELDS: dict[type, tuple[str, ...]] = {
+    Segment: ("holder",),
+    Diagnostic: ("file",),
+    Robot: ("file",),
+}
 
 
 class Dump:
@@ -38,87 +43,99 @@ class Dump:
     def __init__(self, folder: Path, *, force: bool = False) -> None:
         self._folder = folder
         self._force = force
-        self._count = 0
+        self._pass_count = 0
         self._conversion: Conversion | None = None
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            for old in (*folder.glob("[0-9]*-*.yaml"), *folder.glob(EXPANDED)):
-                if old.is_file() and is_ours(old):
-                    old.unlink()
+            for file in (*folder.glob("[0-9]*-*.yaml"), *folder.glob(EXPANDED)):
+                if file.is_file() and is_ours(file):
+                    file.unlink()
         except (OSError, ValueError) as error:
             raise ConfigError("output-unwritable", f"cannot write in '{folder}': {error}") from None
 
     @hookimpl
     def urdf2mbs_before_pass(self, conversion: Conversion) -> None:
+        """Remember the conversion."""
         self._conversion = conversion
-
-    def finish(self) -> None:
-        """Write the URDF that xacro made, also where it could not be read."""
-        if self._conversion is not None and self._conversion.expanded is not None:
-            write_files({self._folder / EXPANDED: self._conversion.expanded}, force=self._force)
 
     @hookimpl(trylast=True)
     def urdf2mbs_after_pass(self, pass_: Pass, conversion: Conversion) -> None:
-        self._count += 1
-        file = self._folder / f"{self._count:02}-{re.sub(r'[^A-Za-z0-9_.-]', '_', pass_.name)}.yaml"
-        # what holds nothing but numbers and words is one line
-        style: Any = {"default_flow_style": None, "sort_keys": False, "width": 10**9}
-        dumper = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
-        text = yaml.dump(state(conversion), Dumper=dumper, allow_unicode=True, **style)
-        head = f"# urdf2mbs, the state after pass '{pass_.name}'\n"
-        write_files({file: f"{head}{text}".encode()}, force=self._force)
+        """Write the state."""
+        self._pass_count += 1
+        pass_name = re.sub(r"[^A-Za-z0-9_.-]", "_", pass_.name)
+        text = yaml.dump(
+            make_state(conversion),
+            Dumper=getattr(yaml, "CSafeDumper", yaml.SafeDumper),
+            allow_unicode=True,
+            default_flow_style=None,  # lists and objects of plain values on one line
+            sort_keys=False,
+            width=10**9,
+        )
+        data = f"# urdf2mbs, the state after pass '{pass_.name}'\n{text}".encode()
+        self._write(f"{self._pass_count:02}-{pass_name}.yaml", data)
+
+    def finish(self) -> None:
+        """Write the URDF from xacro, even if it could not be read."""
+        if self._conversion is not None and self._conversion.expanded is not None:
+            self._write(EXPANDED, self._conversion.expanded)
+
+    def _write(self, name: str, data: bytes) -> None:
+        write_files({self._folder / name: data}, force=self._force)
 
 
-def state(conversion: Conversion) -> dict[str, Any]:
-    """All that is known of the robot, as plain data without what has its default value."""
-    c = conversion
-    files = c.files_of("orphans", "ours", "base")
-    everything = {
-        "robot": c.robot, "floating": c.base.floating, "segments": c.segments, "mbs": c.mbs,
-        "names": c.names, "frames": c.frames, "frozen": c.frozen, "meshes": c.meshes,
-        # a name of a file may be no text
+def make_state(conversion: Conversion) -> dict[str, Any]:
+    """Return the state of a conversion as plain data without default values."""
+    checked = conversion.checked
+    state = {
+        "robot": conversion.robot,
+        "floating": conversion.base.floating,
+        "segments": conversion.segments,
+        "mbs": conversion.mbs,
+        "names": conversion.names,
+        "frames": conversion.frames,
+        "frozen": conversion.frozen,
+        "meshes": conversion.meshes,
         "files": {
+            # the name of a file may contain bytes that are not text
             path.name.encode("utf-8", "backslashreplace").decode(): f"{len(data)} bytes"
-            for path, data in files.items()
+            for path, data in conversion.files_of("ours", "base").items()
         },
-        "changed": c.checked.changed, "proof": c.checked.proof, "report": c.report,
-        "diagnostics": c.diagnostics,
-    }  # fmt: skip
-    return {name: plain for name, value in everything.items() if (plain := _plain(value))}
+        "changed": checked.changed,
+        "proof": checked.proof,
+        "report": conversion.report,
+        "diagnostics": conversion.diagnostics,
+    }
+    plain = {name: _make_plain(value) for name, value in state.items()}
+    return {name: value for name, value in plain.items() if value}
 
 
-#: The fields of a class that are left out: what also stands elsewhere, and paths.
-_LEFT_OUT: dict[type, tuple[str, ...]] = {
-    Segment: ("holder",), Diagnostic: ("file",), Robot: ("file",),
-}  # fmt: skip
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, Step):  # its joints stand in the robot, and in the body
+def _make_plain(value: Any) -> Any:
+    """Return a value as lists, dicts, numbers and texts."""
+    if isinstance(value, Step):  # its joints are part of the robot and of the body
         lists = {"joints": value.joints, "coordinates": value.coordinates}
         names = {field: [joint.name for joint in joints] for field, joints in lists.items()}
-        return {"joint": value.joint.name, **_fields(value, ("joint", *lists)), **names}
+        return {"joint": value.joint.name, **_list_fields(value, ("joint", *lists)), **names}
     if isinstance(value, msgspec.Struct):
-        return _fields(value, _LEFT_OUT.get(type(value), ()))
+        return _list_fields(value, _SKIPPED_FIELDS.get(type(value), ()))
     if isinstance(value, Pose):
         return {"xyz": list(value.xyz)} | ({} if value.rot == IDENTITY else {"rot": value.rot})
     if isinstance(value, dict):
-        return {str(key): _plain(inner) for key, inner in value.items()}
+        return {str(key): _make_plain(inner) for key, inner in value.items()}
     if isinstance(value, (list, tuple)):
-        return [_plain(inner) for inner in value]
+        return [_make_plain(inner) for inner in value]
     if value is None or isinstance(value, (bool, int, float, str)):
         return value
     return str(value)
 
 
-def _fields(struct: msgspec.Struct, without: tuple[str, ...]) -> dict[str, Any]:
-    """The fields of a struct that are not left out, and have no default value."""
+def _list_fields(struct: msgspec.Struct, skipped: tuple[str, ...]) -> dict[str, Any]:
+    """Return the fields of a struct that are not skipped and have no default value."""
     tag = struct.__struct_config__.tag
-    found = {} if tag is None else {"kind": tag}
+    fields = {} if tag is None else {"kind": tag}
     for field in msgspec.structs.fields(struct):
         value, default = getattr(struct, field.name), field.default
         if field.default_factory is not msgspec.NODEFAULT:
             default = field.default_factory()
-        if value != default and field.name not in without:
-            found[field.name] = _plain(value)
-    return found
+        if value != default and field.name not in skipped:
+            fields[field.name] = _make_plain(value)
+    return fields

@@ -1,4 +1,4 @@
-"""The options of a pass, as people read them: types, defaults and help."""
+"""The options of a pass for people: types in words, defaults and help."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from urdf2mbs.plugin import field_docs
 
 
 class Option(msgspec.Struct):
-    """An option of a pass, or a key in it."""
+    """An option of a pass, or a key of an object in its options."""
 
     name: str
     type: str
     """In words, such as ``list[str]``."""
     required: bool
     default: Any
-    """None where the option must be given."""
+    """None if the option is required."""
     help: str
 
     @property
@@ -33,7 +33,7 @@ class Option(msgspec.Struct):
 
 
 def list_options(kind: type) -> list[Option]:
-    """Return the options of a pass, or the keys of a struct in its options."""
+    """List the options of a pass, or the keys of a struct in its options."""
     docs, hints = field_docs(kind), typing.get_type_hints(kind)
     options = []
     for field in msgspec.structs.fields(kind):
@@ -53,7 +53,7 @@ def list_options(kind: type) -> list[Option]:
 
 
 def describe_type(kind: Any) -> str:
-    """Return a type in words, such as ``float``, ``list[str]`` or ``python | c``."""
+    """Describe a type in words, such as ``float``, ``list[str]`` or ``python | c``."""
     origin, arguments = get_origin(kind), get_args(kind)
     if origin is Annotated:
         return describe_type(arguments[0])
@@ -69,8 +69,8 @@ def describe_type(kind: Any) -> str:
     return " | ".join(dict.fromkeys(inner))
 
 
-def inner_structs(kind: type) -> list[type]:
-    """Return the classes that the options of a pass are made of, without the pass itself."""
+def list_inner_structs(kind: type) -> list[type]:
+    """List the classes of objects in the options of a pass, without the pass itself."""
     structs: list[type] = []
     remaining = list(typing.get_type_hints(kind).values())
     while remaining:

@@ -69,7 +69,7 @@ ELSEWHERE = (
     "equations tiny.mbs -o X", "init tiny.urdf -o X", "new-pass swing -o X",
     "convert tiny.urdf --dump X", "convert tiny.urdf --package p=X", "new-pass X",
     "simulate tiny.mbs --push X",
-    "completion X", "convert tiny.urdf --stop-after X", "convert tiny.urdf --pipeline X",
+    "convert tiny.urdf --stop-after X", "convert tiny.urdf --pipeline X",
     "convert tiny.urdf --set X.X=X", "convert tiny.urdf --level X=X", "convert tiny.urdf --arg X",
     "convert tiny.urdf --after X=X", "verify tiny.urdf tiny.mbs --tolerance X", "doctor X",
 )  # fmt: skip

@@ -39,7 +39,7 @@ from urdf2mbs.hookspecs import Pass, hookimpl
 from urdf2mbs.testing import TINY
 from urdf2mbs.urdf.elements import ELEMENTS
 from urdf2mbs_many.sweep import list_members
-from urdf2mbs_setup.dump import state
+from urdf2mbs_setup.dump import make_state
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
@@ -277,7 +277,7 @@ class Around:
 
 
 def plain(conversion: Conversion) -> Any:
-    return json.loads(json.dumps(state(conversion)))
+    return json.loads(json.dumps(make_state(conversion)))
 
 
 def holds(part: Any, whole: Any) -> bool:

@@ -1,4 +1,4 @@
-"""The command line day by day: help, flags, doctor, completion, streams, colours, next steps."""
+"""The command line day by day: help, flags, doctor, streams, colours, next steps."""
 
 import io
 import json
@@ -58,7 +58,7 @@ PLUGINS = {*CONVERTING, "explain", "schema", "doctor"}
 SHARED = {
     "--debug": set(COMMANDS),
     "--color": set(COMMANDS),
-    "--json": set(COMMANDS) - {"schema", "completion"},  # what these print is no table of words
+    "--json": set(COMMANDS) - {"schema"},  # which always prints JSON
     "--quiet": {*CONVERTING, *WRITING, "init", "verify"},
     "--no-plugins": {*PLUGINS, "lint", "verify"},
     "--level": {*CONVERTING, "explain", "lint", "verify"},
@@ -193,7 +193,6 @@ def test_each_result_ends_with_what_to_do_next(
     [
         ("distributed", ["run", "tiny.yaml", "tiny.yaml", "--cluster", "nobody:1"]),
         ("robot_descriptions", ["init", "robot_descriptions:atlas_v4_description"]),
-        ("shtab", ["completion", "bash"]),
     ],
 )
 def test_a_missing_extra_says_what_to_install(

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 class Merge(Pass):
-    """Merge the edits of the file that is there into the new conversion."""
+    """Keep the edits that people made in the last output."""
 
     reads = ("robot", "mbs-file", "names")
     writes = ("mbs-file",)

@@ -1,7 +1,7 @@
-"""``urdf2mbs doctor``: what is installed here, by names and versions; nothing is changed.
+"""``urdf2mbs doctor``: the versions of what is installed; nothing is changed.
 
 Looks for Python packages, a C compiler, plugins, ROS packages and Robotran.
-Changes nothing.  A report of a mistake should have what doctor prints.
+Changes nothing.  Add its output to a bug report.
 """
 
 from __future__ import annotations
@@ -19,13 +19,12 @@ from textwrap import indent
 from urdf2mbs import plugin
 from urdf2mbs.plugin import GROUP, Plugins, add_json, add_no_plugins, print_json, version_of
 
-#: Packages that a user installs when they are needed, and what for.
+#: Optional packages, and their purpose.
 EXTRAS = {
     "distributed": "run --cluster",
     "pillow": "textures of meshes",
     "robot_descriptions": "robots by their names",
-    "shtab": "completion",
-    "ziglang": "pages with a robot that moves by itself",
+    "ziglang": "a C compiler, if the system has none",
 }
 
 EXAMPLES = (
@@ -35,84 +34,82 @@ EXAMPLES = (
 
 
 def add_options(command: argparse.ArgumentParser) -> None:
+    """Add the arguments of the command."""
     add_json(command)
     add_no_plugins(command)
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
-    found = examine(installed_plugins=not arguments.no_plugins)
+    """Print the tables of what is installed."""
+    tables = examine(installed_plugins=not arguments.no_plugins)
     if arguments.json:
-        print_json(found)
+        print_json(tables)
         return 0
-    for title, lines in found.items():
+    for title, lines in tables.items():
         print(title)
         width = max(map(len, lines), default=0)
         for name, text in lines.items():
-            margin = " " * (width + 4)
-            print(f"  {name:{width}}  {indent(text, margin).lstrip()}")
+            print(f"  {name:{width}}  {indent(text, ' ' * (width + 4)).lstrip()}")
     return 0
 
 
 def examine(*, installed_plugins: bool = True) -> dict[str, dict[str, str]]:
-    """Return the titles of the tables, and the lines of each by their names."""
-    needed = [line for line in requires("urdf2mbs") or [] if "extra ==" not in line]
-    names = [re.split(r"[^\w.-]", line, maxsplit=1)[0] for line in needed]
+    """Return tables of what is installed: a text by name, by the titles of the tables."""
+    requirements = [line for line in requires("urdf2mbs") or [] if "extra ==" not in line]
+    names = [re.split(r"[^\w.-]", line, maxsplit=1)[0] for line in requirements]
     plugins = Plugins(installed=installed_plugins)
-    by_plugins: list[dict[str, str]] = plugins.hook.urdf2mbs_doctor()
-    packages = {name: version_of(name) or "MISSING" for name in names}
-    extras = {name: version_of(name) or f"not installed, for {use}" for name, use in EXTRAS.items()}
+    lines_of_plugins: list[dict[str, str]] = plugins.hook.urdf2mbs_doctor()
     return {
         "urdf2mbs": {
             "urdf2mbs": f"{version('urdf2mbs')} ({Path(plugin.__file__).parent})",
             "Python": f"{platform.python_version()} ({sys.executable})",
             "system": f"{platform.system()} {platform.machine()}",
-            **{name: line for lines in by_plugins for name, line in lines.items()},
-            **packages,
-            **extras,
+            **{name: line for lines in lines_of_plugins for name, line in lines.items()},
+            **{name: version_of(name) or "MISSING" for name in names},
+            **{
+                name: version_of(name) or f"not installed, for {purpose}"
+                for name, purpose in EXTRAS.items()
+            },
         },
         "plugins": list_plugins(plugins, installed=installed_plugins),
-        # packages around a robot's file are found without ROS
-        "ROS packages": {
+        "ROS packages": {  # packages beside a robot's file are found without ROS
             name: os.environ.get(name) or "not set"
             for name in ("ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH")
         },
         "Robotran": {
-            "MBsysPy": version_of("MBsysPy") or "not installed (https://www.robotran.eu)",
+            "MBsysPy": version_of("MBsysPy")
+            or "not installed (pip finds it in https://www.robotran.eu/dist/)",
             "MBSysPad": shutil.which("MBsysPad") or shutil.which("MBSysPad") or "not on the PATH",
-            "cmake": shutil.which("cmake") or "not on the PATH: projects in C want it",
+            "cmake": shutil.which("cmake") or "not on the PATH: projects in C require it",
         },
     }
 
 
 def list_plugins(plugins: Plugins, *, installed: bool) -> dict[str, str]:
-    """Return every plugin by its name: its package, its file, and what it brings.
+    """Return the package and file of every plugin, by its name.
 
     Args:
-        plugins: The plugins at hand.
-        installed: Whether installed packages were asked; a broken one says why it is left out.
+        plugins: The plugins that were loaded.
+        installed: Whether plugins of installed packages were loaded; a broken one has its error.
     """
     packages = {
         entry.name: f"{entry.dist.name} {entry.dist.version}"
         for entry in (entry_points(group=GROUP) if installed else ())
-        if entry.dist is not None and entry.dist.name != GROUP  # ours are in urdf2mbs itself
+        if entry.dist is not None and entry.dist.name != GROUP
     }
-    brought: dict[str, list[str]] = {}
-    files: dict[str, str] = {}
-    for name, hook in vars(plugins.hook).items():
-        for impl in hook.get_hookimpls() if name.startswith(f"{GROUP}_") else ():
-            hooks = brought.setdefault(impl.plugin_name, [])
-            hooks.append(name.removeprefix(f"{GROUP}_").replace("_", " "))
-            files[impl.plugin_name] = str(getattr(impl.plugin, "__file__", None) or "")
-    lines = {}
-    for name, hooks in brought.items():
-        if name != GROUP:  # the core's own passes
-            package = packages.get(name, "urdf2mbs")
-            where = f" ({files[name]})" if name in packages else ""
-            lines[name] = f"{package}{where}: {', '.join(sorted(hooks))}"
+    loaded = {
+        implementation.plugin_name: implementation.plugin
+        for name, hook in vars(plugins.hook).items()
+        if name.startswith(f"{GROUP}_")
+        for implementation in hook.get_hookimpls()
+    }
+    lines = {name: "urdf2mbs" for name in loaded if name not in packages and name != GROUP}
     for name, package in packages.items():
-        if name not in brought:
-            reasons = [broken for broken in plugins.broken if f"'{name}'" in broken.message]
-            lines[name] = "\n".join([f"{package} is BROKEN", *map(str, reasons)])
+        if name in loaded:
+            lines[name] = f"{package} ({getattr(loaded[name], '__file__', None)})"
+        else:
+            errors = [str(broken) for broken in plugins.broken if f"'{name}'" in broken.message]
+            lines[name] = "\n".join([f"{package} is BROKEN", *errors])
     if not installed:
         lines["others"] = "left out by --no-plugins"
     elif not packages:

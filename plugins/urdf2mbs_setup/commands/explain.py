@@ -44,9 +44,9 @@ from urdf2mbs.plugin import (
     robot_or_config,
     version_of,
 )
-from urdf2mbs_setup.options import Option, inner_structs, list_options
+from urdf2mbs_setup.options import Option, list_inner_structs, list_options
 
-#: What the summaries of the passes call "the method".
+#: The meaning of "the method" in the summaries of passes.
 METHOD = (
     '"The method" is Appendix A, "URDF to MBS Converter", of the thesis on gait controllers in\n'
     "Robotran that urdf2mbs follows; the pages in docs/passes quote it, pass by pass."
@@ -62,6 +62,7 @@ EXAMPLES = (
 
 
 def add_options(command: argparse.ArgumentParser) -> None:
+    """Add the arguments of the command."""
     command.add_argument(
         "config",
         type=path,
@@ -76,28 +77,31 @@ def add_options(command: argparse.ArgumentParser) -> None:
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
-    given: Path | None = arguments.config
-    if given is None:
+    """Explain all passes, one pass, or the passes of a config."""
+    argument: Path | None = arguments.config
+    if argument is None:
         return _list_all(arguments)
-    # a pass and a folder may have the same name, such as 'project'
-    if given.suffix == "" and len(given.parts) == 1 and str(given) != "-" and not is_file(given):
-        plugins = _plugins_of(arguments)
-        if str(given) in plugins.passes:
-            return _explain_pass(str(given), plugins, arguments)
-        if ":" not in str(given) and not is_folder(given):
-            raise _neither(str(given), plugins)
+    word = str(argument)
+    # A pass and a folder may have the same name, such as 'project'.
+    is_word = argument.suffix == "" and len(argument.parts) == 1 and word != "-"
+    if is_word and not is_file(argument):
+        plugins = _load_plugins(arguments)
+        if word in plugins.passes:
+            return _explain_pass(word, plugins, arguments)
+        if ":" not in word and not is_folder(argument):
+            raise _make_unknown_error(word, plugins)
     return _explain_config(arguments)
 
 
-def _plugins_of(arguments: argparse.Namespace) -> Plugins:
+def _load_plugins(arguments: argparse.Namespace) -> Plugins:
     """Return the plugins of a command line without a config."""
     files = [Path(file) for file in arguments.plugins or ()]
     plugins = Plugins(files, installed=not arguments.no_plugins)
-    warn_of(plugins)
+    print_broken_plugins(plugins)
     return plugins
 
 
-def _neither(word: str, plugins: Plugins) -> ConfigError:
+def _make_unknown_error(word: str, plugins: Plugins) -> ConfigError:
     """Return the error for a word that is neither a file nor a pass."""
     if word in plugins.presets:
         message = f"'{word}' is a preset, not a pass and not a file"
@@ -114,17 +118,18 @@ def _neither(word: str, plugins: Plugins) -> ConfigError:
 
 
 def _explain_config(arguments: argparse.Namespace) -> int:
+    """Print the settings and passes of a config or robot."""
     config, lines = robot_or_config(arguments)
     config = _first_of_sweep(config, lines, arguments)
     pipeline = Pipeline(config, lines, installed_plugins=not arguments.no_plugins)
-    warn_of(pipeline.plugins)
+    print_broken_plugins(pipeline.plugins)
     if lines.file is None:
-        read_robot_file(pipeline.settings.source)  # a robot was named, and is to be there
+        read_robot_file(pipeline.settings.source)  # only to raise its errors
     if arguments.json:
         print_json(
             [
                 {
-                    **describe(step.entry),
+                    **export_pass(step.entry),
                     "swapped": step.swapped,
                     "options": step.pass_,
                 }
@@ -145,22 +150,22 @@ def _explain_config(arguments: argparse.Namespace) -> int:
         if arguments.verbose:
             print(f"\n{number}. {step.name}: {step.pass_.summary()}")
         else:
-            print(_one_line(f"{number:2}. {step.name:{width}}", step.pass_.summary()))
-        for title, text in _details(pipeline, step, verbose=arguments.verbose):
+            print(_format_line(f"{number:2}. {step.name:{width}}", step.pass_.summary()))
+        for title, text in _describe_step(pipeline, step, verbose=arguments.verbose):
             print(f"    {title:8} {text}")
     print(f"\n{METHOD}" if arguments.verbose else "\n-v shows what each pass reads and writes")
     return 0
 
 
-def _details(
+def _describe_step(
     pipeline: Pipeline, step: ConfiguredPass, *, verbose: bool
 ) -> Iterator[tuple[str, str]]:
     """Yield the lines of a pass in a config, as title and text.
 
     Args:
         pipeline: The passes of the config.
-        step: One of them, with its options.
-        verbose: Whether all lines are shown, or only what is not as urdf2mbs has it by default.
+        step: The pass, with its options.
+        verbose: Yield all lines; else those that differ from the defaults of urdf2mbs.
     """
     pass_, entry = step.pass_, step.entry
     rivals = [
@@ -169,9 +174,9 @@ def _details(
         if rival.plugin != entry.plugin
     ]
     if verbose or rivals or not entry.is_ours:
-        yield "from", origin(entry) + (", by 'swap'" if step.swapped else "")
+        yield "from", describe_origin(entry) + (", by 'swap'" if step.swapped else "")
     for rival in rivals:
-        yield "not", f"{origin(rival)}: 'swap: {{{pass_.name}: {rival.plugin}}}'"
+        yield "not", f"{describe_origin(rival)}: 'swap: {{{pass_.name}: {rival.plugin}}}'"
     if verbose:
         if entry.after:
             yield "after", ", ".join(entry.after)
@@ -181,7 +186,7 @@ def _details(
     options = [
         f"{name}: {value!r}"
         for name, value in msgspec.to_builtins(pass_).items()
-        if verbose or msgspec.to_builtins(defaults[name]) != value
+        if verbose or value != msgspec.to_builtins(defaults[name])
     ]
     if options or verbose:
         yield "options", ", ".join(options) or "-"
@@ -205,28 +210,34 @@ def _first_of_sweep(config: Config, lines: Lines, arguments: argparse.Namespace)
 
 
 def _explain_pass(name: str, plugins: Plugins, arguments: argparse.Namespace) -> int:
-    """Print all of one pass, and of those of other plugins that have its name."""
-    offered = plugins.passes[name]
+    """Print all about a pass, and about those of other plugins that have its name."""
+    entries = plugins.passes[name]
     places = {
-        preset: _place_in(preset, name, arguments.plugins or [], not arguments.no_plugins)
+        preset: _describe_place(preset, name, arguments.plugins or [], not arguments.no_plugins)
         for preset in plugins.presets
     }
     if arguments.json:
-        found = [
-            {**describe(entry), "options": list_options(load_pass(entry)), "presets": places}
-            for entry in offered
-        ]
-        print_json(found)
+        print_json(
+            [
+                {
+                    **export_pass(entry),
+                    "options": list_options(load_pass(entry)),
+                    "presets": places,
+                }
+                for entry in entries
+            ]
+        )
         return 0
-    for index, entry in enumerate(offered):
+    for index, entry in enumerate(entries):
         kind = load_pass(entry)
         print(f"{name}: {kind.summary()}")
-        print(f"  from     {origin(entry)}")
+        print(f"  from     {describe_origin(entry)}")
         if index > 0:
             print(f"  used by  swap: {{{name}: {entry.plugin}}}")
         else:
             width = max(map(len, places), default=0)
-            for title, (preset, place) in zip(_titles("place"), places.items(), strict=False):
+            for number, (preset, place) in enumerate(places.items()):
+                title = "place" if number == 0 else ""
                 print(f"  {title:8} {preset:{width}}  {place}")
         print(f"  reads    {', '.join(kind.reads) or '-'}")
         print(f"  writes   {', '.join(kind.writes) or '-'}")
@@ -234,15 +245,15 @@ def _explain_pass(name: str, plugins: Plugins, arguments: argparse.Namespace) ->
     return 0
 
 
-def _titles(first: str) -> Iterator[str]:
-    """Yield the title of a table's first line, and an empty one for each of the others."""
-    yield first
-    while True:
-        yield ""
+def _describe_place(preset: str, name: str, files: list[str], installed: bool) -> str:
+    """Describe the place of a pass among those of a preset.
 
-
-def _place_in(preset: str, name: str, files: list[str], installed: bool) -> str:
-    """Return where a pass stands among those of a preset, in words."""
+    Args:
+        preset: The preset.
+        name: The pass.
+        files: Plugin files of the command line.
+        installed: Whether plugins of installed packages are used.
+    """
     config = Config(source="robot.urdf", pipeline=preset, plugins=[str(file) for file in files])
     try:
         pipeline = Pipeline(config, Lines(), installed_plugins=installed)
@@ -250,13 +261,14 @@ def _place_in(preset: str, name: str, files: list[str], installed: bool) -> str:
         return f"the preset cannot be used: {error.message}"
     names = [step.name for step in pipeline.passes]
     if name not in names:
-        return "not in it; a config puts it in by 'after' or 'before'"
+        return "not in it; a config adds it by 'after' or 'before'"
     index = names.index(name)
-    behind = f", after '{names[index - 1]}'" if index else ""
-    return f"{index + 1} of {len(names)}{behind}"
+    predecessor = f", after '{names[index - 1]}'" if index else ""
+    return f"{index + 1} of {len(names)}{predecessor}"
 
 
 def _print_options(kind: type[Pass]) -> None:
+    """Print the options of a pass, and the keys of objects in them."""
     options = list_options(kind)
     if not options:
         print("  options  -")
@@ -264,7 +276,7 @@ def _print_options(kind: type[Pass]) -> None:
     print("  options")
     for option in options:
         _print_option(option, "    ")
-    for struct in inner_structs(kind):
+    for struct in list_inner_structs(kind):
         print(f"  each {struct.__name__}")
         for option in list_options(struct):
             _print_option(option, "    ")
@@ -272,12 +284,12 @@ def _print_options(kind: type[Pass]) -> None:
 
 def _print_option(option: Option, margin: str) -> None:
     """Print an option with its type and default, and below it its help."""
-    default = "must be given" if option.required else f"default: {option.default_in_words}"
+    default = "required" if option.required else f"default: {option.default_in_words}"
     print(f"{margin}{option.name}: {option.type}, {default}")
     if option.help:
-        width = max(80, _width())
-        more = f"{margin}    "
-        print(textwrap.fill(option.help, width, initial_indent=more, subsequent_indent=more))
+        width = max(80, _get_terminal_width())
+        indent = f"{margin}    "
+        print(textwrap.fill(option.help, width, initial_indent=indent, subsequent_indent=indent))
 
 
 # --- all passes ---
@@ -285,12 +297,12 @@ def _print_option(option: Option, margin: str) -> None:
 
 def _list_all(arguments: argparse.Namespace) -> int:
     """Print every known pass in the order of the method, and then those of other plugins."""
-    plugins = _plugins_of(arguments)
+    plugins = _load_plugins(arguments)
     order = {name: index for index, name in enumerate(list_method(plugins))}
     entries = [entry for entries in plugins.passes.values() for entry in entries]
     entries.sort(key=lambda entry: (not entry.is_ours, order.get(entry.name, 0)))
     if arguments.json:
-        print_json([describe(entry) for entry in entries])
+        print_json([export_pass(entry) for entry in entries])
         return 0
     width = max(len(entry.name) for entry in entries)
     for entry in entries:
@@ -298,42 +310,44 @@ def _list_all(arguments: argparse.Namespace) -> int:
         if arguments.verbose:
             sections = f"{', '.join(kind.reads) or '-'} -> {', '.join(kind.writes) or '-'}"
             print(f"{name}  {kind.summary()}")
-            print(f"{'':{width}}  {sections}; {origin(entry)}")
+            print(f"{'':{width}}  {sections}; {describe_origin(entry)}")
         else:
-            print(_one_line(name, kind.summary(), "" if entry.is_ours else entry.plugin))
-    more = "urdf2mbs explain PASS shows all of one pass; -v shows what each reads and writes"
-    print(f"\n{METHOD}" if arguments.verbose else f"\n{more}")
+            print(_format_line(name, kind.summary(), "" if entry.is_ours else entry.plugin))
+    hint = "urdf2mbs explain PASS shows all of one pass; -v shows what each reads and writes"
+    print(f"\n{METHOD}" if arguments.verbose else f"\n{hint}")
     return 0
 
 
-def _one_line(name: str, summary: str, plugin: str = "") -> str:
-    """Return a pass on one line, shortened to the terminal's width."""
-    whose = f" ({plugin})" if plugin else ""
-    width = max(80, _width()) - len(name) - 2 - len(whose)
-    return f"{name}  {textwrap.shorten(summary, max(width, 20), placeholder=' ...')}{whose}"
+def _format_line(name: str, summary: str, plugin: str = "") -> str:
+    """Format a pass as one line, shortened to the width of the terminal."""
+    suffix = f" ({plugin})" if plugin else ""
+    width = max(80, _get_terminal_width()) - len(name) - 2 - len(suffix)
+    return f"{name}  {textwrap.shorten(summary, max(width, 20), placeholder=' ...')}{suffix}"
 
 
-def _width() -> int:
-    """Return the width of the terminal, in letters."""
+def _get_terminal_width() -> int:
+    """Return the width of the terminal (letters)."""
     return shutil.get_terminal_size().columns
 
 
-def warn_of(plugins: Plugins) -> None:
+def print_broken_plugins(plugins: Plugins) -> None:
     """Print which plugins are left out, and why."""
     for broken in plugins.broken:
         print(broken, file=sys.stderr)
 
 
-def origin(entry: PassEntry) -> str:
-    """Return the plugin that a pass is from, with its package, version and file."""
-    package = entry.distribution
-    of = f" of {package}" if package not in ("", entry.plugin) else ""
-    version = version_of(package) if package else ""
-    return f"{entry.plugin}{of}{f' {version}' if version else ''} ({near(Path(entry.source))})"
+def describe_origin(entry: PassEntry) -> str:
+    """Describe the plugin that a pass is from: name, package, version and file."""
+    text = entry.plugin
+    if entry.distribution not in ("", entry.plugin):
+        text += f" of {entry.distribution}"
+    if version := version_of(entry.distribution) if entry.distribution else "":
+        text += f" {version}"
+    return f"{text} ({near(Path(entry.source))})"
 
 
-def describe(entry: PassEntry) -> dict[str, Any]:
-    """Return a pass as JSON has it."""
+def export_pass(entry: PassEntry) -> dict[str, Any]:
+    """Return a pass as data for JSON."""
     kind = load_pass(entry)
     return {
         "name": kind.name,

@@ -1,6 +1,6 @@
-"""``urdf2mbs new-pass``: a plugin that runs as it is, and its test, to start from.
+"""``urdf2mbs new-pass``: write a plugin that already runs, and its test, to start from.
 
-Writes NAME.py, a pass that runs as it is, and test_NAME.py, which tests it.
+Writes NAME.py, a pass that already runs, and test_NAME.py, which tests it.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ EXAMPLES = (
 
 
 def add_options(command: argparse.ArgumentParser) -> None:
+    """Add the arguments of the command."""
     command.add_argument(
         "name", metavar="NAME", help="the name of the pass: small letters, digits, hyphens"
     )
@@ -29,6 +30,7 @@ def add_options(command: argparse.ArgumentParser) -> None:
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
+    """Write the plugin, and print how to use it."""
     plugin, test = new_pass(arguments.name, arguments.output, force=arguments.force)
     if arguments.json:
         print_json({"plugin": str(plugin), "test": str(test)})
@@ -37,9 +39,9 @@ def carry_out(arguments: argparse.Namespace) -> int:
     return 0
 
 
-#: The names of passes and plugins.
+#: Names of passes and plugins.
 NAME = re.compile(r"[a-z][a-z0-9]*(-[a-z0-9]+)*")
-#: The plugin and its test; NAME, CLASS and FILE stand for those of the pass.
+#: In the templates, NAME, CLASS and FILE stand for those of the pass.
 TEMPLATES = Path(__file__).with_name("templates")
 
 NEXT = """\
@@ -51,17 +53,26 @@ To use it, add to your config (paths there are relative to the config):
   passes:
     {name}: {{heavier_than: 1.0}}
 
-Then: urdf2mbs explain CONFIG.yaml   shows where it stands
+Then: urdf2mbs explain CONFIG.yaml   shows its place
       urdf2mbs run CONFIG.yaml -v    runs it
       pytest {test}"""
 
 
 def new_pass(name: str, folder: Path, *, force: bool = False) -> tuple[Path, Path]:
-    """Write NAME.py and test_NAME.py; gives both files.
+    """Write NAME.py and test_NAME.py.
 
-    :raises ConfigError: ``pass-name``, ``output-not-ours``, ``output-unwritable``
+    Args:
+        name: Name of the pass.
+        folder: Folder of both files.
+        force: Replace files that urdf2mbs did not write.
+
+    Returns:
+        Both files.
+
+    Raises:
+        ConfigError: ``pass-name``, ``output-not-ours`` or ``output-unwritable``.
     """
-    stem = _stem(name)
+    stem = _get_file_stem(name)
     plugin, test = folder / f"{stem}.py", folder / f"test_{stem}.py"
     words = {"NAME": name, "CLASS": name.title().replace("-", ""), "FILE": stem}
     files = {}
@@ -75,27 +86,26 @@ def new_pass(name: str, folder: Path, *, force: bool = False) -> tuple[Path, Pat
 
 
 def suggest_name(name: str) -> str:
-    """Return the nearest name of small letters, digits and hyphens; empty if there is none."""
+    """Return the name with small letters, digits and hyphens only; may be empty."""
     words = re.findall(r"[a-z0-9]+", re.sub(r"(?<=[a-z0-9])(?=[A-Z])", " ", name).lower())
     return re.sub(r"^[0-9-]+", "", "-".join(words))
 
 
-def _stem(name: str) -> str:
-    """Return the name of the file for a pass; raise ConfigError where the name will not do."""
-    fault = hint = ""
+def _get_file_stem(name: str) -> str:
+    """Return the stem of the file for a pass; raise ConfigError if no pass can have the name."""
     stem = name.replace("-", "_")
-    known = Plugins(installed=False).passes
+    passes = Plugins(installed=False).passes
     if not NAME.fullmatch(name):
-        better = suggest_name(name)
-        better = f"{better}-links" if better in known else better or "my-pass"
-        fault = "a pass is called by small letters, digits and hyphens, a letter first"
-        hint = f"for instance: urdf2mbs new-pass {better}"
-    elif name in known:
-        fault = "there is a built-in pass of this name"
-        hint = "choose another; to replace that one, see 'swap' on the page on writing passes"
+        suggestion = suggest_name(name) or "my-pass"
+        suggestion += "-links" if suggestion in passes else ""
+        reason = "expected small letters, digits and hyphens, a letter first"
+        hint = f"for instance: urdf2mbs new-pass {suggestion}"
+    elif name in passes:
+        reason = "a built-in pass has this name"
+        hint = "choose another; to replace that pass, see 'swap' on the page on writing passes"
     elif stem in sys.stdlib_module_names or stem in (GROUP, "msgspec", "pytest"):
-        fault = f"'{stem}.py' would hide Python's module '{stem}' from its test"
+        reason = f"'{stem}.py' would hide Python's module '{stem}' from its test"
         hint = f"for instance: urdf2mbs new-pass {name}-links"
-    if fault:
-        raise ConfigError("pass-name", f"'{name}' cannot be the name of a pass: {fault}", hint=hint)
-    return stem
+    else:
+        return stem
+    raise ConfigError("pass-name", f"'{name}' cannot be the name of a pass: {reason}", hint=hint)

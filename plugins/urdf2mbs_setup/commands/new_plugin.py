@@ -1,4 +1,4 @@
-"""``urdf2mbs new-plugin``: a package of a lab that installs and runs as it is, to start from.
+"""``urdf2mbs new-plugin``: write a package that already installs and runs, to start from.
 
 Writes the folder NAME: a package with one pass and one preset, its tests, an
 example robot, a README, and checks for GitHub.  Replaces no file.
@@ -30,8 +30,8 @@ EXAMPLES = (
     "urdf2mbs new-plugin our-lab -o ~/src",
 )
 
-#: The files of a package.  NAME, PACKAGE and CLASS stand for the words of the plugin, also in the
-#: files' texts.
+#: The template of each file.  In names and templates, NAME, PACKAGE and CLASS stand for those of
+#: the plugin.
 FILES = {
     "pyproject.toml": "pyproject.toml.in",
     "README.md": "README.md.in",
@@ -50,10 +50,11 @@ NEXT = """\
 Next: pip install -e {folder}
       urdf2mbs run {folder}/robots/arm.yaml
       pytest {folder}/tests
-{folder}/README.md says more, and how to check your robots on GitHub"""
+{folder}/README.md explains the files, and how to check your robots on GitHub"""
 
 
 def add_options(command: argparse.ArgumentParser) -> None:
+    """Add the arguments of the command."""
     command.add_argument(
         "name", metavar="NAME", help="the name of the plugin: small letters, digits, hyphens"
     )
@@ -69,6 +70,7 @@ def add_options(command: argparse.ArgumentParser) -> None:
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
+    """Write the package, and print how to use it."""
     folder, files = new_plugin(arguments.name, Path(arguments.output))
     if arguments.json:
         print_json({"folder": str(folder), "files": [str(file) for file in files]})
@@ -84,8 +86,8 @@ def new_plugin(name: str, parent: Path) -> tuple[Path, list[Path]]:
     """Write the package of a plugin.
 
     Args:
-        name: The name of the plugin, its preset and its package.
-        parent: The folder in which the folder of that name is made.
+        name: Name of the plugin, its preset and its package.
+        parent: Folder in which the folder of that name is made.
 
     Returns:
         The folder, and the files in it.
@@ -98,7 +100,7 @@ def new_plugin(name: str, parent: Path) -> tuple[Path, list[Path]]:
     words = {
         "PACKAGE": name.replace("-", "_"),
         "NAME": name,
-        # as urdf2mbs finds the class of a pass
+        # urdf2mbs derives the class of a pass from its name in the same manner
         "CLASS": name.title().replace("-", ""),
     }
     folder = parent / name
@@ -108,8 +110,8 @@ def new_plugin(name: str, parent: Path) -> tuple[Path, list[Path]]:
     }
     existing = [f"'{file}'" for file in texts if os.path.lexists(file)]
     if existing:
-        verb = "is" if len(existing) == 1 else "are"
-        message = f"{some(existing, 3)} {verb} there already: nothing is written"
+        verb = "exists" if len(existing) == 1 else "exist"
+        message = f"{some(existing, 3)} {verb} already: nothing is written"
         hint = "choose another name, or another folder by -o DIR"
         raise ConfigError("output-not-ours", message, hint=hint)
     for file, text in texts.items():
@@ -124,7 +126,7 @@ def new_plugin(name: str, parent: Path) -> tuple[Path, list[Path]]:
 
 
 def _fill(text: str, words: dict[str, str]) -> str:
-    """Return a template with the words of a plugin."""
+    """Fill a template with the words of a plugin."""
     for word, value in words.items():
         text = text.replace(word, value)
     return text
@@ -135,18 +137,18 @@ def _check_name(name: str) -> None:
     package = name.replace("-", "_")
     hint = f"for instance: urdf2mbs new-plugin {name}-lab"
     if not NAME.fullmatch(name):
-        fault = "a plugin is called by small letters, digits and hyphens, a letter first"
+        reason = "expected small letters, digits and hyphens, a letter first"
         hint = f"for instance: urdf2mbs new-plugin {suggest_name(name) or 'our-lab'}"
     elif package in (*sys.stdlib_module_names, "tests", "robots") or iskeyword(package):
-        fault = f"Python or the folders of the package use '{package}' for something else"
+        reason = f"Python or the folders of the package use '{package}' for something else"
     elif package.startswith("urdf2mbs") or find_spec(f"urdf2mbs_{package}") is not None:
-        fault = "urdf2mbs has a plugin of this name"
+        reason = "urdf2mbs has a plugin of this name"
         hint = "for instance: urdf2mbs new-plugin our-lab"
     elif name in Plugins(installed=False).presets:
-        fault = "urdf2mbs has a preset of this name"
+        reason = "urdf2mbs has a preset of this name"
     elif find_spec(package) is not None:
-        fault = f"a Python package '{package}' is installed here, which it would hide"
+        reason = f"a Python package '{package}' is installed here, which it would hide"
     else:
         return
-    message = f"'{name}' cannot be the name of a plugin: {fault}"
+    message = f"'{name}' cannot be the name of a plugin: {reason}"
     raise ConfigError("plugin-name", message, hint=hint)

@@ -21,82 +21,111 @@ from urdf2mbs.plugin import (
     load_pass,
     print_json,
 )
-from urdf2mbs_setup.commands.explain import warn_of
-from urdf2mbs_setup.options import inner_structs
+from urdf2mbs_setup.commands.explain import print_broken_plugins
+from urdf2mbs_setup.options import list_inner_structs
 
 EXAMPLES = ("urdf2mbs schema > config.schema.json",)
 
 
 def add_options(command: argparse.ArgumentParser) -> None:
+    """Add the arguments of the command."""
     add_no_plugins(command)
     add_fields(command, "plugins")
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
+    """Print the schema."""
     files = [Path(file) for file in arguments.plugins]
     plugins = Plugins(files, installed=not arguments.no_plugins)
-    warn_of(plugins)
-    print_json(schema(plugins))
+    print_broken_plugins(plugins)
+    print_json(make_schema(plugins))
     return 0
 
 
-def schema(plugins: Plugins) -> dict[str, Any]:
-    """A JSON schema (draft 2020-12) of a config that may use these plugins' passes."""
-    (_,), defs = msgspec.json.schema_components([Config], ref_template="#/$defs/{name}")
-    for kind in (Config, *inner_structs(Config)):
-        _describe(kind, defs[kind.__name__])
-    config = defs.pop("Config")
-    config["title"] = "urdf2mbs config"
-    properties = config["properties"]
-    properties["xacro_args"]["additionalProperties"] = {
-        "type": ["string", "number", "boolean"]  # each is the word as it is written
-    }
-    names = {"enum": sorted(plugins.passes)}
-    listed = {"type": "array", "items": names}
-    properties["pipeline"]["anyOf"] = [{"enum": sorted(plugins.presets)}, listed]
-    properties["after"]["additionalProperties"] = {"anyOf": [names, listed]}
-    properties["after"]["propertyNames"] = names
-    properties["swap"]["propertyNames"] = names
+def make_schema(plugins: Plugins) -> dict[str, Any]:
+    """Make the JSON schema (draft 2020-12) of a config that may use the passes of plugins.
 
-    options: dict[str, Any] = {}
-    for name, offered in sorted(plugins.passes.items()):
-        # which plugin's options hold is said by 'swap'
-        found = [
-            _options(load_pass(entry), name if entry.is_ours else f"{name}.{entry.plugin}", defs)
-            for entry in offered
-        ]
-        options[name] = found[0] if len(found) == 1 else {"anyOf": found}
-        options[name]["description"] = load_pass(offered[0]).summary()
-    properties["passes"] |= {"properties": options, "additionalProperties": False}
-    _accept_one_word(config)
+    msgspec makes the schema of the class ``Config``.  It does not know the passes, whose names and
+    options depend on the plugins::
+
+        of msgspec                          returned
+        passes: {type: object}              passes: {properties: {check: {properties: ...}, ...}}
+        pipeline: {anyOf: [string, array]}  pipeline: {anyOf: [{enum: [compact, ...]}, array]}
+    """
+    (_,), definitions = msgspec.json.schema_components([Config], ref_template="#/$defs/{name}")
+    for kind in (Config, *list_inner_structs(Config)):
+        _add_descriptions(kind, definitions[kind.__name__])
+    config = definitions.pop("Config")
+    config["title"] = "urdf2mbs config"
+    _name_passes(config["properties"], plugins)
+    config["properties"]["passes"] |= {
+        "properties": _make_options(plugins, definitions),
+        "additionalProperties": False,
+    }
+    _accept_single_words(config)
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         **config,
-        "$defs": dict(sorted(defs.items())),
+        "$defs": dict(sorted(definitions.items())),
     }
 
 
-def _options(kind: type, prefix: str, defs: dict[str, Any]) -> dict[str, Any]:
-    """The schema of a pass's options; the classes in it go into ``defs``."""
+def _name_passes(properties: dict[str, Any], plugins: Plugins) -> None:
+    """Add the names of passes and presets to the keys of a config that expect them."""
+    properties["xacro_args"]["additionalProperties"] = {
+        "type": ["string", "number", "boolean"]  # xacro gets the word that the config has
+    }
+    pass_name = {"enum": sorted(plugins.passes)}
+    pass_names = {"type": "array", "items": pass_name}
+    properties["pipeline"]["anyOf"] = [{"enum": sorted(plugins.presets)}, pass_names]
+    properties["after"]["additionalProperties"] = {"anyOf": [pass_name, pass_names]}
+    properties["after"]["propertyNames"] = pass_name
+    properties["swap"]["propertyNames"] = pass_name
+
+
+def _make_options(plugins: Plugins, definitions: dict[str, Any]) -> dict[str, Any]:
+    """Return the schema of the options of each pass; their classes go into ``definitions``."""
+    options: dict[str, Any] = {}
+    for name, entries in sorted(plugins.passes.items()):
+        schemas = [
+            _make_pass_schema(
+                load_pass(entry), name if entry.is_ours else f"{name}.{entry.plugin}", definitions
+            )
+            for entry in entries
+        ]
+        # 'swap' says whose pass of this name is used
+        options[name] = schemas[0] if len(schemas) == 1 else {"anyOf": schemas}
+        options[name]["description"] = load_pass(entries[0]).summary()
+    return options
+
+
+def _make_pass_schema(kind: type, prefix: str, definitions: dict[str, Any]) -> dict[str, Any]:
+    """Return the schema of a pass's options.
+
+    Args:
+        kind: Class of the pass.
+        prefix: Beginning of the names of its classes in ``definitions``.
+        definitions: Gets the schemas of the classes in the options.
+    """
     (reference,), components = msgspec.json.schema_components(
         [kind], ref_template=f"#/$defs/{prefix}.{{name}}"
     )
-    inner = {struct.__name__: struct for struct in inner_structs(kind)}
+    structs = {struct.__name__: struct for struct in list_inner_structs(kind)}
     for name, component in components.items():
         component.pop("title", None)
-        defs[f"{prefix}.{name}"] = component
-        if name in inner:
-            _describe(inner[name], component)
-    top = components.get(kind.__name__, reference)
-    top["additionalProperties"] = False
-    _accept_one_word(top)
-    _describe(kind, top)
+        definitions[f"{prefix}.{name}"] = component
+        if name in structs:
+            _add_descriptions(structs[name], component)
+    pass_schema = components.get(kind.__name__, reference)
+    pass_schema["additionalProperties"] = False
+    _accept_single_words(pass_schema)
+    _add_descriptions(kind, pass_schema)
     return reference
 
 
-def _describe(kind: type, component: dict[str, Any]) -> None:
-    """Put the docstrings of a class's fields into its schema."""
-    properties = component.get("properties", {})
+def _add_descriptions(kind: type, schema: dict[str, Any]) -> None:
+    """Add the docstrings of a class's fields to its schema."""
+    properties = schema.get("properties", {})
     docs = field_docs(kind)
     for field in msgspec.structs.fields(kind):
         name, text = field.encode_name, docs.get(field.name)
@@ -104,9 +133,9 @@ def _describe(kind: type, component: dict[str, Any]) -> None:
             properties[name].setdefault("description", text)
 
 
-def _accept_one_word(component: dict[str, Any]) -> None:
-    """A single word where a list of words is wanted is a list of one."""
-    for one in component.get("properties", {}).values():
-        if (one.get("items") or {}).get("type") == "string":
-            word = one.pop("items")
-            one["anyOf"] = [word, {"type": one.pop("type"), "items": word}]
+def _accept_single_words(schema: dict[str, Any]) -> None:
+    """Accept a single word for a list of words."""
+    for property_ in schema.get("properties", {}).values():
+        if (property_.get("items") or {}).get("type") == "string":
+            word = property_.pop("items")
+            property_["anyOf"] = [word, {"type": property_.pop("type"), "items": word}]

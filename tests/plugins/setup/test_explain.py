@@ -123,9 +123,9 @@ def test_one_pass_is_shown_whole(lab: Path, capsys: Capture) -> None:
     assert shown == expected_places()
     assert rest == (
         "robot\n  writes   robot\n  options\n"
-        "    loads: dict[str, Load], must be given\n        By link.\n"
+        "    loads: dict[str, Load], required\n        By link.\n"
         "    kind: str, default: box\n"
-        "  each Load\n    kg: float, must be given\n        Its mass.\n"
+        "  each Load\n    kg: float, required\n        Its mass.\n"
     )
     assert main(["explain", "payload", "--plugin", "lab.py", "--json"]) == 0
     (found,) = json.loads(capsys.readouterr().out)

@@ -6,7 +6,7 @@ import msgspec
 import pytest
 
 from urdf2mbs.plugin import Pass
-from urdf2mbs_setup.options import describe_type, inner_structs, list_options
+from urdf2mbs_setup.options import describe_type, list_inner_structs, list_options
 
 
 class Inner(msgspec.Struct):
@@ -53,7 +53,7 @@ def test_options_in_words() -> None:
 
 
 def test_the_structs_in_options() -> None:
-    assert inner_structs(Sample) == [Outer, Inner]
+    assert list_inner_structs(Sample) == [Outer, Inner]
 
 
 @pytest.mark.parametrize(

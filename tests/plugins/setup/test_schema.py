@@ -12,7 +12,7 @@ from urdf2mbs.config.model import Config
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.engine.plugins import Plugins
 from urdf2mbs.messages.diagnostics import ConfigError
-from urdf2mbs_setup.commands.schema import schema
+from urdf2mbs_setup.commands.schema import make_schema
 
 ROOT = Path(__file__).resolve().parents[3]
 
@@ -30,7 +30,7 @@ def good(text: str, whole: dict[str, Any]) -> bool:
 
 @pytest.fixture(scope="module")
 def ours() -> dict[str, Any]:
-    return schema(Plugins(installed=False))
+    return make_schema(Plugins(installed=False))
 
 
 @pytest.mark.parametrize("file", sorted((ROOT / "configs").glob("*.yaml")), ids=lambda f: f.name)
@@ -86,7 +86,7 @@ def test_every_key_of_a_config_is_described(ours: dict[str, Any]) -> None:
 
 
 def test_a_plugins_options_are_in_the_schema() -> None:
-    whole = schema(Plugins([ROOT / "tests" / "door" / "rename_links.py"], installed=False))
+    whole = make_schema(Plugins([ROOT / "tests" / "door" / "rename_links.py"], installed=False))
     text = "source: x\nafter: {expand: rename-links}\npasses: {rename-links: {links: {a: b}}}"
     assert good(text, whole)
     assert not good(text.replace("a: b", "a: 1"), whole)
