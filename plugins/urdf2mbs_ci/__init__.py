@@ -14,19 +14,22 @@ if TYPE_CHECKING:
 
 @hookimpl
 def urdf2mbs_passes() -> list[PassEntry]:
-    # no preset is called so, and none gets the pass: 'lint' and configs put it in
+    """Add the pass ``find-faults``."""
+    # There is no preset "lint", so no preset gets the pass: `lint` and configs add it.
     after = ("expand", "snap", "estimate-inertia")
     return [PassEntry("find-faults", "urdf2mbs_ci", after, presets=("lint",))]
 
 
 @hookimpl
 def urdf2mbs_commands() -> list[Command]:
-    does = "list the faults of a robot, without converting it"
-    return [Command("lint", does, "urdf2mbs_ci.commands.lint")]
+    """Add the command ``lint``."""
+    summary = "list the faults of a robot, without converting it"
+    return [Command("lint", summary, "urdf2mbs_ci.commands.lint")]
 
 
 @hookimpl
 def urdf2mbs_options(command: str, parser: argparse.ArgumentParser) -> None:
+    """Add options to ``verify``."""
     if command == "verify":
         from urdf2mbs_ci.findings import add_options
 
@@ -37,6 +40,7 @@ def urdf2mbs_options(command: str, parser: argparse.ArgumentParser) -> None:
 def urdf2mbs_observe_verify(
     robot: str, arguments: argparse.Namespace
 ) -> AbstractContextManager[Callable[[Any], bool]]:
+    """Collect the findings of ``verify``."""
     from urdf2mbs_ci.findings import observe_verify
 
     return observe_verify(robot, arguments)

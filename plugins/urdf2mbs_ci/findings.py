@@ -1,6 +1,6 @@
-"""What `lint` and `verify` find in a robot: a line for each, or SARIF for the pages of a CI.
+"""The findings of `lint` and `verify`: a line for each, or SARIF for the pages of a CI.
 
-SARIF 2.1.0 is the format of OASIS for the results of linters.  GitHub shows it beside the lines.
+SARIF 2.1.0 is OASIS's format for the results of linters.  GitHub shows them beside the code.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ from urdf2mbs.plugin import (
 
 SCHEMA = "https://json.schemastore.org/sarif-2.1.0.json"
 #: The code of a difference between two robots.
-DIFFERS = "not-the-same"
+DIFFERENCE_CODE = "not-the-same"
 
 
 def add_options(command: argparse.ArgumentParser) -> None:
-    """The options of ``verify`` for a CI."""
+    """Add the options of ``verify`` for a CI."""
     command.add_argument(
         "--ci", action="store_true", help="print a line for each finding, with file and line"
     )
@@ -39,92 +39,103 @@ def add_options(command: argparse.ArgumentParser) -> None:
 
 
 def add_sarif(command: argparse.ArgumentParser) -> None:
+    """Add the option ``--sarif``."""
     command.add_argument(
         "--sarif", type=path, metavar="FILE", help="write all findings as SARIF 2.1.0, too"
     )
 
 
 class Findings:
-    """All that was found in a robot, each with its place in the robot's own files."""
+    """The findings about a robot, each located in the robot's source files."""
 
     def __init__(self, source: str) -> None:
-        self.said: list[Diagnostic] = []
+        self.diagnostics: list[Diagnostic] = []
+        """The findings as they were reported."""
         self.source = source
         self.read_files: Collection[str] = ()
         """The files that were read so far."""
 
-    @property
-    def files(self) -> list[str]:
-        """The files of the robot that were read."""
-        return [file for file in self.read_files if not file.lower().endswith(".mbs")]
+    def locate(self) -> list[Diagnostic]:
+        """Return the findings with their lines in the URDF or xacro files, if known."""
+        return [self._locate(diagnostic) for diagnostic in self.diagnostics]
 
-    def placed(self) -> list[Diagnostic]:
-        """The findings, with the line of the URDF or xacro file as far as it is known."""
-        return [self._place(found) for found in self.said]
-
-    def _place(self, found: Diagnostic) -> Diagnostic:
-        file = (found.file or self.source).removesuffix(written.EXPANDED)
-        line = found.line if found.file == file else None
+    def _locate(self, diagnostic: Diagnostic) -> Diagnostic:
+        """Return a finding with its line: as reported, or that of its joint or link."""
+        file = (diagnostic.file or self.source).removesuffix(written.EXPANDED)
+        line = diagnostic.line if diagnostic.file == file else None
         file = near(Path(file))
-        for kind, name in (("joint", found.joint), ("link", found.link)):
-            place = (
-                written.find_declaration(kind, name, self.files) if name and line is None else None
-            )
-            if place is not None:
-                file, line = near(Path(place[0])), place[1]
-        return msgspec.structs.replace(found, file=file, line=line)
+        source_files = [file for file in self.read_files if not file.lower().endswith(".mbs")]
+        for kind, name in (("joint", diagnostic.joint), ("link", diagnostic.link)):
+            if not name or line is not None:
+                continue
+            declaration = written.find_declaration(kind, name, source_files)
+            if declaration is not None:
+                file, line = near(Path(declaration[0])), declaration[1]
+        return msgspec.structs.replace(diagnostic, file=file, line=line)
 
-    def tell(self, verbose: bool) -> None:
-        """Print each error and warning, and below it what to do; the notes if ``verbose``."""
-        for found in self.placed():
-            if verbose or found.level != "note":
-                print(found)
+    def print(self, *, verbose: bool) -> None:
+        """Print each error and warning with its remedy; with ``verbose`` also the notes."""
+        for diagnostic in self.locate():
+            if verbose or diagnostic.level != "note":
+                print(diagnostic)
 
-    def sarif(self) -> dict[str, Any]:
-        """The findings as SARIF."""
+    def make_sarif(self) -> dict[str, Any]:
+        """Return the findings as SARIF."""
         from importlib.metadata import version
 
-        placed = self.placed()
+        diagnostics = self.locate()
         rules = [
             {"id": code, "shortDescription": {"text": code.replace("-", " ")}}
-            for code in sorted({found.code for found in placed})
+            for code in sorted({diagnostic.code for diagnostic in diagnostics})
         ]
         results = [
             {
-                "ruleId": found.code, "level": found.level, "locations": [_location(found)],
-                "message": {"text": "\n".join(filter(None, [found.message, found.hint]))},
+                "ruleId": diagnostic.code,
+                "level": diagnostic.level,
+                "locations": [_make_location(diagnostic)],
+                "message": {"text": "\n".join(filter(None, [diagnostic.message, diagnostic.hint]))},
             }
-            for found in placed
-        ]  # fmt: skip
+            for diagnostic in diagnostics
+        ]
         driver = {"name": "urdf2mbs", "version": version("urdf2mbs"), "rules": rules}
         run = {"tool": {"driver": driver}, "results": results}
         return {"$schema": SCHEMA, "version": "2.1.0", "runs": [run]}
 
 
 @contextmanager
-def collecting(sarif: Path | None, source: str) -> Iterator[Findings]:
-    """Gives the findings to be filled; an error that ends the block is one of them.  They are
-    written as SARIF at the end, if asked for."""
-    found = Findings(source)
+def collect_findings(sarif: Path | None, source: str) -> Iterator[Findings]:
+    """Collect findings about a robot.
+
+    Args:
+        sarif: Write the findings into this file at the end.
+        source: The file of the robot.
+
+    Yields:
+        The findings, to be filled.  An error that ends the block is added.
+
+    Raises:
+        ConversionError: The error that ended the block.
+    """
+    findings = Findings(source)
     failure = None
     with noting() as read_files:
-        found.read_files = read_files
+        findings.read_files = read_files
         try:
-            yield found
+            yield findings
         except ConversionError as error:
             if error.exit_code != ConversionError.exit_code:
-                raise  # the command line is wrong, and not the robot
-            found.said += [*error.earlier, error.diagnostic()]
+                raise  # the command line is wrong, not the robot
+            findings.diagnostics += [*error.earlier, error.diagnostic()]
             failure = error
     if sarif is not None:
-        write_files({sarif: (json.dumps(found.sarif(), indent=1) + "\n").encode()})
+        write_files({sarif: (json.dumps(findings.make_sarif(), indent=1) + "\n").encode()})
     if failure is not None:
         raise failure
 
 
 @contextmanager
 def observe_verify(robot: str, arguments: argparse.Namespace) -> Iterator[Callable[[Any], bool]]:
-    """Collect what ``verify`` finds; with ``--ci``, print a line for each finding.
+    """Collect the findings of ``verify``; with ``--ci``, print a line for each.
 
     Args:
         robot: The file of the robot.
@@ -133,29 +144,40 @@ def observe_verify(robot: str, arguments: argparse.Namespace) -> Iterator[Callab
     Yields:
         A function that takes the verdict, and returns whether it has printed it.
     """
-    with collecting(arguments.sarif, robot) as findings:
+    with collect_findings(arguments.sarif, robot) as findings:
 
         def take(verdict: Any) -> bool:
-            findings.said += [*verdict.diagnostics, *differences(verdict.differences)]
+            findings.diagnostics += verdict.diagnostics
+            findings.diagnostics += make_diagnostics(verdict.differences)
             if not arguments.ci or arguments.json:
                 return False
-            findings.tell(arguments.verbose)
+            findings.print(verbose=arguments.verbose)
             print(verdict.verdict)
             return True
 
         yield take
 
 
-def differences(found: Iterable[Difference]) -> list[Diagnostic]:
-    """Where two robots differ, as errors."""
+def make_diagnostics(differences: Iterable[Difference]) -> list[Diagnostic]:
+    """Return an error for each difference between two robots."""
     return [
-        Diagnostic("error", DIFFERS, one.message, link=one.link, joint=one.joint) for one in found
+        Diagnostic(
+            "error",
+            DIFFERENCE_CODE,
+            difference.message,
+            link=difference.link,
+            joint=difference.joint,
+        )
+        for difference in differences
     ]
 
 
-def _location(found: Diagnostic) -> dict[str, Any]:
-    file, here = Path(found.file or "").absolute(), Path.cwd()
-    inside = file.is_relative_to(here)
-    uri = file.relative_to(here).as_posix() if inside else file.as_uri()
-    region = {"startLine": found.line or 1}
+def _make_location(diagnostic: Diagnostic) -> dict[str, Any]:
+    """Return the location of a finding as SARIF, relative to the working folder if possible."""
+    file, working_folder = Path(diagnostic.file or "").absolute(), Path.cwd()
+    if file.is_relative_to(working_folder):
+        uri = file.relative_to(working_folder).as_posix()
+    else:
+        uri = file.as_uri()
+    region = {"startLine": diagnostic.line or 1}
     return {"physicalLocation": {"artifactLocation": {"uri": uri}, "region": region}}

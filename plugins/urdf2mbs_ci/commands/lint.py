@@ -25,7 +25,7 @@ from urdf2mbs.plugin import (
     print_json,
     robot_or_config,
 )
-from urdf2mbs_ci.findings import add_sarif, collecting
+from urdf2mbs_ci.findings import add_sarif, collect_findings
 
 EXAMPLES = (
     "urdf2mbs lint robot.urdf",
@@ -33,16 +33,18 @@ EXAMPLES = (
     "urdf2mbs lint robot.yaml --sarif urdf2mbs.sarif",
 )
 
-
-#: The pass that warns of the robot's faults: the last one that runs.
+#: The pass that warns of faults; no pass runs after it.
 CHECKS = "find-faults"
 
 
 def add_options(command: argparse.ArgumentParser) -> None:
+    """Add the arguments of the command."""
     command.add_argument(
-        "config", type=path, metavar="ROBOT",
+        "config",
+        type=path,
+        metavar="ROBOT",
         help="a .urdf or .xacro file, robot_descriptions:NAME, - for standard input, or a config",
-    )  # fmt: skip
+    )
     add_json(command)
     add_verbose(command)
     add_no_plugins(command)
@@ -51,41 +53,45 @@ def add_options(command: argparse.ArgumentParser) -> None:
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
+    """Print the faults of a robot; return 1 if one of them is an error."""
     config, lines = robot_or_config(arguments)
-    config = _with_checks(config)
+    config = _add_checks(config)
     name = config.source
     try:
-        with collecting(arguments.sarif, config.source) as found:
+        with collect_findings(arguments.sarif, config.source) as findings:
             pipeline = Pipeline(config, lines, installed_plugins=not arguments.no_plugins)
             conversion = pipeline.run(stop_after=CHECKS)
-            found.said += conversion.diagnostics
+            findings.diagnostics += conversion.diagnostics
             name = conversion.robot.name
     except ConversionError as error:
         if error.exit_code != ConversionError.exit_code:
             raise
-    levels = [one.level for one in found.said]
+    levels = [diagnostic.level for diagnostic in findings.diagnostics]
     counts = {level: levels.count(level) for level in ("error", "warning", "note")}
     if arguments.json:
-        print_json({"robot": name, **counts, "diagnostics": found.placed()})
+        print_json({"robot": name, **counts, "diagnostics": findings.locate()})
     else:
-        found.tell(arguments.verbose)
+        findings.print(verbose=arguments.verbose)
         print(f"{name}: {', '.join(counted(count, level) for level, count in counts.items())}")
     return ConversionError.exit_code if counts["error"] else 0
 
 
-def _with_checks(config: Config) -> Config:
-    """Return the config with the checks behind all passes that change the robot.
+def _add_checks(config: Config) -> Config:
+    """Return the config with the checks after all passes that change the robot.
 
-    Those passes come before a base is put under the robot.  A sweep is one robot: its values are
-    left out, and so the defaults of xacro arguments count.
+    Those passes come before the pass ``insert-base``.  A sweep is checked as one robot without the
+    values of the sweep: xacro arguments have their defaults.
     """
     before: dict[str, str | list[str]] = dict(config.before)
     after: dict[str, str | list[str]] = dict(config.after)
     names = config.pipeline
     if "insert-base" not in config.without and (isinstance(names, str) or "insert-base" in names):
-        given = before.get("insert-base", [])
-        before["insert-base"] = [*([given] if isinstance(given, str) else given), CHECKS]
+        before["insert-base"] = _append_checks(before.get("insert-base", []))
     else:
-        given = after.get("expand", [])
-        after["expand"] = [*([given] if isinstance(given, str) else given), CHECKS]
+        after["expand"] = _append_checks(after.get("expand", []))
     return msgspec.structs.replace(config, before=before, after=after, sweep=None)
+
+
+def _append_checks(passes: str | list[str]) -> list[str]:
+    """Return one or more passes, and the checks after them."""
+    return [*([passes] if isinstance(passes, str) else passes), CHECKS]

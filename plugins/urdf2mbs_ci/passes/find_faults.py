@@ -1,4 +1,4 @@
-"""Find faults: warn of what is wrong with the robot as a whole, as ``lint`` does.
+"""Find faults: warn of faults of the robot as a whole, as ``lint`` does.
 
 The reader warns of single elements, and the other passes of what they convert.  Plugins add checks
 by the hook ``urdf2mbs_find_faults``.
@@ -10,9 +10,12 @@ from urdf2mbs.plugin import Conversion, Pass, find_locked_joints
 
 
 class FindFaults(Pass):
+    """Warn of faults of the robot as a whole, as ``lint`` does."""
+
     reads = ("robot",)
 
     def run(self, conversion: Conversion) -> None:
+        """Warn of a robot without mass, and of locked joints; then run the checks of plugins."""
         robot = conversion.robot
         if all(link.massless for link in robot.links.values()):
             conversion.warn(
