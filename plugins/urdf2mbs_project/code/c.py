@@ -27,10 +27,10 @@ from urdf2mbs_project.simulation import (
 #: The statements that add a law of a point to another force at this point.
 ADDED_LAW = """\
 {{
-    double more[7] = {{0.0}};
+    double added[7] = {{0.0}};
     {}
     for (int i = 1; i <= 6; i++) {{
-        force[i] += more[i];
+        force[i] += added[i];
     }}
 }}"""
 #: The fields of the struct Ground, which are the numbers of the user model ``contact``.
@@ -95,7 +95,7 @@ class _RobotSource:
             ("JDQD", "jdqd", zeros),
             ("DRIVEN", "mbs_data", self.write_driven_joints()),
             ("JOINT_FORCES", "mbs_data", self.write_joint_forces()),
-            ("EFFORTS", "mbs_data joint push", self.write_efforts()),
+            ("EFFORTS", "mbs_data joint force", self.write_efforts()),
             (
                 "EXTERNAL_FORCES",
                 "PxF RxF VxF OMxF mbs_data tsim ixF",
@@ -172,7 +172,7 @@ class _RobotSource:
             friction = self.read_number("friction", name)
             stiffness = self.read_number("friction_stiffness", name)
             yield (
-                f"Qq[{name}_id] -= rub(mbs_data, {state}, qd[{name}_id], {friction},\n"
+                f"Qq[{name}_id] -= joint_friction(mbs_data, {state}, qd[{name}_id], {friction},\n"
                 f"    {stiffness}, {time});"
             )
 
@@ -183,7 +183,7 @@ class _RobotSource:
             lower = self.read_number("q_min", name, "-INFINITY")
             upper = self.read_number("q_max", name, "INFINITY")
             yield (
-                f"Qq[{name}_id] -= stops(q[{name}_id], qd[{name}_id],\n"
+                f"Qq[{name}_id] -= stop_forces(q[{name}_id], qd[{name}_id],\n"
                 f"    {lower}, {upper},\n"
                 f"    {self.read_number('stop_stiffness', name)}, {speed});"
             )
@@ -194,7 +194,7 @@ class _RobotSource:
             stiffness = self.read_number("hold_stiffness", name)
             damping = self.read_number("hold_damping", name)
             yield (
-                f"Qq[{name}_id] += within({self.read_number('effort', name)},\n"
+                f"Qq[{name}_id] += limit_effort({self.read_number('effort', name)},\n"
                 f"    {stiffness} * (q0[{name}_id] - q[{name}_id])\n"
                 f"    - {damping} * qd[{name}_id]);"
             )
@@ -202,10 +202,10 @@ class _RobotSource:
     def write_efforts(self) -> Iterator[str]:
         """Yield the limits of the motors' forces."""
         cases = {
-            name: [f"return within({self.read_number('effort', name)}, push);"]
+            name: [f"return limit_effort({self.read_number('effort', name)}, force);"]
             for name in self.parameters.get("effort", ())
         }
-        yield from self.write_switch("joint", "joint", cases, "return push;")
+        yield from self.write_switch("joint", "joint", cases, "return force;")
 
     # --- points, links, sensors ---
 
@@ -231,7 +231,7 @@ class _RobotSource:
         for law in self.simulation.laws:
             for point in law.points:
                 statements = cases.setdefault(get_force_name(point), [])
-                target = "more" if statements else "force"
+                target = "added" if statements else "force"
                 call = f"{law.name}(PxF, VxF, mbs_data, tsim, ixF, {target});"
                 statements += ADDED_LAW.format(call).splitlines() if statements else [call]
         if self.simulation.contacts:
@@ -262,7 +262,7 @@ class _RobotSource:
             for sensor in self.simulation.sensors
             if sensor.point.sensor is not None
         }
-        yield "const double *axes = of_body;\n"
+        yield "const double *axes = body_axes;\n"
         yield from self.write_switch("isens", "sensor", cases, "break;" if cases else "")
         yield "read_imu(sensor, axes, mbs_data->g, force, turn);"
 

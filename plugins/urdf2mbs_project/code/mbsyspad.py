@@ -89,7 +89,7 @@ def generate_model_header(mbs: Mbs) -> str:
         fields = "".join(f"        double {parameter.name};\n" for parameter in model.parameters)
         lines.append(f"    struct {model.name} {{\n{fields}    }} {model.name};\n")
     if not models:
-        lines.append("    double none; /* a struct of C wants a member */\n")
+        lines.append("    double none; /* a struct of C requires a member */\n")
     return "".join([*lines, "};\n\n#endif\n"])
 
 

@@ -25,9 +25,9 @@ def generate_tables(mbs: Mbs, simulation: Simulation) -> str:
             _format_directions(simulation),
             _format_contacts(mbs, simulation),
             _format_sensor_axes(simulation),
-            "/* The joints by Robotran's number; those that follow from the constraints. */\n",
-            format_array("char *const", "joints", joints),
-            f'static const char dependent[] = "{" ".join(list_dependent_joints(mbs))}";\n',
+            "/* The names of the joints by Robotran's number; those that follow from the constraints. */\n",
+            format_array("char *const", "joint_names", joints),
+            f'static const char dependent_joints[] = "{" ".join(list_dependent_joints(mbs))}";\n',
         ]
     )
 
@@ -36,7 +36,7 @@ def _format_directions(simulation: Simulation) -> str:
     """Return the directions up and along the ground."""
     across = ", ".join(f"{{{format_numbers(axis)}}}" for axis in simulation.horizontal_axes)
     return (
-        "/* Against gravity, and two directions in the ground, in the axes of the base. */\n"
+        "/* The direction against gravity, and two directions in the ground, in the axes of the base. */\n"
         f"static const double up[3] = {{{format_numbers(simulation.up)}}};\n"
         f"static const double across[2][3] = {{{across}}};\n\n"
     )
@@ -65,15 +65,17 @@ def _format_spot(spot: Spot) -> str:
     if spot.radius:
         down, aside = spot.radius * cos(spot.rim_angle), spot.radius * sin(spot.rim_angle)
         rim = f", .rim = {{{format_numbers((down, aside))}}}"
-    return f"{{.at = {{{format_numbers(spot.centre)}}}{axis}{rim}}}"
+    return f"{{.centre = {{{format_numbers(spot.centre)}}}{axis}{rim}}}"
 
 
 def _format_sensor_axes(simulation: Simulation) -> str:
     """Return the axes of each sensor in its body, and those of a body."""
-    lines = ["/* The axes of sensors in their bodies, row by row. */\n"]
+    lines = [
+        "/* The axes of sensors in their bodies, row by row; those of a body without a sensor. */\n"
+    ]
     for sensor in simulation.sensors:
         if sensor.point.sensor is not None:
             array = f"{sensor.point.sensor.name}_axes[9]"
             lines.append(f"static const double {array} = {{{format_numbers(sensor.rotation)}}};\n")
-    lines.append(f"static const double of_body[9] = {{{format_numbers(IDENTITY)}}};\n\n")
+    lines.append(f"static const double body_axes[9] = {{{format_numbers(IDENTITY)}}};\n\n")
     return "".join(lines)

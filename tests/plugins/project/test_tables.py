@@ -64,8 +64,8 @@ def test_states_of_friction_are_named_by_their_places() -> None:
     files = {name: data.decode() for name, data in c.generate_c_files(*robot()).items()}
     rows = re.findall(r"Contact (\w+) = \{\w+_spots, (.*)\};", files["r_tables.h"])
     assert rows == [("touch1", "2, 2, 3.0"), ("touch2", "2, 5, 3.0")]
-    assert "{.at = {0.0, 0.0, 0.0}, .rim = {0.5, 0.0}},\n" in files["r_tables.h"]
-    assert re.findall(r"rub\(mbs_data, (\d, qd\[\w+\])", files["r_robot.c"]) == [
+    assert "{.centre = {0.0, 0.0, 0.0}, .rim = {0.5, 0.0}},\n" in files["r_tables.h"]
+    assert re.findall(r"joint_friction\(mbs_data, (\d, qd\[\w+\])", files["r_robot.c"]) == [
         "1, qd[a_swing_id]"
     ]
     assert "h[1] = q[still_id] - 2.0 * q[lift_id];\n" in files["r_robot.c"]

@@ -96,7 +96,7 @@ def test_a_bristle_gives_back_no_more_than_it_took(
     data = SimpleNamespace(ux=np.zeros(2), uxd=np.zeros(2))
     for rate, duration in motion:
         for _ in range(200):
-            pull = robot.bristle(data, 1, rate, most, time)
+            pull = robot.move_bristle(data, 1, rate, most, time)
             assert abs(pull) <= most * (1 + 1e-12)
             work += pull * rate * duration / 200
             data.ux += data.uxd * duration / 200
@@ -120,7 +120,7 @@ def test_the_bristles_of_a_body_give_back_no_more_than_they_took(
     """A plate slides and turns on the ground, pressed unevenly; each spot holds N bent^2 / 2."""
     data = SimpleNamespace(ux=np.zeros(4), uxd=np.zeros(4), user_model={"contact": GROUND})
     corners = [(x, y, tilt * (x + 2 * y)) for x in (-0.1, 0.1) for y in (-0.05, 0.05)]
-    plate, P, R = robot.contact(1, corners), np.array([0.0, 0.0, 0.0, -0.001]), np.eye(4)
+    plate, P, R = robot.make_contact(1, corners), np.array([0.0, 0.0, 0.0, -0.001]), np.eye(4)
     work = way = 0.0
     for vx, vy, spin, duration in motion:
         V, OM = np.array([0.0, vx, vy, 0.0]), np.array([0.0, 0.0, 0.0, spin])
