@@ -25,7 +25,8 @@ def generate_tables(mbs: Mbs, simulation: Simulation) -> str:
             _format_directions(simulation),
             _format_contacts(mbs, simulation),
             _format_sensor_axes(simulation),
-            "/* The names of the joints by Robotran's number; those that follow from the constraints. */\n",
+            "/* The names of the joints by Robotran's number; those that follow from the "
+            "constraints. */\n",
             format_array("char *const", "joint_names", joints),
             f'static const char dependent_joints[] = "{" ".join(list_dependent_joints(mbs))}";\n',
         ]
@@ -36,7 +37,8 @@ def _format_directions(simulation: Simulation) -> str:
     """Return the directions up and along the ground."""
     across = ", ".join(f"{{{format_numbers(axis)}}}" for axis in simulation.horizontal_axes)
     return (
-        "/* The direction against gravity, and two directions in the ground, in the axes of the base. */\n"
+        "/* The direction against gravity, and two directions in the ground, in the axes of the "
+        "base. */\n"
         f"static const double up[3] = {{{format_numbers(simulation.up)}}};\n"
         f"static const double across[2][3] = {{{across}}};\n\n"
     )

@@ -47,16 +47,22 @@ NAMES = CHAIN.replace('"one"', '"double"').replace('"two"', '"a/b"').replace('"b
 NAMES = NAMES.replace('"three"', '"a_c"').replace('"d"', '"stop"').replace('"four"', '"NONE"')
 
 
-@pytest.mark.parametrize(("text", "passes", "settings"), [
-    (RICH, PASSES, {}),
-    (RUBBING, {"mimic": {"joints": {"*": "dependent"}}}, {}),
-    (RUBBING, {"mimic": {"joints": {"*": "driven"}}}, {}),
-    (NAMES, {}, {"output": "while"}),
-    pytest.param(
-        GRIPPER, {}, {"pipeline": without_meshes("faithful"), "base": "fixed"},
-        marks=pytest.mark.skipif(not GRIPPER.is_file(), reason="../shared is not there"),
-    ),
-], ids=["rich", "dependent", "driven", "names", "gripper"])  # fmt: skip
+@pytest.mark.parametrize(
+    ("text", "passes", "settings"),
+    [
+        (RICH, PASSES, {}),
+        (RUBBING, {"mimic": {"joints": {"*": "dependent"}}}, {}),
+        (RUBBING, {"mimic": {"joints": {"*": "driven"}}}, {}),
+        (NAMES, {}, {"output": "while"}),
+        pytest.param(
+            GRIPPER,
+            {},
+            {"pipeline": without_meshes("faithful"), "base": "fixed"},
+            marks=pytest.mark.skipif(not GRIPPER.is_file(), reason="../shared is not there"),
+        ),
+    ],
+    ids=["rich", "dependent", "driven", "names", "gripper"],
+)
 def test_c_does_what_python_and_the_laws_say(
     text: Any, passes: Any, settings: Any, tmp_path: Path
 ) -> None:
@@ -157,11 +163,22 @@ def test_main_stops_where_robotran_cannot_go_on(
     (tmp_path / "runtime.c").write_text(f"static volatile double zero = 0.0;\n{RUNTIME}")
     sources = [*(project / "userfctR").glob("*.c"), project / "workR" / "src" / "main.c"]
     command = [
-        "gcc", "-w", f"-I{HEADERS}", f"-I{project / 'userfctR'}", f"-DDONE={done}",
-        f"-DLAST=({last} + zero)", f"-DUSER_MODEL={user_model}", f"-DN_JOINTS={n_joints}",
-        '-DPROJECT_FOLDER=""', '-DBUILD_FOLDER=""',
-        "-o", str(tmp_path / "exe"), str(tmp_path / "runtime.c"), *map(str, sources), "-lm",
-    ]  # fmt: skip
+        "gcc",
+        "-w",
+        f"-I{HEADERS}",
+        f"-I{project / 'userfctR'}",
+        f"-DDONE={done}",
+        f"-DLAST=({last} + zero)",
+        f"-DUSER_MODEL={user_model}",
+        f"-DN_JOINTS={n_joints}",
+        '-DPROJECT_FOLDER=""',
+        '-DBUILD_FOLDER=""',
+        "-o",
+        str(tmp_path / "exe"),
+        str(tmp_path / "runtime.c"),
+        *map(str, sources),
+        "-lm",
+    ]
     subprocess.run(command, check=True)
     ran = subprocess.run([tmp_path / "exe"], check=False, capture_output=True, text=True)
     assert ran.returncode == code
@@ -225,19 +242,30 @@ def test_user_models_are_found_by_their_names(tmp_path: Path) -> None:
     (tmp_path / "loader.c").write_text(LOADER)
     program = tmp_path / "loader"
     command = [
-        "gcc", "-std=c99", "-w", "-fsanitize=address,undefined", f"-I{HEADERS}",
-        f"-I{project / 'userfctR'}", str(tmp_path / "loader.c"),
-        str(project / "userfctR" / "user_model.c"), "-o", str(program),
-    ]  # fmt: skip
+        "gcc",
+        "-std=c99",
+        "-w",
+        "-fsanitize=address,undefined",
+        f"-I{HEADERS}",
+        f"-I{project / 'userfctR'}",
+        str(tmp_path / "loader.c"),
+        str(project / "userfctR" / "user_model.c"),
+        "-o",
+        str(program),
+    ]
     subprocess.run(command, check=True)
     mbs = read_mbs((project / "dataR" / "robot.mbs").read_bytes(), "robot.mbs")
     models = {model.name: [p.name for p in model.parameters] for model in mbs.user_models}
 
     def load(models: dict[str, list[str]]) -> tuple[str, str]:
         done = subprocess.run(
-            [program], input=words_of(models), capture_output=True, text=True, check=False,
+            [program],
+            input=words_of(models),
+            capture_output=True,
+            text=True,
+            check=False,
             env={"ASAN_OPTIONS": "detect_leaks=0"},
-        )  # fmt: skip
+        )
         assert done.returncode == (1 if done.stderr else 0), done.stderr
         return done.stdout, done.stderr
 

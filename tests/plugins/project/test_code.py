@@ -19,29 +19,53 @@ PLANTED = {
     "a rule's offset": (ROBOT, "* q[joint[leader]] - b", "* q[joint[leader]] + b", "its rule"),
     "a rule's derivative": (ROBOT, "joint[leader]] = -m", "joint[leader]] = m", "derivatives"),
     "a rule's acceleration": (ROBOT, "jdqd[k] = 0.0", "jdqd[k] = 1.0", "its rule, its acc"),
-    "a row of a rule": (
-        ROBOT, '("right", "left", -1.5', '("slide", "left", -1.5', "rule"),
+    "a row of a rule": (ROBOT, '("right", "left", -1.5', '("slide", "left", -1.5', "rule"),
     "where a joint is driven": (ROBOT, "q[joint[leader]] + b", "q[joint[leader]]", "its q, where"),
     "how fast it is driven": (ROBOT, "= m * qd[joint", "= qd[joint", "its qd, where it is driven"),
     "how it accelerates": (ROBOT, "m * qdd[joint", "-m * qdd[joint", "its qdd, where"),
     "the sign of damping": (ROBOT, "-= coefficient", "+= coefficient", "damping"),
     "damping of the next joint": (
-        ROBOT, "coefficient * qd[joint[name]]", "coefficient * qd[joint[name] - 1]", "damping"),
+        ROBOT,
+        "coefficient * qd[joint[name]]",
+        "coefficient * qd[joint[name] - 1]",
+        "damping",
+    ),
     "a spring of a joint at zero": (ROBOT, " - rest[name])", ")", "springs"),
     "slow friction": (ROBOT, "-= stiffness * bent", "-= 0.5 * stiffness * bent", "friction"),
     "a bristle that slips late": (
-        ROBOT, "- (bent - max(-longest, min(longest, bent))) / time", "", "rate of its bristle"),
+        ROBOT,
+        "- (bent - max(-longest, min(longest, bent))) / time",
+        "",
+        "rate of its bristle",
+    ),
     "a bristle of the next joint": (
-        ROBOT, "bristle(mbs_data, state, qd", "bristle(mbs_data, state + 1, qd", "friction"),
+        ROBOT,
+        "bristle(mbs_data, state, qd",
+        "bristle(mbs_data, state + 1, qd",
+        "friction",
+    ),
     "the other limit": (ROBOT, "lower.get(name, -inf) -", "upper.get(name, -inf) -", "stops"),
     "a stop that pulls": (ROBOT, "max(0.0, stiffness * depth", "(stiffness * depth", "stops"),
     "a stop that is harder on the way out": (
-        ROBOT, "-qd[k], stiffness", "qd[k], stiffness", "stops"),
+        ROBOT,
+        "-qd[k], stiffness",
+        "qd[k], stiffness",
+        "stops",
+    ),
     "a hold at zero": (ROBOT, "(mbs_data.q0[k] - q[k])", "(-q[k])", "hold"),
-    "a motor that can do more": (ROBOT, "max(-effort, min(effort, force))", "min(effort, force)", "hold"),
+    "a motor that can do more": (
+        ROBOT,
+        "max(-effort, min(effort, force))",
+        "min(effort, force)",
+        "hold",
+    ),
     "effort": (ROBOT, "if effort > 0.0 else force", "if effort > 9.0 else force", "hold"),
     "a wrench that does not end": (
-        ROBOT, '<= tsim < wrench["stop"]', "<= tsim", "force 'wind' at 1.5 s"),
+        ROBOT,
+        '<= tsim < wrench["stop"]',
+        "<= tsim",
+        "force 'wind' at 1.5 s",
+    ),
     "a wrench's parts": (ROBOT, '("Fx", "Fy", "Fz",', '("Fx", "Fz", "Fy",', "force 'wind'"),
     "a ground above": (ROBOT, '- law["ground"]', '- law["ground"] - 0.01', "contact"),
     "a ground that pulls": (ROBOT, "pushed = normal > 0.0", "pushed = normal != 0.0", "contact"),
@@ -49,52 +73,127 @@ PLANTED = {
     "friction forwards": (ROBOT, "(UP - pull @", "(UP + pull @", "contact"),
     "a bristle in the air": (ROBOT, "= -state / time", "= 0.0", "bristles of 'of_"),
     "bristles that do not turn": (ROBOT, "+ state[2] * turned", "+ 0.0 * turned", "contact"),
-    "bristles that slip late": (ROBOT, "- (bent - shorten(bent, longest)) / time", "", "bristles of"),
+    "bristles that slip late": (
+        ROBOT,
+        "- (bent - shorten(bent, longest)) / time",
+        "",
+        "bristles of",
+    ),
     "a centre elsewhere": (ROBOT, "shift - turn * centre", "shift", "bristles of"),
-    "a turn about another place": (ROBOT, "offset = turned - centre", "offset = turned", "bristles"),
-    "one spot that resists a turn": (ROBOT, "share = min(max(", "share = 1.0; (max(", "bristles of"),
+    "a turn about another place": (
+        ROBOT,
+        "offset = turned - centre",
+        "offset = turned",
+        "bristles",
+    ),
+    "one spot that resists a turn": (
+        ROBOT,
+        "share = min(max(",
+        "share = 1.0; (max(",
+        "bristles of",
+    ),
     "up": (ROBOT, "UP = np.array((", "UP = np.array((0.1 + ", "contact"),
     "the radius of a wheel": (ROBOT, "down * lowest", "2.0 * down * lowest", "of_roller"),
     "the axis of a wheel": (ROBOT, "(axis @ UP)[:, None] * axis -", "0.0 * axis -", "of_roller"),
     "the spin of a body": (
-        ROBOT, "np.cross(OMxF[1:4], arms)", "np.cross(arms, OMxF[1:4])", "contact"),
+        ROBOT,
+        "np.cross(OMxF[1:4], arms)",
+        "np.cross(arms, OMxF[1:4])",
+        "contact",
+    ),
     "the torque on a body": (ROBOT, "np.cross(arms, forces)", "np.cross(forces, arms)", "contact"),
     "what is far does not touch": (
-        ROBOT, "height >= contact.bound", "height >= 0.7 * contact.bound", "contact"),
+        ROBOT,
+        "height >= contact.bound",
+        "height >= 0.7 * contact.bound",
+        "contact",
+    ),
     "a spring's length": (ROBOT, 'Z - model["link_length"][name]', "Z", "spring 'rope'"),
     "a spring's damping": (ROBOT, '+ model["link_damping"]', '- model["link_damping"]', "spring"),
     "a sensor's axes": (
-        ROBOT, "r[i] * x + r[i + 3] * y", "r[i] * x - r[i + 3] * y", "sensor 'imu'"),
-    "gravity in a sensor": (ROBOT, "computed.A[1] - g[1]", "computed.A[1] + g[1]", "sensor 'imu', what"),
+        ROBOT,
+        "r[i] * x + r[i + 3] * y",
+        "r[i] * x - r[i + 3] * y",
+        "sensor 'imu'",
+    ),
+    "gravity in a sensor": (
+        ROBOT,
+        "computed.A[1] - g[1]",
+        "computed.A[1] + g[1]",
+        "sensor 'imu', what",
+    ),
     "spin of a sensor": (ROBOT, "computed.OM)", "computed.OMP)", "sensor 'imu', what it reads"),
     "a torque sensor": (ROBOT, "torque = [r[i] * a", "torque = [-r[i] * a", "sensor 'hand', what"),
     "forces that add up": (f"{USER}JointForces.py", "mbs_data.Qq[1:] = 0.0", "pass", "its forces"),
     "the point of a force": (
-        f"{USER}ExtForces.py", "SWr[7:10] = ", "SWr[7:10] = -1.0 * ", "force 'wind'"),
+        f"{USER}ExtForces.py",
+        "SWr[7:10] = ",
+        "SWr[7:10] = -1.0 * ",
+        "force 'wind'",
+    ),
     "a push for a pull": (f"{USER}LinkForces.py", "return robot", "return -robot", "spring 'rope'"),
     "nothing is driven": (
-        f"{USER}DrivenJoints.py", "robot.driven_joints(mbs_data)", "pass", "driven"),
-    "a rule of its own": (f"{USER}cons_hJ.py", "robot.constraints(h, Jac, mbs_data)",
-                          "robot.constraints(h, Jac, mbs_data); h[1] += 0.5", "its rule"),
+        f"{USER}DrivenJoints.py",
+        "robot.driven_joints(mbs_data)",
+        "pass",
+        "driven",
+    ),
+    "a rule of its own": (
+        f"{USER}cons_hJ.py",
+        "robot.constraints(h, Jac, mbs_data)",
+        "robot.constraints(h, Jac, mbs_data); h[1] += 0.5",
+        "its rule",
+    ),
     "code that fails": (
-        ROBOT, "def get_indices(mbs_data):", "def get_indices(mbs_data, more):", "cannot run"),
+        ROBOT,
+        "def get_indices(mbs_data):",
+        "def get_indices(mbs_data, more):",
+        "cannot run",
+    ),
     "mass in the equations": (
-        "symbolicR/mbs_dirdyna_rich.py", "    c[1] = ", "    c[1] = 1.0 + ", "accelerations"),
+        "symbolicR/mbs_dirdyna_rich.py",
+        "    c[1] = ",
+        "    c[1] = 1.0 + ",
+        "accelerations",
+    ),
     "loops": (
-        "symbolicR/mbs_cons_jdqd_rich.py", "Jdqd[1] = ", "Jdqd[1] = 1.0 + ", "loops, their acc"),
+        "symbolicR/mbs_cons_jdqd_rich.py",
+        "Jdqd[1] = ",
+        "Jdqd[1] = 1.0 + ",
+        "loops, their acc",
+    ),
     "how far a loop is open": (
-        "symbolicR/mbs_cons_hJ_rich.py", "- lrod[1] * ", "- 1.1 * lrod[1] * ", "how far they"),
+        "symbolicR/mbs_cons_hJ_rich.py",
+        "- lrod[1] * ",
+        "- 1.1 * lrod[1] * ",
+        "how far they",
+    ),
     "the speed of a loop": (
-        "symbolicR/mbs_cons_hJ_rich.py", "Jac[1, 39] = ", "Jac[1, 39] = 1.1 * ", "their speed"),
+        "symbolicR/mbs_cons_hJ_rich.py",
+        "Jac[1, 39] = ",
+        "Jac[1, 39] = 1.1 * ",
+        "their speed",
+    ),
     "friction of the ground": (
-        "dataR/rich.mbs", "<value>0.7</value>", "<value>0.6</value>", "contact law"),
+        "dataR/rich.mbs",
+        "<value>0.7</value>",
+        "<value>0.6</value>",
+        "contact law",
+    ),
     "no damping": (
-        "dataR/rich.mbs", f"damping</name>{ONE}", f"damping</name>{ONE[:-11]}0.0</value>",
-        "damping: the URDF states it"),
+        "dataR/rich.mbs",
+        f"damping</name>{ONE}",
+        f"damping</name>{ONE[:-11]}0.0</value>",
+        "damping: the URDF states it",
+    ),
     "springs": ("symbolicR/mbs_link_rich.py", "Z[1] =", "Z[1] = 0.5 * ", "inverse dynamics"),
     "a sensor's motion": (
-        "symbolicR/mbs_sensor_rich.py", "sens.A[1] = ", "sens.A[1] = 1.0 + ", "its A"),
-}  # fmt: skip
+        "symbolicR/mbs_sensor_rich.py",
+        "sens.A[1] = ",
+        "sens.A[1] = 1.0 + ",
+        "its A",
+    ),
+}
 IN_C = {
     "the sign of damping": (
         "Qq[leg_id] -= user_model->damping",
@@ -163,17 +262,24 @@ def test_a_force_elsewhere_or_without_a_law_is_found(made: Made) -> None:
     user = planted(made, f"{USER}ExtForces.py", "SWr[7:10] =", "SWr[1] = 1.0\n    SWr[7:10] =")
     stray, count = re.subn(
         r"(?s)(<pointname>rope_1</pointname>.*?</graphics>)",
-        r'\1<extforce name="stray" Pos="true"/>', made[1][file].decode(),
-    )  # fmt: skip
+        r'\1<extforce name="stray" Pos="true"/>',
+        made[1][file].decode(),
+    )
     assert count == 1
     messages = found(made, **{file: stray.encode()}, **user)
     assert any("'stray', which has no law: is" in message for message in messages), messages[:5]
 
 
-@pytest.mark.parametrize(("point", "named"), [
-    ("wind_at", "force 'wind': is"), ("rope_1", "end of spring 'rope'"), ("tie_2", "end of cut"),
-    ("of_swing_contact", "contact 'of_swing_contact_force': "), ("of_right_at", "'of_right'"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("point", "named"),
+    [
+        ("wind_at", "force 'wind': is"),
+        ("rope_1", "end of spring 'rope'"),
+        ("tie_2", "end of cut"),
+        ("of_swing_contact", "contact 'of_swing_contact_force': "),
+        ("of_right_at", "'of_right'"),
+    ],
+)
 def test_a_point_elsewhere_is_found(made: Made, point: str, named: str) -> None:
     file, place = "dataR/rich.mbs", rf"(>{point}</pointname>\s*<coordinates>\s*<x>)(.*)(?=</x>)"
     text, count = re.subn(place, lambda m: f"{m[1]}{float(m[2]) + 1e-3}", made[1][file].decode())
@@ -192,11 +298,14 @@ def test_a_fault_in_c_is_found(made: Made, fault: str) -> None:
     assert any(named in message for message in messages), messages[:3]
 
 
-@pytest.mark.parametrize("place", [
-    ("urdf2mbs_project.passes.mimic.follow", "'slide': its rule"),
-    ("urdf2mbs_project.passes.contacts.dot", "the lowest contact at start"),
-    ("urdf2mbs_project.passes.forces.dist", "spring 'rope'"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "place",
+    [
+        ("urdf2mbs_project.passes.mimic.follow", "'slide': its rule"),
+        ("urdf2mbs_project.passes.contacts.dot", "the lowest contact at start"),
+        ("urdf2mbs_project.passes.forces.dist", "spring 'rope'"),
+    ],
+)
 def test_a_fault_of_a_pass_is_found(
     place: tuple[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -21,10 +21,20 @@ def test_a_project_has_the_folders_that_robotran_expects(config: Path) -> None:
     project = config.parent / "robot"
     found = {path.relative_to(project).as_posix() for path in project.rglob("*")}
     assert {path for path in found if not path.startswith("userfctR/")} == {
-        "animationR", "animationR/vrml", "dataR", "dataR/.urdf2mbs", "dataR/robot.mbs",
-        "dataR/robot.mbs.base", "dataR/robot.proof.json", "resultsR", "symbolicR", "userfctR",
-        "workR", "workR/.urdf2mbs", "workR/main.py",
-    }  # fmt: skip
+        "animationR",
+        "animationR/vrml",
+        "dataR",
+        "dataR/.urdf2mbs",
+        "dataR/robot.mbs",
+        "dataR/robot.mbs.base",
+        "dataR/robot.proof.json",
+        "resultsR",
+        "symbolicR",
+        "userfctR",
+        "workR",
+        "workR/.urdf2mbs",
+        "workR/main.py",
+    }
 
 
 def test_a_file_whose_name_is_no_identifier_is_told(config: Path, capsys: Any) -> None:

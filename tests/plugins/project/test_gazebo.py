@@ -115,7 +115,7 @@ BAD = [
     ('<pose degrees="true">0 0 0 0 0 0</pose>', "in degrees or with a quaternion"),
     ('<pose rotation_format="quat_xyzw">0 0 0 0 0 0 1</pose>', "in degrees or with a quaternion"),
     ('<pose relative_to="rihgt">0 0 0 0 0 0</pose>', "frame 'rihgt', which does not exist"),
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize(("pose", "why"), BAD)
@@ -201,10 +201,12 @@ def balls(inside: str, kind: str = "revolute", **options: Any) -> tuple[Any, Any
         ("<axis><xyz expressed_in='left'>1 2 3</xyz></axis>", "left", (1, 2, 3)),
         ("<axis/>", "joint", (0, 0, 1)),
         (
-            "<axis><xyz expressed_in='__model__'>1 2 3</xyz></axis>", "base", (1, 2, 3),
+            "<axis><xyz expressed_in='__model__'>1 2 3</xyz></axis>",
+            "base",
+            (1, 2, 3),
         ),
     ],
-)  # fmt: skip
+)
 def test_the_balls_of_a_revolute_joint(inside: str, frame: str, axis: Any) -> None:
     place = frames()
     joint = place["left"] if "relative_to" in inside else place["right"]
@@ -252,11 +254,12 @@ def test_two_joints_of_one_name_make_two_cuts() -> None:
 def test_two_sensors_of_one_name_are_two() -> None:
     """On two links, or at two places of a link; a sensor that is there twice is one."""
     text = (
-        imu("<pose>0 0 1 0 0 0</pose>") + imu("", link="left")
+        imu("<pose>0 0 1 0 0 0</pose>")
+        + imu("", link="left")
         + imu("<pose>0 0 2 0 0 0</pose>")
         + '<sensor name="imu" type="accelerometer"><parent link="tool"/></sensor>'
         + '<sensor name="imu" type="imu"><parent link="tool"/><origin xyz="0 0 1"/></sensor>'
-    )  # fmt: skip
+    )
     result = convert_text(f"{ARMS}{text}</robot>", base="fixed")
     sensors = {
         s["name"]: (s["link"], s["point"].coordinates) for s in result.report.passes["sensors"]
@@ -296,11 +299,15 @@ def test_motors_rotors_starts_and_friction() -> None:
         + drive.format("hip", "", 0.5, "")
         + drive.format("hip", ratio.format(3), 0.5, "")
         + drive.format("hip", ratio.format(3), 0.5, ratio.format(2))
-        + drive.format("hip", "", -1, "") + drive.format("", "", 1, "")
-        + drive.format("hip", "", "x", "") + drive.format("hip", "", 1, ratio.format("y"))
+        + drive.format("hip", "", -1, "")
+        + drive.format("", "", 1, "")
+        + drive.format("hip", "", "x", "")
+        + drive.format("hip", "", 1, ratio.format("y"))
         + '<gazebo reference="hip"><mu1>0.25</mu1><springStiffness value="2"/><mu1>z</mu1></gazebo>'
-        + "<ros2_control>" + control.replace("0.5", "w") + "</ros2_control>"
-    )  # fmt: skip
+        + "<ros2_control>"
+        + control.replace("0.5", "w")
+        + "</ros2_control>"
+    )
     first, *drives, surface, last = robot.extensions
     assert (first.starts, last.starts) == ({"hip": 0.5}, {})
     assert (first.motors, last.motors) == (["mount"], ["mount"])
@@ -334,8 +341,9 @@ def test_friction_in_a_link_is_of_the_link() -> None:
     joint = '<joint name="see" type="fixed"><parent link="tool"/><child link="eye"/></joint>'
     robot, said = read(eye + joint)
     assert [(e.tag, e.reference, e.numbers) for e in robot.extensions] == [
-        ("contact", "eye", {"mu1": 0.5}), ("contact", "eye", {}),
-    ]  # fmt: skip
+        ("contact", "eye", {"mu1": 0.5}),
+        ("contact", "eye", {}),
+    ]
     assert [one.code for one in said] == ["number-left-out"]
 
 

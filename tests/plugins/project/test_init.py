@@ -62,8 +62,10 @@ def test_what_cannot_be_converted_gets_no_config(robot: RealRobot, tmp_path: Pat
     ("end", "feet"),
     [
         ("atlas_v5.urdf.xacro", ["l_foot", "r_foot"]),
-        ("naoV50_generated_urdf/nao.urdf",
-         [f"{side}Fsr{at}_frame" for side in "LR" for at in ("FL", "FR", "RL", "RR")]),
+        (
+            "naoV50_generated_urdf/nao.urdf",
+            [f"{side}Fsr{at}_frame" for side in "LR" for at in ("FL", "FR", "RL", "RR")],
+        ),
         ("robotran_edu_2017/bigman.urdf", ["LFoot", "RFoot"]),
         ("iCubGazeboV2_5/model.urdf", ["l_foot", "r_foot"]),
         ("cassie_v4.urdf", ["leftfoot", "rightfoot"]),  # its meshes are not there, nor the next's
@@ -71,7 +73,7 @@ def test_what_cannot_be_converted_gets_no_config(robot: RealRobot, tmp_path: Pat
         ("leo_sim.urdf.xacro", []),  # it has wheels
         ("fr3.urdf.xacro", []),  # it is fixed
     ],
-)  # fmt: skip
+)
 def test_feet_of_real_robots(end: str, feet: list[str], tmp_path: Path) -> None:
     robot = next((r.values[0] for r in ENTRY if r.values[0].source.as_posix().endswith(end)), None)
     if robot is None:
@@ -153,10 +155,15 @@ GONE = '<mesh filename="gone.stl"/>'
         # only looks touch the ground; a box stands in for the shape that is not there
         (LEGS.replace("collision", "visual") + part("sole", "l", "0 0 1", "fixed", GONE), ["sole"]),
         # a leg starts in the middle of its limits, and not at zero
-        (LEGS.replace("0 1 -1", "0 1 0").replace('lower="-1" upper="1"', 'lower="1" upper="2"', 1)
-         + part("end", "l", "0 0 -1.5", "fixed"), ["r"]),
+        (
+            LEGS.replace("0 1 -1", "0 1 0").replace(
+                'lower="-1" upper="1"', 'lower="1" upper="2"', 1
+            )
+            + part("end", "l", "0 0 -1.5", "fixed"),
+            ["r"],
+        ),
     ],
-)  # fmt: skip
+)
 def test_feet_touch_the_ground_in_the_start_pose(parts: str, feet: list[str], here: Path) -> None:
     (here / "r.urdf").write_text(robot(TRUNK, parts))
     assert sorted(init("r.urdf", base="floating")[1].feet) == feet

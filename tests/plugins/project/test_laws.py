@@ -64,10 +64,12 @@ def convert(tmp_path: Path, **options: Any) -> Any:
     (tmp_path / "tiny.urdf").write_text(TINY)
     (tmp_path / "laws.py").write_text(PLUGIN)
     return urdf2mbs.convert(
-        tmp_path / "tiny.urdf", output={"project": tmp_path / "moved", "language": "both"},
-        plugins=[tmp_path / "laws.py"], after={"joint-parameters": "laws"},
+        tmp_path / "tiny.urdf",
+        output={"project": tmp_path / "moved", "language": "both"},
+        plugins=[tmp_path / "laws.py"],
+        after={"joint-parameters": "laws"},
         passes={"laws": options},
-    ).conversion  # fmt: skip
+    ).conversion
 
 
 def test_the_generated_python_calls_the_laws(tmp_path: Path) -> None:
@@ -77,9 +79,14 @@ def test_the_generated_python_calls_the_laws(tmp_path: Path) -> None:
     code = runpy.run_path(str(module))
     joints = conversion.mbs.numbers()
     data = SimpleNamespace(
-        joint_id=joints, extforce_id={"breeze": 1}, link_id={}, user_model={},
-        q=np.full(len(joints) + 1, 2.0), qd=np.zeros(len(joints) + 1), Qq=np.zeros(len(joints) + 1),
-    )  # fmt: skip
+        joint_id=joints,
+        extforce_id={"breeze": 1},
+        link_id={},
+        user_model={},
+        q=np.full(len(joints) + 1, 2.0),
+        qd=np.zeros(len(joints) + 1),
+        Qq=np.zeros(len(joints) + 1),
+    )
     code["joint_forces"](data)
     assert data.Qq[joints["shoulder"]] == -24.0
     assert np.count_nonzero(data.Qq) == 1
@@ -134,10 +141,13 @@ def test_a_law_at_a_contact_is_added_to_the_ground(tmp_path: Path) -> None:
     (tmp_path / "laws.py").write_text(AT_CONTACT)
     (tmp_path / "box.urdf").write_text(BOX)
     made = urdf2mbs.convert(
-        tmp_path / "box.urdf", output={"project": tmp_path / "moved", "language": "both"},
-        base="floating", plugins=[tmp_path / "laws.py"], after={"contacts": "lift"},
+        tmp_path / "box.urdf",
+        output={"project": tmp_path / "moved", "language": "both"},
+        base="floating",
+        plugins=[tmp_path / "laws.py"],
+        after={"contacts": "lift"},
         passes={"contacts": {"links": ["*"]}},
-    )  # fmt: skip
+    )
     write(made.conversion)
     for language in ("c", "python"):
         found = simulate(tmp_path / "moved", time=2.0, language=language)

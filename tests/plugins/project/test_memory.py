@@ -29,17 +29,30 @@ needs_c = pytest.mark.skipif(compiler() is None, reason="no C compiler")
 @needs_c
 def test_c_has_the_numbers_of_the_model(tmp_path: Path) -> None:
     project = make(
-        tmp_path, TINY, language="c", base="fixed",
+        tmp_path,
+        TINY,
+        language="c",
+        base="fixed",
         passes={"contacts": {"links": ["hand"]}, "sensors": {"links": ["tool"]}},
-    )  # fmt: skip
+    )
     data = MbsData(project / "dataR" / "robot.mbs")
     n = data.njoint
     wanted = {
-        "njoint": n, "nqu": data.nqu, "nqv": data.nqv, "Nux": data.Nux, "DonePart": 1,
-        "g[3]": data.g[3], f"q0[{n}]": 0.25, f"qd0[{n}]": -0.5, f"m[{n}]": data.m[n],
-        f"l[3][{n}]": data.l[3, n], f"In[9][{n}]": data.In[9, n], f"qu[{data.nqu}]": data.qu[-1],
-        f"dpt[1][{data.npt}]": data.dpt[1, -1], f"xfidpt[{data.Nxfrc}]": data.xfidpt[-1],
-    }  # fmt: skip
+        "njoint": n,
+        "nqu": data.nqu,
+        "nqv": data.nqv,
+        "Nux": data.Nux,
+        "DonePart": 1,
+        "g[3]": data.g[3],
+        f"q0[{n}]": 0.25,
+        f"qd0[{n}]": -0.5,
+        f"m[{n}]": data.m[n],
+        f"l[3][{n}]": data.l[3, n],
+        f"In[9][{n}]": data.In[9, n],
+        f"qu[{data.nqu}]": data.qu[-1],
+        f"dpt[1][{data.npt}]": data.dpt[1, -1],
+        f"xfidpt[{data.Nxfrc}]": data.xfidpt[-1],
+    }
     file = project / "userfctR" / "user_dirdyn.c"
     lines = "".join(f'    set_output(mbs_data->{name}, "{name}");\n' for name in wanted)
     for when in ("init", "loop", "finish"):
@@ -86,19 +99,37 @@ def test_the_arrays_of_a_model(tmp_path: Path) -> None:
         "two", "one", None, joints=joints[2:], mass=3.0, com=(0.4, 0.5, 0.6), points=points[3:]
     )
     models = [
-        UserModel("states", [Parameter("x", "state", ("0.5", "0.6")),
-                             Parameter("k", "vector", ("5", "6"))]),
-        UserModel("more", [Parameter("y", "state", ("0.7",)), Parameter("s", "scalar", ("7",)),
-                           Parameter("c", "struct", ("Type", "type.h"))]),
-    ]  # fmt: skip
+        UserModel(
+            "states",
+            [Parameter("x", "state", ("0.5", "0.6")), Parameter("k", "vector", ("5", "6"))],
+        ),
+        UserModel(
+            "more",
+            [
+                Parameter("y", "state", ("0.7",)),
+                Parameter("s", "scalar", ("7",)),
+                Parameter("c", "struct", ("Type", "type.h")),
+            ],
+        ),
+    ]
     ends = ("one", "b"), ("two", "d")
     file = tmp_path / "arrays.mbs"
-    file.write_bytes(write_mbs(Mbs(
-        "arrays", base=base, bodies=[one, two], user_models=models,
-        cuts=[Connection("ball", "x", *ends), Connection("rod", "y", *ends, 0.8)],
-        links=[Connection("link3D", "far", *ends), Connection("link", "first", *ends),
-               Connection("link", "second", *ends)],
-    )))  # fmt: skip
+    file.write_bytes(
+        write_mbs(
+            Mbs(
+                "arrays",
+                base=base,
+                bodies=[one, two],
+                user_models=models,
+                cuts=[Connection("ball", "x", *ends), Connection("rod", "y", *ends, 0.8)],
+                links=[
+                    Connection("link3D", "far", *ends),
+                    Connection("link", "first", *ends),
+                    Connection("link", "second", *ends),
+                ],
+            )
+        )
+    )
     data = MbsData(file)
     assert (data.link_id, data.Nlink, data.Nlink3D) == ({"first": 1, "second": 2}, 2, 1)
     assert [data.Z.shape, data.l3DWr.shape, data.lrod.tolist()] == [(3,), (2, 10), [0.0, 0.8]]

@@ -40,13 +40,15 @@ CART = robot(
 def test_a_cart_that_is_pushed_rolls(tmp_path: Path, language: str) -> None:
     (tmp_path / "cart.urdf").write_text(CART)
     values = {
-        "source": str(tmp_path / "cart.urdf"), "base": "floating", "pipeline": "compact",
+        "source": str(tmp_path / "cart.urdf"),
+        "base": "floating",
+        "pipeline": "compact",
         "output": {"project": str(tmp_path / "cart"), "language": language},
         "passes": {
             "contacts": {"roll": ["left", "right", "ball"]},
             "forces": {"wrenches": {"push": {"link": "chassis", "force": [FORCE, 0.0, 0.0]}}},
         },
-    }  # fmt: skip
+    }
     conversion = Pipeline(*config_of(values), installed_plugins=False).run()
     assert conversion.checked.rejected is None
     write(conversion)

@@ -221,18 +221,24 @@ def chain(*parts: tuple[str, float, tuple[float, float, float]]) -> Mbs:
     ("parts", "told"),
     [
         ((("R1", 1.0, (0, 1, 0)), ("R2", 0.0, (0, 0, 0))), [("j1", "moves-nothing", ())]),
-        ((("R1", 1.0, (0, 1, 0)), ("R2", 0.0, (0, 0, 0)), ("R3", 0.0, (0, 0, 0))),
-         [("j1", "moves-nothing", ()), ("j2", "moves-nothing", ())]),
-        ((("R3", 0.0, (0, 0, 0)), ("T1", 0.0, (0, 0, 0)), ("T2", 1.0, (0, 0, 0))),
-         [("j0", "together", ("j1", "j2"))]),
+        (
+            (("R1", 1.0, (0, 1, 0)), ("R2", 0.0, (0, 0, 0)), ("R3", 0.0, (0, 0, 0))),
+            [("j1", "moves-nothing", ()), ("j2", "moves-nothing", ())],
+        ),
+        (
+            (("R3", 0.0, (0, 0, 0)), ("T1", 0.0, (0, 0, 0)), ("T2", 1.0, (0, 0, 0))),
+            [("j0", "together", ("j1", "j2"))],
+        ),
         ((("R3", 1.0, (0, 0, 1)),), [("j0", "no-inertia", ())]),
         ((("R3", 0.0, (0, 0, 0)), ("R3", 1.0, (0, 1, 0))), [("j0", "together", ("j1",))]),
-        ((("T1", 0.0, (0, 0, 0)), ("R3", 0.0, (0, 0, 0)), ("R3", 1.0, (1, 0, 0))),
-         [("j1", "together", ("j2",))]),
+        (
+            (("T1", 0.0, (0, 0, 0)), ("R3", 0.0, (0, 0, 0)), ("R3", 1.0, (1, 0, 0))),
+            [("j1", "together", ("j2",))],
+        ),
         ((("T1", 0.0, (0, 0, 0)), ("T1", 1.0, (0, 0, 0))), [("j0", "together", ("j1",))]),
         ((("T1", 0.0, (0, 0, 0)), ("T2", 1.0, (0, 0, 0))), []),
     ],
-)  # fmt: skip
+)
 def test_why_a_joint_is_singular_and_what_moves_along(parts: Any, told: Any) -> None:
     found = find_singular_joints(chain(*parts))
     assert [(one.joint, one.why, one.moves_with) for one in found] == told

@@ -153,16 +153,23 @@ def test_a_foot_of_a_point_a_bar_or_a_sheet_has_no_point_twice(
 @pytest.mark.parametrize(
     ("text", "why"),
     [
-        (robot(TRUNK, part("l", "trunk", "0 1 -1", GONE), part("r", "trunk", "0 -1 -1", GONE)),
-         "no shape was found of 'l'"),
-        (DOG.replace("_foot", "_end").replace(' name="HL_calf_joint" type="revolute"',
-                                              ' name="HL_calf_joint" type="continuous"'),
-         "'HL_end' is a wheel; all that is solid touches the ground"),
-        (robot(TRUNK, part("l", "trunk", "0 1 1", BALL), part("r", "trunk", "0 -1 1", BALL)),
-         "'trunk' reaches the ground, and is not the end of a limb; all that is solid touches "
-         "the ground"),
+        (
+            robot(TRUNK, part("l", "trunk", "0 1 -1", GONE), part("r", "trunk", "0 -1 -1", GONE)),
+            "no shape was found of 'l'",
+        ),
+        (
+            DOG.replace("_foot", "_end").replace(
+                ' name="HL_calf_joint" type="revolute"', ' name="HL_calf_joint" type="continuous"'
+            ),
+            "'HL_end' is a wheel; all that is solid touches the ground",
+        ),
+        (
+            robot(TRUNK, part("l", "trunk", "0 1 1", BALL), part("r", "trunk", "0 -1 1", BALL)),
+            "'trunk' reaches the ground, and is not the end of a limb; all that is solid touches "
+            "the ground",
+        ),
     ],
-)  # fmt: skip
+)
 def test_it_says_why_there_are_no_feet(
     text: str, why: str, here: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

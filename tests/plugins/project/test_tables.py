@@ -35,20 +35,28 @@ def robot() -> tuple[Mbs, Simulation]:
     """Two joints, of which the second rubs, and two feet; a point is called as a joint."""
     feet = [Point(f"foot{k}", extforce=Sensor(f"touch{k}")) for k in (1, 2)]
     mbs = Mbs(
-        "r", bodies=[
+        "r",
+        bodies=[
             Body("a", joints=[Joint("lift", "T3")], points=[Point("swing"), *feet]),
-            Body("b", "a", "swing", [Joint("still", "T1", "driven"), Joint("a_swing", "R2")],
-                 points=[Point("tip", sensor=Sensor("eye"))]),
+            Body(
+                "b",
+                "a",
+                "swing",
+                [Joint("still", "T1", "driven"), Joint("a_swing", "R2")],
+                points=[Point("tip", sensor=Sensor("eye"))],
+            ),
         ],
-        links=[Connection("link3D", "bushing", ("a", None), (None, None)),
-               Connection("link", "rope", ("a", None), (None, None))],
+        links=[
+            Connection("link3D", "bushing", ("a", None), (None, None)),
+            Connection("link", "rope", ("a", None), (None, None)),
+        ],
         user_models=[
             UserModel.of("joint_forces", {"friction": 1.0}),
             UserModel.of("friction", {"lift": 1.0, "a_swing": 2.0}),
             UserModel(JOINT_STATES, [Parameter("a_swing", "state", ("0.0",))]),
             UserModel(CONTACT_STATES, [Parameter(n, "state", ("0.0",) * 3) for n in "ab"]),
         ],
-    )  # fmt: skip
+    )
     simulation = Simulation(
         couplings=[Coupling(mbs.bodies[1].joints[0], mbs.bodies[0].joints[0], 2.0, -0.0)],
         contacts=[
@@ -90,10 +98,20 @@ def test_each_thing_has_one_number_in_c() -> None:
     header = c.generate_c_files(mbs, simulation)["user_all_id.h"].decode()
     found = re.findall(r"#define (\w+)_id (\d+)\n", header)
     assert dict(found) == {
-        "lift": "1", "still": "2", "a_swing": "3", "a": "1", "b": "3", "a_foot1": "2",
-        "a_foot2": "3", "b_tip": "4", "a_swing_point": "1", "eye": "1", "touch1": "1",
-        "touch2": "2", "rope": "1",
-    }  # fmt: skip
+        "lift": "1",
+        "still": "2",
+        "a_swing": "3",
+        "a": "1",
+        "b": "3",
+        "a_foot1": "2",
+        "a_foot2": "3",
+        "b_tip": "4",
+        "a_swing_point": "1",
+        "eye": "1",
+        "touch1": "1",
+        "touch2": "2",
+        "rope": "1",
+    }
     assert len(found) == 13
     heads = re.findall(r"\n/\* (\w+)", header)
     assert heads == ["joints", "bodies", "sensors", "external", "links", "points"]
@@ -156,10 +174,15 @@ def test_what_is_plotted(bodies: Any, names: list[str]) -> None:
 @pytest.mark.parametrize(
     "value",
     [
-        {}, [], {"a": 1.0}, ["a", 'quoted "b"'], {"a": "long" * 30}, {"a": ("x",)},
+        {},
+        [],
+        {"a": 1.0},
+        ["a", 'quoted "b"'],
+        {"a": "long" * 30},
+        {"a": ("x",)},
         {"a": tuple(k / 7 for k in range(9)), "b": (("c", "d"), (1.0, 2.0, 3.0))},
     ],
-)  # fmt: skip
+)
 def test_a_table_in_python_is_its_value(value: Any) -> None:
     space: dict[str, Any] = {}
     text = f"TABLE = {python._format_table(value)}"

@@ -232,7 +232,7 @@ WEIGHTLESS = (0.0, 0.0, 0.0)
         ("<mu1>0.4</mu1><mu1>-1</mu1><mu1>9e9</mu1>", {}, DOWN, {"friction": 0.4}),
         ("<mu1>0.4</mu1>", {"friction": 0.7}, DOWN, {"friction": 0.7}),
     ],
-)  # fmt: skip
+)
 def test_the_law_is_that_of_the_config_then_of_the_urdf(
     stated: str, options: dict[str, float], gravity: Vec, law: dict[str, float]
 ) -> None:
@@ -304,9 +304,11 @@ def test_a_mesh_that_cannot_be_used_is_told(tmp_path: Path) -> None:
         with pytest.raises(ConfigError, match="no shape to take points of"):
             convert(source, passes=options)
     text = source.read_text().replace(
-        "</visual>", "</visual><collision><geometry><sphere radius='1'/></geometry></collision>"
-        "<collision><geometry><mesh filename='none.obj'/></geometry></collision>", 1,
-    )  # fmt: skip
+        "</visual>",
+        "</visual><collision><geometry><sphere radius='1'/></geometry></collision>"
+        "<collision><geometry><mesh filename='none.obj'/></geometry></collision>",
+        1,
+    )
     source.write_text(text)
     result = convert(source, passes=options)
     [said] = [one.message for one in result.diagnostics if one.code == "contacts-mesh"]
@@ -317,14 +319,16 @@ def test_a_mesh_that_cannot_be_used_is_told(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("places", "base", "gravity", "away"),
     [
-        ("1 1, 1 -1, -1 0", "floating", DOWN, 0.0), ("1 1, 1 -1", "floating", DOWN, 1.0),
+        ("1 1, 1 -1, -1 0", "floating", DOWN, 0.0),
+        ("1 1, 1 -1", "floating", DOWN, 1.0),
         ("-0.5 1, -0.5 -1", "floating", DOWN, -0.5),
         ("0.002 1, 0.002 -1", "floating", DOWN, 0.002),
-        ("1 1, 1 -1", "fixed", DOWN, 0.0), ("1 1, 1 -1", "floating", WEIGHTLESS, 0.0),
+        ("1 1, 1 -1", "fixed", DOWN, 0.0),
+        ("1 1, 1 -1", "floating", WEIGHTLESS, 0.0),
         # the centre of the triangle is at 1 in x: this is more than a fifth of the way there
         ("-0.26 1, -0.26 -1, 3.52 0", "floating", DOWN, 0.0),
     ],
-)  # fmt: skip
+)
 def test_a_robot_falls_whose_mass_is_not_over_the_polygon(
     places: str, base: str, gravity: Vec, away: float
 ) -> None:
@@ -345,9 +349,13 @@ def test_a_robot_falls_whose_mass_is_not_over_the_polygon(
 
 @pytest.mark.parametrize(
     ("places", "away"),
-    [("0 1, 0 -1", 0.0), ("0 0", 0.0), ("0.0008 1, 0.0008 -1", 0.0008),
-     ("-0.24 1, -0.24 -1, 3.48 0", 0.24)],
-)  # fmt: skip
+    [
+        ("0 1, 0 -1", 0.0),
+        ("0 0", 0.0),
+        ("0.0008 1, 0.0008 -1", 0.0008),
+        ("-0.24 1, -0.24 -1, 3.48 0", 0.24),
+    ],
+)
 def test_a_robot_must_step_whose_mass_is_near_the_edge(places: str, away: float) -> None:
     """Less than a fifth of the way to the middle of its feet, whose corners in the air do not
     count."""
@@ -370,9 +378,10 @@ def test_a_robot_falls_whose_ankle_is_too_weak(effort: float) -> None:
     mass = '<inertial><origin xyz="{}"/><mass value="{}"/><inertia ixx="0.1" iyy="0.1" izz="0.1" '
     mass += 'ixy="0" ixz="0" iyz="0"/></inertial>'
     text = robot(
-        link("foot", mass.format("0 0 0", 1e-3)), link("leg", mass.format("0.05 0 0.9", 10.0)),
+        link("foot", mass.format("0 0 0", 1e-3)),
+        link("leg", mass.format("0.05 0 0.9", 10.0)),
         f"{ankle}{limit}</joint>",
-    )  # fmt: skip
+    )
     corners = [[x, y, -0.1] for x in (-0.1, 0.15) for y in (-0.1, 0.1)]
     passes = {"contacts": {"points": {"foot": corners}}, "posture": {"hold": {}}}
     result = convert_text(text, base="floating", passes=passes)

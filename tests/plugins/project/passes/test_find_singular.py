@@ -29,28 +29,77 @@ def told(result: Result) -> list[tuple[str, str]]:
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
-        (robot(link("a"), link("b", POINT), joint("a", "b")),
-         [("singular", "joint 'a_to_b' turns about an axis about which nothing has inertia")]),
-        (robot(link("a"), link("b", ROD), joint("a", "b")),
-         [("singular", "joint 'a_to_b' turns about an axis about which nothing has inertia")]),
+        (
+            robot(link("a"), link("b", POINT), joint("a", "b")),
+            [("singular", "joint 'a_to_b' turns about an axis about which nothing has inertia")],
+        ),
+        (
+            robot(link("a"), link("b", ROD), joint("a", "b")),
+            [("singular", "joint 'a_to_b' turns about an axis about which nothing has inertia")],
+        ),
         (robot(link("a"), link("b", ROD), joint("a", "b", axis="1 0 0")), []),
         (robot(link("a"), link("b", ASIDE), joint("a", "b")), []),
-        (robot(link("a"), link("b"), link("c", SOLID), joint("a", "b"),
-               joint("b", "c", xyz="0 0 1")),
-         [("singular", "joint 'a_to_b' can move together with 'b_to_c' so that nothing that has "
-                       "mass moves")]),
-        (robot(link("a"), link("b"), link("c", SOLID), joint("a", "b"),
-               joint("b", "c", rpy="1.5708 0 0", axis="0 1 0")),
-         [("singular", "joint 'a_to_b' can move together with 'b_to_c' so that nothing that has "
-                       "mass moves")]),
-        (robot(link("a"), link("b"), link("c"), link("d", ASIDE.replace("0.3 0 0.2", "1 0 0")),
-               joint("a", "b"), joint("b", "c", xyz="1 0 0"), joint("c", "d", axis="0 1 0")),
-         [("singular-at-start", "joint 'a_to_b' can move together with 'b_to_c' so that nothing "
-                                "that has mass moves")]),
+        (
+            robot(
+                link("a"),
+                link("b"),
+                link("c", SOLID),
+                joint("a", "b"),
+                joint("b", "c", xyz="0 0 1"),
+            ),
+            [
+                (
+                    "singular",
+                    "joint 'a_to_b' can move together with 'b_to_c' so that nothing that has "
+                    "mass moves",
+                )
+            ],
+        ),
+        (
+            robot(
+                link("a"),
+                link("b"),
+                link("c", SOLID),
+                joint("a", "b"),
+                joint("b", "c", rpy="1.5708 0 0", axis="0 1 0"),
+            ),
+            [
+                (
+                    "singular",
+                    "joint 'a_to_b' can move together with 'b_to_c' so that nothing that has "
+                    "mass moves",
+                )
+            ],
+        ),
+        (
+            robot(
+                link("a"),
+                link("b"),
+                link("c"),
+                link("d", ASIDE.replace("0.3 0 0.2", "1 0 0")),
+                joint("a", "b"),
+                joint("b", "c", xyz="1 0 0"),
+                joint("c", "d", axis="0 1 0"),
+            ),
+            [
+                (
+                    "singular-at-start",
+                    "joint 'a_to_b' can move together with 'b_to_c' so that nothing "
+                    "that has mass moves",
+                )
+            ],
+        ),
     ],
-    ids=["point", "rod", "rod-across", "point-aside", "same-axis", "same-axis-rounded",
-         "stretched"],
-)  # fmt: skip
+    ids=[
+        "point",
+        "rod",
+        "rod-across",
+        "point-aside",
+        "same-axis",
+        "same-axis-rounded",
+        "stretched",
+    ],
+)
 @pytest.mark.parametrize("pipeline", ["faithful", "compact"])
 def test_the_joint_and_the_reason_are_named(text: str, expected: Any, pipeline: str) -> None:
     assert told(convert_text(text, base="fixed", pipeline=pipeline)) == expected
@@ -62,9 +111,12 @@ def test_what_moves_nothing_is_told_once_for_all_such_joints() -> None:
     assert told(convert_text(text)) == []
     result = convert_text(text, passes={"prune-massless": {"keep": ["*"]}})
     assert told(result) == [
-        ("singular", "each of the 7 joints 'a_to_t0', 'a_to_t1', 'a_to_t2', 'a_to_t3', 'a_to_t4' "
-         "and 2 more moves nothing that has mass")
-    ]  # fmt: skip
+        (
+            "singular",
+            "each of the 7 joints 'a_to_t0', 'a_to_t1', 'a_to_t2', 'a_to_t3', 'a_to_t4' "
+            "and 2 more moves nothing that has mass",
+        )
+    ]
     assert [found["urdf_joint"] for found in result.report.passes["singular"]] == [
         f"a_to_{tip}" for tip in tips
     ]
@@ -75,9 +127,12 @@ def test_a_light_finger_on_a_heavy_crane_is_not_singular() -> None:
     for number in ("0.03", "0.001", "-0.002", "0.04", "0.003", "0.05"):
         light = light.replace(f'="{number}"', f'="{number}e-9"')
     text = robot(
-        link("a"), link("crane", SOLID.replace('"2"', '"2e5"')), link("finger", light),
-        joint("a", "crane"), joint("crane", "finger", xyz="30 0 0"),
-    )  # fmt: skip
+        link("a"),
+        link("crane", SOLID.replace('"2"', '"2e5"')),
+        link("finger", light),
+        joint("a", "crane"),
+        joint("crane", "finger", xyz="30 0 0"),
+    )
     assert told(convert_text(text)) == []
 
 
@@ -86,6 +141,8 @@ def test_a_massless_root_floats_only_if_asked_to() -> None:
     assert convert(ODD).report.base == "fixed"
     assert told(convert(ODD)) == []
     assert told(convert(ODD, base="floating")) == [
-        ("singular", "joint 'floating_base' can move together with 'j1' so that nothing that has "
-         "mass moves")
-    ]  # fmt: skip
+        (
+            "singular",
+            "joint 'floating_base' can move together with 'j1' so that nothing that has mass moves",
+        )
+    ]

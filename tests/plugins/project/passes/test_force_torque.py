@@ -10,11 +10,14 @@ def test_three_sensors_of_one_name_are_three() -> None:
     text = robot(
         *(link(name, SOLID) for name in "abcd"),
         *(joint("a", child, "fixed", name=f"to_{child}") for child in "bcd"),
-        *(f'<sensor name="ft" type="force_torque"><parent joint="to_{child}"/></sensor>'
-          for child in "bcd"),
-        link("e", SOLID), joint("a", "e"),
+        *(
+            f'<sensor name="ft" type="force_torque"><parent joint="to_{child}"/></sensor>'
+            for child in "bcd"
+        ),
+        link("e", SOLID),
+        joint("a", "e"),
         '<gazebo reference="a_to_e"><sensor name="torque" type="force_torque"/></gazebo>',
-    )  # fmt: skip
+    )
     result = convert_text(text, passes={"force-torque": {"joints": ["to_*"]}})
     assert {"to_b_T1", "to_d_R3"} <= result.mbs.joints().keys()
     told = {found.code: found.message for found in result.diagnostics}

@@ -28,8 +28,15 @@ def test_wrenches_and_springs_have_points_names_and_numbers() -> None:
     }
     numbers = models(mbs)
     assert numbers["hand"] == {
-        "Fx": 1, "Fy": 2, "Fz": 3, "Mx": 4, "My": 5, "Mz": 6, "start": 0.5, "stop": 1e9,
-    }  # fmt: skip
+        "Fx": 1,
+        "Fy": 2,
+        "Fz": 3,
+        "Mx": 4,
+        "My": 5,
+        "Mz": 6,
+        "start": 0.5,
+        "stop": 1e9,
+    }
     assert numbers["link_stiffness"] == {"band": 100, "arm_spring": 7}
     assert numbers["link_damping"] == {"band": 5, "arm_spring": 0}
     placement = compute_placement(mbs)

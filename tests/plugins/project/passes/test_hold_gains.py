@@ -18,9 +18,10 @@ from urdf2mbs_project.stability import compute_effective_inertias, compute_reduc
 
 def test_the_gains_of_hold() -> None:
     options = {
-        "frequency": 2.0, "damping_ratio": 0.5,
+        "frequency": 2.0,
+        "damping_ratio": 0.5,
         "gains": {"wrist_*": {"stiffness": 7.0, "damping": 0.25}, "wrist_roll": {"frequency": 1.0}},
-    }  # fmt: skip
+    }
     mbs = convert_text(TINY, passes={"posture": {"hold": options}}).mbs
     found = models(mbs)
     moved = dict(zip(mbs.numbers(), np.diag(MassModel(mbs).matrix), strict=True))
@@ -52,11 +53,13 @@ def test_a_leg_carries_the_robot_and_an_arm_itself() -> None:
 def test_a_leader_carries_what_follows_it(tmp_path: Path) -> None:
     """A knuckle without inertia of its own, as in the hand of a NAO, moves a heavy finger."""
     text = (
-        '<robot name="r"><link name="world"/>' + link("a", 1e-6, 1e-9) + link("b", 1.0, 0.01)
+        '<robot name="r"><link name="world"/>'
+        + link("a", 1e-6, 1e-9)
+        + link("b", 1.0, 0.01)
         + joint("one", "world", "a", WIDE)
         + joint("two", "world", "b", WIDE + '<mimic joint="one" multiplier="2"/>')
         + "</robot>"
-    )  # fmt: skip
+    )
     hold = {"frequency": 1.0, "damping_ratio": 0.5, "joints": ["one"]}
     result = convert_project(text, tmp_path, posture={"hold": hold})
     found = models(result.mbs)

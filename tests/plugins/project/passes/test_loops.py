@@ -105,10 +105,13 @@ def test_a_joint_in_gazebo_closes_the_loop() -> None:
 @pytest.mark.parametrize(
     ("angle", "said"),
     [
-        (pi / 2, ["1.41 m and 1.57 rad"]), (pi, ["2 m and 3.14 rad"]),
-        (5e-6, ["5e-06 m and 5e-06 rad"]), (5e-7, []), (0.0, []),
+        (pi / 2, ["1.41 m and 1.57 rad"]),
+        (pi, ["2 m and 3.14 rad"]),
+        (5e-6, ["5e-06 m and 5e-06 rad"]),
+        (5e-7, []),
+        (0.0, []),
     ],
-)  # fmt: skip
+)
 def test_a_solid_that_is_turned_is_told_with_its_angle(angle: float, said: list[str]) -> None:
     """At the start the coupler is level, and the rocker is turned."""
     cuts = {"pin": {"kind": "solid", **BALL["pin"]}}
@@ -134,8 +137,10 @@ def test_a_follower_in_a_loop_counts_as_its_leader(tmp_path: Path) -> None:
     # so the coupler stays level: at the start, one of the ball's two equations follows
     found = natures(result)
     assert [found[name] for name in ("crank", "elbow", "rocker")] == [
-        "independent", "dependent", "dependent"
-    ]  # fmt: skip
+        "independent",
+        "dependent",
+        "dependent",
+    ]
 
 
 @pytest.mark.parametrize("follows", [True, False])
@@ -144,9 +149,11 @@ def test_a_planar_loop_before_followers_is_warned_of(tmp_path: Path, follows: bo
     limb = link("hand") + joint("wrist", "left", "hand", at(0, 0, 1))
     limb = limb.replace("</joint>", "<mimic joint='crank'/></joint>")
     result = convert_text(
-        FOUR_BAR.replace("</robot>", limb * follows + "</robot>"), base="fixed",
-        output={"project": tmp_path / "r", "language": "c"}, passes={"loops": {"cuts": BALL}},
-    )  # fmt: skip
+        FOUR_BAR.replace("</robot>", limb * follows + "</robot>"),
+        base="fixed",
+        output={"project": tmp_path / "r", "language": "c"},
+        passes={"loops": {"cuts": BALL}},
+    )
     assert ("loop-row-of-zeros" in codes(result)) == follows
 
 
@@ -225,9 +232,11 @@ def test_cassies_rods_close(shared: Path, tmp_path: Path, monkeypatch: pytest.Mo
     config = ROOT / "configs" / "cassie.yaml"
     folder = shared / "robots" / "cassie" / "cassie_description"
     stand_in(
-        monkeypatch, tmp_path, "cassie_description",
+        monkeypatch,
+        tmp_path,
+        "cassie_description",
         {"urdf/cassie_v4.urdf": folder / "urdf" / "cassie_v4.urdf"},
-    )  # fmt: skip
+    )
     conversion = Pipeline(*load(config)).run()
     codes = {found.code for found in conversion.diagnostics}
     assert not codes & {"loop-open", "posture-limit"}
@@ -262,11 +271,16 @@ def test_columns_are_as_many_as_the_rank_and_independent() -> None:
         assert len(chosen) == rank
         assert np.linalg.matrix_rank(matrix[:, chosen], tol=1e-9) == rank
     for rows, chosen in (
-        ([[1.0, 1.0, 2.0]], [0]), ([[5e-3, 1.0, 0.0]], [1]), ([[2e-2, 1.0, 0.0]], [0]),
-        ([[2 * SINGULAR, 0.0], [0.0, 1.0]], [1, 0]), ([[SINGULAR / 2, 0.0], [0.0, 1.0]], [1]),
-        ([[0.0, 0.0], [SINGULAR / 9, 0.0]], [0]), ([[1.0, 1.0], [-1.0, 1.0]], [0, 1]),
-        (np.zeros((0, 3)), []), ([[0.0, 0.0]], []),
-    ):  # fmt: skip
+        ([[1.0, 1.0, 2.0]], [0]),
+        ([[5e-3, 1.0, 0.0]], [1]),
+        ([[2e-2, 1.0, 0.0]], [0]),
+        ([[2 * SINGULAR, 0.0], [0.0, 1.0]], [1, 0]),
+        ([[SINGULAR / 2, 0.0], [0.0, 1.0]], [1]),
+        ([[0.0, 0.0], [SINGULAR / 9, 0.0]], [0]),
+        ([[1.0, 1.0], [-1.0, 1.0]], [0, 1]),
+        (np.zeros((0, 3)), []),
+        ([[0.0, 0.0]], []),
+    ):
         matrix = np.array(rows)
         assert choose_independent_columns(matrix, range(matrix.shape[1])) == chosen
 
@@ -288,9 +302,7 @@ def test_the_ends_of_the_cuts_of_a_joint_in_gazebo() -> None:
     conversion = convert_text(FOUR_BAR, base="fixed").conversion
     x, y, z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
     pose = Pose((0.25, 0.5, 1.0), from_rpy((0.0, pi / 2, 0.0)))  # its z is the link's x
-    at, at_x, at_y, at_z = (
-        (0.25, 0.5, 1.0), (0.35, 0.5, 1.0), (0.25, 0.6, 1.0), (0.25, 0.5, 1.1)
-    )  # fmt: skip
+    at, at_x, at_y, at_z = ((0.25, 0.5, 1.0), (0.35, 0.5, 1.0), (0.25, 0.6, 1.0), (0.25, 0.5, 1.1))
     for kind, axes, wanted, rest in (
         ("ball", [], [("ball", at, at)], []),
         ("fixed", [y], [("solid", at, at)], []),
@@ -298,9 +310,11 @@ def test_the_ends_of_the_cuts_of_a_joint_in_gazebo() -> None:
         ("continuous", [], [("ball", at, at), ("ball", at_x, at_x)], ["pin_2"]),
         ("universal", [y, z], [("ball", at, at), ("rod", at_y, at_z)], ["pin_2"]),
         ("universal", [(0.0, 3.0, 0.1), x], [("ball", at, at), ("rod", at_y, at_x)], ["pin_2"]),
-        ("universal", [y], [], []), ("universal", [y, (0.0, -1.0, 0.1)], [], []),
-        ("universal", [y, (0.0, 1.0, 1.0)], [], []), ("screw", [y], [], []),
-    ):  # fmt: skip
+        ("universal", [y], [], []),
+        ("universal", [y, (0.0, -1.0, 0.1)], [], []),
+        ("universal", [y, (0.0, 1.0, 1.0)], [], []),
+        ("screw", [y], [], []),
+    ):
         cuts: dict[str, Cut] = {}
         closing = ClosingJoint("pin", kind, "coupler", "right", pose, list(axes))
         replacement = _replace_sdf_joint(conversion, closing)

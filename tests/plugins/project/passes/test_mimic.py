@@ -80,23 +80,39 @@ def test_a_leader_that_does_not_move() -> None:
     text = CHAIN.replace('name="one" type="continuous"', 'name="one" type="fixed"')
     result = convert_text(text, passes={"mimic": {"joints": {"*": "dependent"}}})
     assert [found.joint for found in result.diagnostics if found.code == "mimic-leader"] == [
-        "two", "three",
-    ]  # fmt: skip
+        "two",
+        "three",
+    ]
 
 
 #: The leader of two fingers, one of which turns while the other shifts, has no mass of its own.
 GRIPPER = (
     '<robot name="gripper">'
-    + link("palm") + '<link name="knob"/>' + link("left") + link("right")
+    + link("palm")
+    + '<link name="knob"/>'
+    + link("left")
+    + link("right")
     + joint("wrist", "palm", "left", '<origin xyz="0.1 0.2 0.3" rpy="0.4 0.5 0.6"/>')
-    + link("hand") + joint("arm", "left", "hand", '<origin xyz="0 0.1 -0.4"/>')
+    + link("hand")
+    + joint("arm", "left", "hand", '<origin xyz="0 0.1 -0.4"/>')
     + joint("drive", "hand", "knob", '<dynamics damping="0.3"/>')
-    + link("one") + joint("turns", "hand", "one", '<origin xyz="0.1 0 0.2" rpy="1 2 3"/>'
-                          '<mimic joint="drive" multiplier="0.5" offset="0.1"/>')
-    + joint("shifts", "one", "right", '<origin xyz="0.3 0 0"/><limit lower="-9" upper="9" '
-            'effort="1" velocity="1"/><mimic joint="drive" multiplier="-2"/>', "prismatic")
+    + link("one")
+    + joint(
+        "turns",
+        "hand",
+        "one",
+        '<origin xyz="0.1 0 0.2" rpy="1 2 3"/><mimic joint="drive" multiplier="0.5" offset="0.1"/>',
+    )
+    + joint(
+        "shifts",
+        "one",
+        "right",
+        '<origin xyz="0.3 0 0"/><limit lower="-9" upper="9" '
+        'effort="1" velocity="1"/><mimic joint="drive" multiplier="-2"/>',
+        "prismatic",
+    )
     + '<transmission name="t"><joint name="drive"/></transmission></robot>'
-)  # fmt: skip
+)
 FOLLOWERS = {"turns": (0.5, 0.1), "shifts": (-2.0, 0.0)}
 
 
@@ -134,8 +150,10 @@ def test_a_leader_without_mass_feels_its_followers(tmp_path: Path, pipeline: str
     assert not result.report.frozen
     joints = result.mbs.joints()
     assert [joints[name].nature for name in ("drive", "turns", "shifts")] == [
-        "independent", "dependent", "dependent"
-    ]  # fmt: skip
+        "independent",
+        "dependent",
+        "dependent",
+    ]
     assert joints["drive"].actuated
     random = np.random.default_rng(4)
     urdf, mbs = pin.buildModelFromXML(GRIPPER), to_pinocchio(result.mbs)

@@ -47,12 +47,19 @@ def test_a_group_state(tmp_path: Path) -> None:
 
 
 LIMITED = (
-    '<robot name="r"><link name="world"/>' + link("a", 1.0, 0.01) + link("b", 1.0, 0.01)
+    '<robot name="r"><link name="world"/>'
+    + link("a", 1.0, 0.01)
+    + link("b", 1.0, 0.01)
     + joint("one", "world", "a", '<limit lower="0.5" upper="1.5" effort="0" velocity="1"/>')
-    + joint("two", "a", "b", '<limit lower="-4" upper="-1.8" effort="0" velocity="1"/>'
-            '<mimic joint="one" multiplier="-2" offset="0.2"/>')
+    + joint(
+        "two",
+        "a",
+        "b",
+        '<limit lower="-4" upper="-1.8" effort="0" velocity="1"/>'
+        '<mimic joint="one" multiplier="-2" offset="0.2"/>',
+    )
     + "</robot>"
-)  # fmt: skip
+)
 
 
 def starts(result: Result) -> dict[str, float]:
@@ -82,8 +89,11 @@ def test_the_hint_has_the_middle_ready_to_paste(tmp_path: Path) -> None:
     assert yaml.safe_load(line) == {"passes": {"posture": {"joints": {"one": 1.0}}}}
     pasted = yaml.safe_load(line)["passes"]
     assert "one at" not in messages(convert_text(LIMITED, passes=pasted)).get("posture-limit", "")
-    assert not [d for d in convert_text(LIMITED.replace(' upper="1.5"', ' upper="inf"'))
-                .diagnostics if "middle" in (d.hint or "")]  # fmt: skip
+    assert not [
+        d
+        for d in convert_text(LIMITED.replace(' upper="1.5"', ' upper="inf"')).diagnostics
+        if "middle" in (d.hint or "")
+    ]
 
 
 def test_only_the_joints_that_are_named_are_held() -> None:
@@ -150,10 +160,14 @@ def test_joints_that_have_no_position(tmp_path: Path, name: str, says: str) -> N
 @pytest.mark.parametrize(
     ("low", "high", "middle"),
     [
-        (0.5, 1.5, 1.0), (0.1234, 0.12346, 0.12343), (-3.0, -1.0, -2.0), (1.0, 1.0046, 1.0023),
-        (0.9972, 1.0072, 1.0), (0.9982, 1.0062, 1.0022),
+        (0.5, 1.5, 1.0),
+        (0.1234, 0.12346, 0.12343),
+        (-3.0, -1.0, -2.0),
+        (1.0, 1.0046, 1.0023),
+        (0.9972, 1.0072, 1.0),
+        (0.9982, 1.0062, 1.0022),
     ],
-)  # fmt: skip
+)
 def test_the_middle_is_short_and_within_the_limits(low: float, high: float, middle: float) -> None:
     """In few digits where few will do."""
     text = TINY.replace('lower="-1" upper="1"', f'lower="{low}" upper="{high}"')
@@ -174,8 +188,15 @@ def test_what_rounding_adds_is_not_beyond_a_limit(
     assert starts(result)["one"] == (limit if told else start)
 
 
-@pytest.mark.parametrize(("start", "kind", "told"), [(6.2, "revolute", False), (-6.4, "revolute",
-                         True), (6.4, "revolute", True), (6.4, "prismatic", False)])  # fmt: skip
+@pytest.mark.parametrize(
+    ("start", "kind", "told"),
+    [
+        (6.2, "revolute", False),
+        (-6.4, "revolute", True),
+        (6.4, "revolute", True),
+        (6.4, "prismatic", False),
+    ],
+)
 def test_a_start_in_degrees_is_told_to_be_in_rad(start: float, kind: str, told: bool) -> None:
     text = LIMITED.replace('name="one" type="revolute"', f'name="one" type="{kind}"')
     said = messages(convert_text(text, passes={"posture": {"joints": {"one": start}}}))

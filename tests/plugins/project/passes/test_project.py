@@ -24,15 +24,21 @@ FUNCTIONS = {
     **{
         name: [name]
         for name in (
-            "user_DrivenJoints", "user_ExtForces", "user_JointForces", "user_Link3DForces",
-            "user_LinkForces", "user_cons_J_accelred", "user_cons_hJ", "user_cons_jdqd",
+            "user_DrivenJoints",
+            "user_ExtForces",
+            "user_JointForces",
+            "user_Link3DForces",
+            "user_LinkForces",
+            "user_cons_J_accelred",
+            "user_cons_hJ",
+            "user_cons_jdqd",
         )
     },
     **{
         name: [f"{name}_{phase}" for phase in ("init", "loop", "finish")]
         for name in ("user_dirdyn", "user_equil", "user_invdyn")
     },
-}  # fmt: skip
+}
 
 
 #: Stands for MBsysPy: it writes down what the main script asks for.
@@ -147,9 +153,12 @@ def run_main(project: Path, start: str, more: str = "") -> subprocess.CompletedP
     (library / "matplotlib.py").write_text("raise ImportError('none here')\n")
     return subprocess.run(
         [sys.executable, str(project / "workR" / "main.py")],
-        cwd=project / start, capture_output=True, text=True, check=False,
+        cwd=project / start,
+        capture_output=True,
+        text=True,
+        check=False,
         env={**os.environ, "PYTHONPATH": str(library)},
-    )  # fmt: skip
+    )
 
 
 @pytest.mark.parametrize(
@@ -200,10 +209,16 @@ def test_main_starts_from_any_folder(tmp_path: Path, start: str) -> None:
     done = run_main(project, start)
     assert done.returncode == 0, done.stderr
     assert done.stdout.splitlines() == [
-        "MBsysPy simulates", "constraints 2", "MbsPart 1", "rowperm=1 verbose=1", "MbsDirdyn 3",
-        "dt0=0.0005 tf=1.0 save2file=1", "saveperiod=20", "no plot: pip install matplotlib",
+        "MBsysPy simulates",
+        "constraints 2",
+        "MbsPart 1",
+        "rowperm=1 verbose=1",
+        "MbsDirdyn 3",
+        "dt0=0.0005 tf=1.0 save2file=1",
+        "saveperiod=20",
+        "no plot: pip install matplotlib",
         f"robot: 0 s simulated; results are in {project / 'resultsR'}",
-    ]  # fmt: skip
+    ]
 
 
 def test_main_runs_without_robotran(tmp_path: Path) -> None:

@@ -21,9 +21,11 @@ for body in conversion.mbs.bodies:
 def test_a_sensor_is_not_on_the_point_of_a_force(tmp_path: Path) -> None:
     forced = write_plugin(tmp_path, "forced", FORCED, writes=("anchors",))
     result = convert_text(
-        TINY, plugins=[forced], after={"collect-anchors": "forced"},
+        TINY,
+        plugins=[forced],
+        after={"collect-anchors": "forced"},
         passes={"sensors": {"links": ["tool"]}},
-    )  # fmt: skip
+    )
     points = {point.name: point for body in result.mbs.bodies for point in body.points}
     assert points["tool"].extforce is not None
     assert points["tool"].sensor is None

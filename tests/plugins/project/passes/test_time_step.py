@@ -52,12 +52,14 @@ WIDE = '<limit lower="-2" upper="2" effort="0" velocity="1"/>'
 #: The light link between two coaxial joints feels the damping of both.
 WRIST = (
     '<robot name="wrist"><link name="world"/>'
-    + link("arm", 1.0, 0.01) + link("ring", 1e-4, 1e-6) + link("hand", 0.5, 0.002, 0.05)
+    + link("arm", 1.0, 0.01)
+    + link("ring", 1e-4, 1e-6)
+    + link("hand", 0.5, 0.002, 0.05)
     + joint("shoulder", "world", "arm", WIDE)
     + joint("first", "arm", "ring", WIDE + '<dynamics damping="0.02"/>', "0 0 1")
     + joint("second", "ring", "hand", WIDE + '<dynamics damping="0.02"/>', "0 0 1")
     + "</robot>"
-)  # fmt: skip
+)
 
 
 def convert_project(text: str, folder: Path, **passes: Any) -> Result:
@@ -117,9 +119,11 @@ def test_the_step_is_that_of_the_derivatives_of_the_accelerations(tmp_path: Path
 def test_a_stop_counts_as_hit(tmp_path: Path) -> None:
     """With w = 2 pi frequency: stiffness 2 I w^2, damping I w; without stops it takes 0.5 ms."""
     text = (
-        '<robot name="r"><link name="world"/>' + link("a", 1.0, 0.01)
-        + joint("one", "world", "a", WIDE) + "</robot>"
-    )  # fmt: skip
+        '<robot name="r"><link name="world"/>'
+        + link("a", 1.0, 0.01)
+        + joint("one", "world", "a", WIDE)
+        + "</robot>"
+    )
     heavy = {"posture": {"hold": {"stiffness": 1e6, "damping": 0}}}
     for frequency, passes in ((20, {}), (800, heavy)):
         options = {"joint-parameters": {"stop_frequency": frequency}} | passes
@@ -135,9 +139,17 @@ def test_a_stop_counts_as_hit(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("step", "rounded"),
-    [(2.79e-4, 2.7e-4), (3e-4, 3e-4), (2.9999999999e-4, 3e-4), (2.99999e-4, 2.9e-4), (1e-5, 1e-5),
-     (9.99e-6, 9.9e-6), (0.128, 0.12), (1.0, 1.0)],
-)  # fmt: skip
+    [
+        (2.79e-4, 2.7e-4),
+        (3e-4, 3e-4),
+        (2.9999999999e-4, 3e-4),
+        (2.99999e-4, 2.9e-4),
+        (1e-5, 1e-5),
+        (9.99e-6, 9.9e-6),
+        (0.128, 0.12),
+        (1.0, 1.0),
+    ],
+)
 def test_a_step_has_two_digits_and_is_not_rounded_up(step: float, rounded: float) -> None:
     assert _round_down(step) == rounded
 
@@ -224,9 +236,13 @@ def test_a_sixteenth_of_the_step_gives_the_same_motion(source: Path, tmp_path: P
     if not source.is_file():
         pytest.skip("the real robots are not beside the checkout")
     project = make(
-        tmp_path, source, base="fixed", language="c", pipeline=without_meshes("compact"),
+        tmp_path,
+        source,
+        base="fixed",
+        language="c",
+        pipeline=without_meshes("compact"),
         passes={"equations": {"language": "c"}},
-    )  # fmt: skip
+    )
     step = c_step_of(project)
     fine = compiled(project).positions(1.0, step / 16, 20)
     assert np.abs(fine - fine[0]).max() > 0.1
@@ -238,10 +254,13 @@ def test_a_closed_loop_stays_closed(kind: str) -> None:
     """The velocities that the time step is computed with open no cut."""
     link, joint = proving.link, proving.joint
     text = proving.robot(
-        link("world"), *(link(name, SOLID) for name in "abcd"),
-        joint("world", "a", axis="0 0 1"), joint("world", "b", axis="0 1 0", xyz="0.3 0 0"),
-        joint("a", "c", "floating", xyz="0.1 0.2 0"), joint("b", "d", axis="1 0 0", xyz="0 0 0.2"),
-    )  # fmt: skip
+        link("world"),
+        *(link(name, SOLID) for name in "abcd"),
+        joint("world", "a", axis="0 0 1"),
+        joint("world", "b", axis="0 1 0", xyz="0.3 0 0"),
+        joint("a", "c", "floating", xyz="0.1 0.2 0"),
+        joint("b", "d", axis="1 0 0", xyz="0 0 0.2"),
+    )
     data = convert_text(text, pipeline="faithful").data
     mbs, evaluator = read_mbs(data, ""), Evaluator(data)
     cut = Connection(kind, "tie", ("c", None), ("d", None), 0.3)
