@@ -34,7 +34,7 @@ class ActuationReader:
 
         Args:
             element: A ``<transmission>`` or ``<ros2_control>`` of lxml.
-            extension: What is kept of it.
+            extension: Gets its data.
         """
         self._read_motors(element, extension)
         for transmission in element.iter("transmission"):
@@ -87,9 +87,9 @@ class ActuationReader:
         if inertia is None:
             return
         reduction = next((parts[name] for name in REDUCTION if name in parts), None)
-        what = "the inertia of a rotor"
-        rotor_inertia = self._read_number(inertia, what)
-        ratio = 1.0 if reduction is None else self._read_number(reduction, what)
+        name = "the inertia of a rotor"
+        rotor_inertia = self._read_number(inertia, name)
+        ratio = 1.0 if reduction is None else self._read_number(reduction, name)
         if rotor_inertia is None or ratio is None:
             return
         name = joints[0].get("name")
@@ -132,11 +132,11 @@ class ActuationReader:
                 line = element.sourceline
                 self.reading.warn("mechanics-unread", message, line, owner=owner, detail=detail)
 
-    def _read_number(self, element: Any, what: str) -> float | None:
-        """Return the number in an element; None, after a warning, where there is none."""
+    def _read_number(self, element: Any, name: str) -> float | None:
+        """Return the number in an element; None, after a warning, if it has none."""
         text = element.get("value") or get_text(element)
         try:
             return self.reading.number(element, "the text", text)
         except ConversionError as error:
-            self.reading.warn_of_left_out(element, what, error)
+            self.reading.warn_of_left_out(element, name, error)
             return None

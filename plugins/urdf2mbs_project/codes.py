@@ -42,7 +42,7 @@ CODES = {
     "project-renamed": "warning: your user functions call the generated module by another name. "
     "Correct the import in the lines given.",
     "project-obsolete": "warning: generated code of an earlier conversion is removed. Keep "
-    "a copy, if you want the old code.",
+    "a copy of the old code if you need it.",
     "mimic-held": "note: a joint follows another with the multiplier 0; it is held at its offset",
     "posture-urdf": "note: joints start where `<ros2_control>` says; `from_urdf: false` ends this",
     "stand": "note: the base was moved so that the robot stands on the ground",
@@ -50,7 +50,7 @@ CODES = {
     "force-torque": "note: force-torque sensors of the URDF are left out",
     "loops": "note: cuts make joints dependent",
     "law-unknown": "note: a plugin adds a force law, which `TIME_STEP` does not know, and which "
-    "nothing proves unless the plugin says what it should give",
+    "nothing proves unless the plugin states the expected result",
     "contacts-most": "note: the URDF states more friction of contacts than is used",
     "config-name": "error: the name of the file that `init` writes does not end in `.yaml`. "
     "Name it so.",

@@ -51,7 +51,7 @@ class LimbEnd(NamedTuple):
 
 
 class FootSearch(NamedTuple):
-    """The limb ends that are feet; if there are none, why."""
+    """The limb ends that are feet; without feet, the reason."""
 
     limb_ends: list[LimbEnd]
     why_no_feet: str = ""

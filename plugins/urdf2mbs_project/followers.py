@@ -70,7 +70,7 @@ class FollowerReader:
         Args:
             follower: The name of the joint that follows.
             leader: The name of the joint that it follows.
-            numbers: The elements with the multiplier and the offset, None where there is none.
+            numbers: The elements with the multiplier and the offset, None if it is not written.
             element: The element of lxml that says so.
             source: The element, as a message names it.
         """

@@ -266,7 +266,7 @@ class Simulation(msgspec.Struct):
     """Followers that user code moves, without a constraint."""
     contacts: list[Contact] = []
     stance: list[tuple[str, Vec]] = []
-    """The spots on which the robot stands at the start: body, and position (m, in the base)."""
+    """The spots that carry the robot at the start: body, and position (m, in the base)."""
     wrenches: list[Wrench] = []
     springs: list[Connection] = []
     """Springs and dampers between two points.  User models have their numbers."""

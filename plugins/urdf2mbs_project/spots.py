@@ -28,7 +28,7 @@ HULL_TOLERANCE = 0.003
 RELATIVE_HULL_TOLERANCE = 0.05
 #: Number of spots of a rim.
 RIM_SPOTS = 8
-#: Coordinates of spots are rounded to so many digits (nm).
+#: Number of digits to which coordinates of spots are rounded (nm).
 SPOT_DIGITS = 9
 
 
@@ -127,7 +127,7 @@ def _choose_hull_corners(points: Array) -> Array:
 
                  ^ normal
                  |
-                 o  corner      ) what it sticks out
+                 o  corner      ) its distance beyond them
           o------|------o       )
          / taken corners  \
     """

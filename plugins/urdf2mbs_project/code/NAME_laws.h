@@ -32,7 +32,7 @@ static inline double clamp(double lower, double value, double upper)
     return fmax(lower, fmin(upper, value));
 }
 
-/* A force (N or N m), limited to the effort of a motor; 0 stands for a motor without a limit. */
+/* A force (N or N m), limited to the effort of a motor; a motor with effort 0 has no limit. */
 static inline double limit_effort(double effort, double force)
 {
     return effort > 0.0 ? clamp(-effort, force, effort) : force;

@@ -2,8 +2,8 @@
 
 ``templates`` has the starter files, which are written once and belong to the user from then on, at
 their paths in the project.  Most user functions are there as a title and code only; the head that
-they share is added here.  ``NAME`` stands for the name of the project, ``@WORD@`` for what the
-robot has.
+they share is added here.  ``NAME`` is replaced by the name of the project, ``@WORD@`` by the
+data of the robot.
 """
 
 from __future__ import annotations

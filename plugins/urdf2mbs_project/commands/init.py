@@ -71,7 +71,7 @@ def add_options(command: argparse.ArgumentParser) -> None:
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
-    """Write the config, and print what was found."""
+    """Write the config, and print the facts of the robot."""
     if arguments.robot == STREAM:
         raise ConfigError("usage", "a config names the robot's file, and standard input has none")
     fields = choose_fields(arguments)
@@ -107,7 +107,7 @@ def init(
     """
     lines = Lines()
     given = typed(Config, {"source": source, "pipeline": "compact", **fields}, lines)
-    # Fresh, since what people changed in an existing .mbs is no fact of the robot.
+    # Fresh, since edits of an existing .mbs are no facts of the robot.
     conversion = Pipeline(given, lines, installed_plugins=False, fresh=True).run()
     facts = find_robot_facts(conversion)
     facts = facts._replace(passes={**facts.passes, "equations": EQUATIONS_OPTIONS})
@@ -285,7 +285,7 @@ def _format_argument(value: str) -> str:
 
 
 def describe_facts(config: Path, facts: RobotFacts) -> str:
-    """Return what was found and written, and what to do next."""
+    """Return the message about the written config, and the commands to use next."""
     return "\n".join([*_describe_files(config, facts), "", _propose_next(config, facts)])
 
 
@@ -305,7 +305,7 @@ def _describe_files(config: Path, facts: RobotFacts) -> list[str]:
     shapeless = facts.passes.get("contacts", {}).get("points")
     if shapeless:
         lines.append(
-            f"  no shape was found of {some(shapeless, 3)}: a box of its inertia stands in"
+            f"  no shape was found of {some(shapeless, 3)}: a box with its inertia is used"
         )
     if facts.why_no_feet:
         ground = "; all that is solid touches the ground" * ("contacts" in facts.passes)

@@ -237,7 +237,7 @@ def _replace_mesh(
     inertial = conversion.robot.links[link].inertial
     if inertial is not None and inertial.mass:
         spots_of_links[link] = [Spot(inertial.origin.pose.xyz).transform(pose)]
-        return "its centre of mass stands in"
+        return "its centre of mass touches instead"
     return "nothing of it touches"
 
 

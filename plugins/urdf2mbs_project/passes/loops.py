@@ -171,7 +171,7 @@ class Loops(Pass):
 
 
 class Replacement(NamedTuple):
-    """The cuts that replace an SDF joint; or the reason why there are none."""
+    """The cuts that replace an SDF joint; without cuts, the reason."""
 
     cuts: list[Cut]
     reason: str = ""

@@ -115,7 +115,7 @@ def _constrain(conversion: Conversion, coupling: Coupling, name: str) -> None:
 
 
 def _drive(conversion: Conversion, coupling: Coupling, name: str, leader: str) -> None:
-    """Add a coupling that user code drives, and warn of what it neglects."""
+    """Add a coupling that user code drives, and warn of the inertia that it neglects."""
     conversion.state(Simulation).driven.append(coupling)
     conversion.state(OnPurpose).driven.append(coupling.follower)
     message = (

@@ -36,7 +36,7 @@ from urdf2mbs_project.simulation import Coupling, Held, Simulation
 
 #: The frequency (Hz) and the damping ratio of the held joints, unless the config has others.
 DEFAULT_FREQUENCY, DEFAULT_DAMPING_RATIO = 10.0, 0.3
-#: A joint may start so far beyond its limits (rad or m): numbers in a file are rounded.
+#: A joint may start this far beyond its limits (rad or m): numbers in a file are rounded.
 ROUNDING = 1e-9
 #: The start positions of more joints than this are too long for a message.
 MAX_SHOWN = 10
@@ -346,7 +346,7 @@ def _describe_start(step: Step, stated: float, *, is_stated: bool) -> str:
 def _propose_middle(middle: Mapping[str, float]) -> str:
     """Return a hint to start joints in the middle of their limits (rad or m)."""
     if not middle:
-        return "'passes: {posture: {joints: {NAME: VALUE}}}' gives a start position"
+        return "'passes: {posture: {joints: {NAME: VALUE}}}' sets a start position"
     if len(middle) > MAX_SHOWN:
         return "'urdf2mbs init' writes a config that starts them in the middle of their limits"
     pairs = (

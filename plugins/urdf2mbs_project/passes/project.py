@@ -32,7 +32,7 @@ from urdf2mbs_project.simulation import CONTACT_STATES, JOINT_STATES, Simulation
 SOURCE_SUFFIXES = (".py", ".c", ".h", ".cc", ".cpp")
 #: The line by which a user function loads the generated module.
 MODULE_IMPORT = r"(?m)^(?:import |#include \")(\w+)_robot\b"
-#: So many bytes of a file of the user are read.
+#: Number of bytes of a file of the user that are read.
 MAX_READ = 2**20
 
 
@@ -222,7 +222,7 @@ def _warn_of_zero_rows(conversion: Conversion) -> None:
             "MBsysC of 2017 may fail at it"
         )
         hint = (
-            "passes: {mimic: {joints: {'*': driven}}} lets the followers move without "
+            "passes: {mimic: {joints: {'*': driven}}} moves the followers without "
             "constraints; their leaders then no longer feel their mass and forces"
         )
         conversion.warn("loop-row-of-zeros", message, hint=hint)

@@ -44,7 +44,7 @@ MIN_STEP = 1e-5
 #: Computing time (s) of a step of RK4 for each joint: MBsysC of 2017 with -O3 needs 1.1 to 1.5e-6 s
 #: for robots of 18 to 38 joints without loops.
 COMPUTING_TIME = 1.3e-6
-#: An effective inertia up to this (kg m^2 or kg) stands for the infinite one of a locked joint.
+#: The effective inertia (kg m^2 or kg) of a locked joint, in place of an infinite one.
 MAX_INERTIA = 1e300
 #: The user models that the forces of a project depend on.
 FORCE_MODELS = (
@@ -230,7 +230,7 @@ def _describe_force(force: SpringDamper, mass: MassModel, reduction: Array) -> s
 
 
 def _warn_of_short_step(conversion: Conversion, reason: str) -> None:
-    """Warn of a short step: what it costs, and which force needs it."""
+    """Warn of a short step: its cost, and the force that needs it."""
     time_step = conversion.state(Simulation).time_step
     n_steps = 1.0 / time_step
     seconds = n_steps * COMPUTING_TIME * len(conversion.mbs.numbers())

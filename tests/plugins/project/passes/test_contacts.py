@@ -289,7 +289,7 @@ def test_a_centre_of_mass_stands_in_for_a_lost_mesh(tmp_path: Path) -> None:
     source.write_text(TINY.replace('<box size="0.2 0.1 0.3"/>', '<mesh filename="none.obj"/>'))
     result = convert(source, passes={"contacts": {"links": ["*"]}})
     [said] = [one.message for one in result.diagnostics if one.code == "contacts-mesh"]
-    assert said.endswith("so its centre of mass stands in: 'body' (it was not found)")
+    assert said.endswith("so its centre of mass touches instead: 'body' (it was not found)")
     body = next(one for one in contacts(result) if "body" in one.links)
     centre = result.conversion.robot.links["body"].inertial
     assert centre is not None
