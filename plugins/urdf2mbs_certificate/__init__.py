@@ -1,4 +1,4 @@
-"""A certificate: what a second opinion needs, which reads a URDF and an .mbs without urdf2mbs."""
+"""Write a certificate: a second opinion compares a URDF with an .mbs without urdf2mbs."""
 
 from __future__ import annotations
 
@@ -13,13 +13,14 @@ if TYPE_CHECKING:
 
 
 def _is_there(conversion: Conversion, given: bool) -> bool:
-    """True if a certificate is asked for, or an earlier one may be there."""
-    there = conversion.settings.output.with_suffix(".proof.json")
-    return in_project(conversion, given) or there.exists()
+    """Return True if a certificate is asked for, or if there is an earlier one."""
+    earlier = conversion.settings.output.with_suffix(".proof.json")
+    return in_project(conversion, given) or earlier.exists()
 
 
 @hookimpl
 def urdf2mbs_intent(model: Path) -> Intent | None:
+    """Return the changes on purpose that the certificate of an .mbs records."""
     from urdf2mbs_certificate.passes.certificate import read_intent
 
     return read_intent(model)
@@ -27,5 +28,6 @@ def urdf2mbs_intent(model: Path) -> Intent | None:
 
 @hookimpl
 def urdf2mbs_passes() -> list[PassEntry]:
+    """Return the pass ``certificate``, which comes after all passes that write files."""
     after = ("check", "equations", "project")
     return [PassEntry("certificate", "urdf2mbs_certificate", after, _is_there)]
