@@ -409,6 +409,8 @@ def build_urdf_robot(urdf: ET.Element, certificate: Mapping[str, Any], notes: li
     links |= {link.get("name"): link for link in urdf.iterfind("link")}
     joints = urdf.findall("joint[parent][child]")
     child_links = {get_link(joint, "child") for joint in joints}
+    # Otherwise the walk from the roots might not end.
+    require(len(child_links) == len(joints), "a link is the child of two joints")
     joints_of_link: dict[str | None, list[ET.Element]] = {}
     for joint in joints:
         joints_of_link.setdefault(get_link(joint, "parent"), []).append(joint)

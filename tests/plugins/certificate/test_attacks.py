@@ -98,6 +98,11 @@ ATTACKS: Any = {
     "a cycle": ("urdf", '<parent link="upper"/><child link="slide"/>',
                 '<parent link="finger"/><child link="slide"/>', 1),
     "a link below itself": ("urdf", '<parent link="finger"/>', '<parent link="tool"/>', 1),
+    "a cycle of fixed joints behind the root": ("urdf", "</robot>", """
+        <joint name="there" type="fixed"><parent link="tool"/><child link="tip"/></joint>
+        <link name="tip"/>
+        <joint name="back" type="fixed"><parent link="tip"/><child link="tool"/></joint>
+        </robot>""", 1),
     "a link that hangs twice": ("urdf", '<child link="kite"/>', '<child link="sheet"/>', 1),
     "a second root": ("urdf", '<link name="foot"/>', '<link name="foot"/><link name="more"/>', 1),
     "a link that is not there": ("urdf", '<child link="tool"/>', '<child link="tol"/>', 1),
