@@ -111,8 +111,9 @@ def _copy_fields(
         if field == "kind":
             element.tag = converted.tag
         elif field == "measures":
-            for measure in SENSOR_MEASURES:
-                _copy_path(element, converted, f"@{measure}")
+            for name in [*element.attrib, *converted.attrib]:
+                if name in SENSOR_MEASURES:
+                    _copy_attribute(element, converted, str(name))
         elif field in paths:
             _copy_path(element, converted, paths[field])
     for field in dict.fromkeys([*unknown, *fields]):

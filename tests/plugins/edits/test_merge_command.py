@@ -1,5 +1,6 @@
 """`merge`: three versions of a file become one, in the real histories and as git calls it."""
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -179,3 +180,33 @@ def test_git_merges_by_it(here: Path) -> None:
     text = Path("arm.mbs").read_text()
     assert "<type>T2</type>" in text
     assert text.count("<type>R2</type>") == 3
+
+
+def test_the_same_merge_gives_the_same_bytes_in_each_process(here: Path) -> None:
+    """Python hashes words differently in each process; signals are a set of words."""
+    change(
+        "theirs.mbs",
+        '<sensor name="touch"/>',
+        '<sensor name="touch" Pos="true" Jac="true" Om="true" Acc="true"/>',
+    )
+    merged = []
+    for seed in "1234":
+        subprocess.run(
+            [
+                sys.executable,
+                "-m",
+                "urdf2mbs",
+                "merge",
+                "base.mbs",
+                "ours.mbs",
+                "theirs.mbs",
+                "-o",
+                f"{seed}.mbs",
+                "-q",
+            ],
+            check=True,
+            env={**os.environ, "PYTHONHASHSEED": seed},
+        )
+        merged.append((here / f"{seed}.mbs").read_bytes())
+    assert b'<sensor name="touch" Pos="true" Jac="true" Om="true" Acc="true"/>' in merged[0]
+    assert len(set(merged)) == 1
