@@ -131,7 +131,7 @@ def moving(page: Page, work: Path) -> None:
     canvas = page.locator("#view canvas")
     frames = []
     for number in range(42):
-        page.evaluate("(time) => urdf2mbs.player.at(time)", number / 30)
+        page.evaluate("(time) => urdf2mbs.player.seek(time)", number / 30)
         page.evaluate(DRAWN)
         frame = Image.open(BytesIO(canvas.screenshot())).convert("RGB")
         frames.append(frame.resize((400, round(400 * frame.height / frame.width))))
@@ -149,7 +149,7 @@ def swinging(page: Page, work: Path) -> None:
     page.add_style_tag(content="#view > :not(canvas) { visibility: hidden }")
     ends = []
     for time in (0.0, 0.5 / min(first["frequency"], 2.5)):  # the page plays no faster
-        page.evaluate("(time) => urdf2mbs.player.at(time)", time)
+        page.evaluate("(time) => urdf2mbs.player.seek(time)", time)
         page.evaluate(DRAWN)
         png = page.locator("#view canvas").screenshot()
         ends.append(Image.open(BytesIO(png)).convert("RGB"))

@@ -1,12 +1,13 @@
 // The live robot: the C of its simulation, as WebAssembly.  It is pulled, dropped, and held or not.
 
-import {bodyOf, byId, bytesOf, data, element, numbers, size, unzip, vector} from "./basics.js";
-import {choose, hitBody, rayThrough} from "./choose.js";
-import {now} from "./compare.js";
-import {makeArrows} from "./marks.js";
+import {makeForceArrows} from "./arrows.js";
+import {bodyByName, byId, createElement, data, decodeBase64, decompress, jointNumbers, robotSize, vector}
+  from "./basics.js";
+import {comparison} from "./comparison.js";
 import {player} from "./player.js";
-import {onChange, q, settle} from "./positions.js";
+import {jointPositions, onPositionsChange, updatePositions} from "./positions.js";
 import {camera, renderer, view} from "./scene.js";
+import {castRay, findBodyAt, select} from "./selection.js";
 
 // data.live, of live.py: code (WebAssembly, gzipped) and numbers (float64) in base64; places: where rows begin
 // in the numbers; forces: the bodies of the external forces; floats: the base may turn any way
@@ -16,7 +17,7 @@ let robot, page, at, printed = "", time = 0, running = false, grabbed = null, dr
 
 const row = (name, count, skip = 0) =>
   new Float64Array(robot.memory.buffer, at + 8 * (live.places[name] + skip), count);
-const joints = (name) => row(name, numbers.size + 1);
+const joints = (name) => row(name, jointNumbers.size + 1);
 
 // what the user's C prints is shown
 const system = {fd_write(file, parts, count, written) {
@@ -34,11 +35,11 @@ const missing = 52;  // what WASI answers of a function that there is not
 
 async function load() {
   const found = new Proxy(system, {get: (_, name) => system[name] || (() => missing)});
-  const made = await WebAssembly.instantiate(await unzip(live.code),
+  const made = await WebAssembly.instantiate(await decompress(live.code),
     {wasi_snapshot_preview1: found});
   robot = made.instance.exports;
   robot._initialize();
-  const packed = new Float64Array(bytesOf(live.numbers).buffer);
+  const packed = new Float64Array(decodeBase64(live.numbers).buffer);
   at = robot.room(packed.length);
   new Float64Array(robot.memory.buffer, at).set(packed);
   page = robot.begin(at);
@@ -56,7 +57,7 @@ function run(on) {
   player.play(false);
   let before = performance.now();
   requestAnimationFrame(function frame(when) {
-    if (player.playing) run(false);
+    if (player.isPlaying) run(false);
     if (!running) return;
     const passed = Math.min(Math.max(when - before, 0), 100) / 1000, wanted = time + passed * byId("speed").value;
     before = when;
@@ -88,37 +89,37 @@ function pass(wanted, most) {
 
 function draw() {
   const here = joints("q");
-  for (const [name, number] of numbers) q.set(name, here[number]);
-  settle();
+  for (const [name, number] of jointNumbers) jointPositions.set(name, here[number]);
+  updatePositions();
   live.forces.forEach((body, k) => {
     const force = row("SWr", 10, 11 * (k + 1));
-    drawArrow(k, now.mbs.bodies.get(body), vector().fromArray(force, 7), vector().fromArray(force, 1), weight);
+    drawArrow(k, comparison.mbs.bodies.get(body), vector().fromArray(force, 7), vector().fromArray(force, 1), weight);
   });
-  if (grabbed) drawArrow(live.forces.length, now.mbs.bodies.get(grabbed.body), grabbed.at, pullOf(grabbed), weight);
+  if (grabbed) drawArrow(live.forces.length, comparison.mbs.bodies.get(grabbed.body), grabbed.at, pullOf(grabbed), weight);
 }
 
 // --- by hand ---
 
 // a pull by the size of the robot is its weight
 function pullOf({body, at: point, to}) {
-  return to.clone().sub(point.clone().applyMatrix4(now.mbs.bodies.get(body))).multiplyScalar(weight / size);
+  return to.clone().sub(point.clone().applyMatrix4(comparison.mbs.bodies.get(body))).multiplyScalar(weight / robotSize);
 }
 
 function pullOn() {
   if (!grabbed) return robot.pull_at(page, 0, 0, 0, 0, 0, 0, 0);
-  const joint = numbers.get(bodyOf.get(grabbed.body).joints.at(-1).name);
+  const joint = jointNumbers.get(bodyByName.get(grabbed.body).joints.at(-1).name);
   robot.pull_at(page, joint, ...grabbed.at.toArray(), ...pullOf(grabbed).toArray());
 }
 
 function grab(event) {
-  const hit = running && event.button === 0 && event.target === renderer.domElement && hitBody(event);
-  if (!hit || !bodyOf.has(hit.body)) return;
+  const hit = running && event.button === 0 && event.target === renderer.domElement && findBodyAt(event);
+  if (!hit || !bodyByName.has(hit.body)) return;
   event.stopPropagation();  // the view does not turn
-  choose(hit.body);
+  select(hit.body);
   const plane = new THREE.Plane().setFromNormalAndCoplanarPoint(camera.getWorldDirection(vector()), hit.point);
   grabbed = {body: hit.body, to: hit.point,
-    at: hit.point.clone().applyMatrix4(now.mbs.bodies.get(hit.body).clone().invert())};
-  const move = (moved) => rayThrough(moved).ray.intersectPlane(plane, grabbed.to);
+    at: hit.point.clone().applyMatrix4(comparison.mbs.bodies.get(hit.body).clone().invert())};
+  const move = (moved) => castRay(moved).ray.intersectPlane(plane, grabbed.to);
   window.addEventListener("pointermove", move);
   window.addEventListener("pointerup", () => {
     grabbed = null;
@@ -128,8 +129,8 @@ function grab(event) {
 }
 
 async function makeLive() {
-  if (await load()) return byId("player").after(element("p", "note", "The robot cannot start."));
-  const bar = element("div", "bar"), start = ["q", "qd"].map((name) => [...joints(name)]);
+  if (await load()) return byId("player").after(createElement("p", "note", "The robot cannot start."));
+  const bar = createElement("div", "bar"), start = ["q", "qd"].map((name) => [...joints(name)]);
   const states = row("ux", live.states + 1).slice();
   const begin = (change) => {
     ["q", "qd"].forEach((name, k) => joints(name).set(start[k]));
@@ -143,14 +144,14 @@ async function makeLive() {
     }
   };
   const button = (text, title, act) => {
-    const made = element("button", "", text);
+    const made = createElement("button", "", text);
     Object.assign(made, {title, onclick: act});
     bar.append(made);
     return made;
   };
-  drawArrow = makeArrows([...live.forces.map(() => false), true]);
+  drawArrow = makeForceArrows([...live.forces.map(() => false), true]);
   const hide = () => [...live.forces, null].forEach((_, k) => drawArrow(k, null, null, vector(), 1));
-  onChange(hide);
+  onPositionsChange(hide);
   button("Live", "Run live; then drag a part with the mouse", () => run(!running)).id = "live";
   button("Reset", "Back to the start", () => begin(() => {}));
   const drop = (text, turn) => live.floats && button(text, "From one metre higher", () => {
@@ -161,14 +162,14 @@ async function makeLive() {
   drop("Drop on its back", (row) => { row[5] = -Math.PI / 2; });
   drop("Drop on its side", (row) => { row[4] = Math.PI / 2; });
   if ("hold" in live.places) {
-    const label = element("label", "", "Hold"), box = element("input");
+    const label = createElement("label", "", "Hold"), box = createElement("input");
     label.title = "The controller that holds the start position";
     Object.assign(box, {type: "checkbox", checked: row("hold", 1)[0] !== 0});
     box.onchange = () => { row("hold", 1)[0] = +box.checked; };
     label.prepend(box);
     bar.append(label);
   }
-  const said = element("output", "");
+  const said = createElement("output", "");
   said.id = "live-said";
   bar.append(said);
   byId("player").before(bar);

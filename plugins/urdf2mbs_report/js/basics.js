@@ -1,60 +1,73 @@
-// The data of the page, its names, and small helpers.
+// The data of the page, look-ups by name, and small helpers.
 
-// What report/page.py writes into the page; lengths are in m, angles in rad:
+// What page.py writes into the page; lengths are in m, angles in rad:
 //   mbs: base {name, shapes}, bodies [{name, parent, at, joints, mass, com, inertia, shapes}]
 //   urdf: root, links [{name, visuals, collisions}], joints [{name, type, parent, child, ...}]
 //   frames, coordinates, joints: pairs of a URDF name and what it is in the .mbs
-//   meshes: of each its parts, whose arrays are [place in bytes, length in words]; textures: urls
+//   meshes: of each its parts, whose arrays are [first byte, number of words]; textures: urls
 //   marks: points [body, xyz, kind, rotation], lines [kind, end, end], stops [joint, [low, high]]
-//   motion: null, or what report/motion.py read
+//   motion: null, or what motion.py has read
 export const data = JSON.parse(document.getElementById("data").textContent);
+// The page of an .mbs alone has no URDF.
+export const isModelAlone = data.urdf.root === null;
+// The size of the robot (m).
+export const robotSize = data.size;
+
+// --- helpers ---
+
 export const byId = (id) => document.getElementById(id);
 export const matrix = () => new THREE.Matrix4();
 export const vector = (...xyz) => new THREE.Vector3(...xyz);
-export const shift = (xyz) => matrix().makeTranslation(...xyz);
-// the page of an .mbs alone has no URDF
-export const alone = data.urdf.root === null;
-// the size of the robot (m)
-export const size = data.size;
+export const translation = (xyz) => matrix().makeTranslation(...xyz);
 
-export function element(tag, kind, text) {
-  const made = document.createElement(tag);
-  if (kind) made.className = kind;
-  if (text !== undefined) made.textContent = text;
-  return made;
+// A pose by its rotation, row by row, and its origin.
+export const poseOf = ([a, b, c, d, e, f, g, h, i], [x, y, z]) =>
+  matrix().set(a, b, c, x, d, e, f, y, g, h, i, z, 0, 0, 0, 1);
+
+export function createElement(tag, className, text) {
+  const element = document.createElement(tag);
+  if (className) element.className = className;
+  if (text !== undefined) element.textContent = text;
+  return element;
 }
 
-// what the page holds in base64, and gzipped
-export const bytesOf = (text) => Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
-export function unzip(text) {
-  const stream = new Blob([bytesOf(text)]).stream().pipeThrough(new DecompressionStream("gzip"));
+export function decodeBase64(text) {
+  return Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+}
+
+// Resolves to the bytes (ArrayBuffer) of what was gzipped and then written in base64.
+export function decompress(text) {
+  const stream = new Blob([decodeBase64(text)]).stream()
+    .pipeThrough(new DecompressionStream("gzip"));
   return new Response(stream).arrayBuffer();
 }
 
-export function save(url, name) {
-  const link = element("a");
+export function download(url, fileName) {
+  const link = createElement("a");
   link.href = url;
-  link.download = name;
+  link.download = fileName;
   link.click();
 }
 
-export const bodyOf = new Map(data.mbs.bodies.map((body) => [body.name, body]));
-// of a joint of the .mbs: its body and itself, and its number
-export const bodyOfJoint = new Map();
-export const numbers = new Map();
+// --- look-ups ---
+
+export const bodyByName = new Map(data.mbs.bodies.map((body) => [body.name, body]));
+// The joints of the .mbs by name: {joint, body}, and their numbers from 1 on.
+export const jointByName = new Map();
+export const jointNumbers = new Map();
 for (const body of data.mbs.bodies) {
   for (const joint of body.joints) {
-    bodyOfJoint.set(joint.name, [body, joint]);
-    numbers.set(joint.name, numbers.size + 1);
+    jointByName.set(joint.name, {joint, body});
+    jointNumbers.set(joint.name, jointNumbers.size + 1);
   }
 }
-// of a URDF joint: the names of its coordinates, and of all joints that it became
-export const coordinates = new Map(data.coordinates);
-export const became = new Map(data.joints);
-// where each link's frame is in the .mbs
-export const frames = new Map(data.frames);
-export const bodyOfLink = (link) => frames.has(link) ? frames.get(link).body : undefined;
-export const linksOf = new Map();
-for (const [link, at] of frames) {
-  if (at.joint === null) linksOf.set(at.body, [...(linksOf.get(at.body) || []), link]);
+// Of a URDF joint: the names of its coordinates, and of all joints of the .mbs that it became.
+export const coordinatesOfJoint = new Map(data.coordinates);
+export const mbsJointsOf = new Map(data.joints);
+// Where the frame of each link is in the .mbs: {body, joint, pose}.
+export const linkFrames = new Map(data.frames);
+export const findBodyOfLink = (link) => linkFrames.has(link) ? linkFrames.get(link).body : undefined;
+export const linksOfBody = new Map();
+for (const [link, {body, joint}] of linkFrames) {
+  if (joint === null) linksOfBody.set(body, [...(linksOfBody.get(body) || []), link]);
 }

@@ -1,20 +1,23 @@
-// The camera: turned, moved and zoomed by three's OrbitControls.
+// The camera: turned, moved and zoomed by OrbitControls of three.js.
 
-import {data, size, vector} from "./basics.js";
-import {bones} from "./marks.js";
-import {camera, holders, redraw, scene} from "./scene.js";
-import {drawn} from "./shapes.js";
+import {data, robotSize, vector} from "./basics.js";
+import {camera, groups, requestDrawing, scene} from "./scene.js";
+import {drawnShapes} from "./shapes.js";
+import {bones} from "./skeleton.js";
 
-// the box around the robot, without a base that is much larger, such as a floor
-export function extent() {
-  const box = new THREE.Box3(), base = new THREE.Box3(), across = (of) => of.getSize(vector()).length();
+let controls = null;
+
+// The box around the robot, without a base that is much larger, such as a floor.
+export function computeRobotBox() {
+  const box = new THREE.Box3(), baseBox = new THREE.Box3();
   scene.updateMatrixWorld(true);
-  for (const one of drawn) {
-    if (one.side === "mbs") (one.owner === null ? base : box).expandByObject(one.group);
+  for (const shape of drawnShapes) {
+    if (shape.side === "mbs") (shape.owner === null ? baseBox : box).expandByObject(shape.group);
   }
-  if (box.isEmpty() || across(base) < 3 * across(box)) box.union(base);
-  if (!drawn.length) bones.forEach(([, object]) => box.expandByObject(object));
-  for (const [name, group] of [...holders.mbs, ...holders.urdf]) {
+  const diagonal = (each) => each.getSize(vector()).length();
+  if (box.isEmpty() || diagonal(baseBox) < 3 * diagonal(box)) box.union(baseBox);
+  if (!drawnShapes.length) bones.forEach(({object}) => box.expandByObject(object));
+  for (const [name, group] of [...groups.mbs, ...groups.urdf]) {
     if (name !== null && name !== data.urdf.root) {
       box.expandByPoint(vector().setFromMatrixPosition(group.matrix));
     }
@@ -22,57 +25,66 @@ export function extent() {
   return box.isEmpty() ? box.expandByPoint(vector()) : box;
 }
 
-let controls = null;
-
-// the whole robot is seen, from the side from which it is seen now
-export function fit() {
-  const ball = extent().getBoundingSphere(new THREE.Sphere());
-  const half = camera.fov * Math.PI / 360, wide = Math.atan(Math.tan(half) * camera.aspect);
-  const away = 1.18 * Math.max(ball.radius, 0.05 * size) / Math.sin(Math.min(half, wide));
-  const offset = camera.position.clone().sub(controls.target).setLength(away);
-  // a little room around it, and more above, where the buttons are
+// Show the whole robot, from the side from which it is seen now.
+export function fitCamera() {
+  const ball = computeRobotBox().getBoundingSphere(new THREE.Sphere());
+  const halfHeight = camera.fov * Math.PI / 360;  // as angles (rad)
+  const halfWidth = Math.atan(Math.tan(halfHeight) * camera.aspect);
+  const radius = Math.max(ball.radius, 0.05 * robotSize);
+  const distance = 1.18 * radius / Math.sin(Math.min(halfHeight, halfWidth));
+  const offset = camera.position.clone().sub(controls.target).setLength(distance);
+  // There is a little room around the robot, and more above it, where the buttons are.
   controls.target.copy(ball.center).setZ(ball.center.z + 0.12 * ball.radius);
   camera.position.copy(controls.target).add(offset);
   controls.update();
 }
 
-export function aim() {
-  const away = camera.position.distanceTo(controls.target);
-  camera.near = away / 100;
-  camera.far = away + 60 * size;
+// Adapt the range of depth that is drawn to the distance of the camera.
+export function updateDepthRange() {
+  const distance = camera.position.distanceTo(controls.target);
+  camera.near = distance / 100;
+  camera.far = distance + 60 * robotSize;
   camera.updateProjectionMatrix();
-  redraw();
+  requestDrawing();
 }
 
-function turnByKey(event) {
-  const offset = camera.position.clone().sub(controls.target), up = vector(0, 0, 1);
-  const turn = {ArrowLeft: 0.1, ArrowRight: -0.1}[event.key] || 0;
-  const tilt = {ArrowUp: -0.1, ArrowDown: 0.1}[event.key] || 0;
-  const zoom = {"+": 0.9, "-": 1.1}[event.key] || 1;
-  if (event.key === "Home") fit();
-  else if (turn || tilt || zoom !== 1) {
-    const high = offset.angleTo(up), next = Math.min(Math.max(high + tilt, 0.05), Math.PI - 0.05);
-    offset.applyAxisAngle(vector().crossVectors(up, offset).normalize(), next - high);
-    camera.position.copy(controls.target).add(offset.applyAxisAngle(up, turn).multiplyScalar(zoom));
-    controls.update();
-  } else return;
-  event.preventDefault();
-}
-
-// follow the mouse or fingers on the canvas; ``pick`` is called for a click
-export function steer(canvas, pick) {
+// Let the mouse, fingers and keys on the canvas move the camera; onClick is called for a click.
+export function attachControls(canvas, onClick) {
+  // The spherical coordinates of three.js have y up.
   camera.position.setFromSphericalCoords(1, Math.PI / 2 - 0.32, Math.PI / 2 + 0.45)
-    .applyAxisAngle(vector(1, 0, 0), Math.PI / 2);  // three's spherical coordinates have y up
+    .applyAxisAngle(vector(1, 0, 0), Math.PI / 2);
   controls = new THREE.OrbitControls(camera, canvas);
   controls.zoomSpeed = 2;
-  controls.addEventListener("change", aim);
+  controls.addEventListener("change", updateDepthRange);
   let pressed = null;
   canvas.addEventListener("pointerdown", (event) => { pressed = event; });
   canvas.addEventListener("click", (event) => {
-    if (Math.hypot(event.clientX - pressed.clientX, event.clientY - pressed.clientY) < 4) pick(event);
+    const [dx, dy] = [event.clientX - pressed.clientX, event.clientY - pressed.clientY];
+    if (Math.hypot(dx, dy) < 4) onClick(event);  // else it was a drag
   });
-  canvas.addEventListener("dblclick", fit);
-  canvas.addEventListener("keydown", turnByKey);
+  canvas.addEventListener("dblclick", fitCamera);
+  canvas.addEventListener("keydown", moveByKey);
   Object.assign(canvas, {tabIndex: 0, role: "application"});
   canvas.ariaLabel = "The robot in 3D: arrow keys turn it, + and - zoom, Home shows all of it";
+}
+
+function moveByKey(event) {
+  const turn = {ArrowLeft: 0.1, ArrowRight: -0.1}[event.key] || 0;  // rad
+  const tilt = {ArrowUp: -0.1, ArrowDown: 0.1}[event.key] || 0;  // rad
+  const zoom = {"+": 0.9, "-": 1.1}[event.key] || 1;
+  if (event.key === "Home") fitCamera();
+  else if (turn || tilt || zoom !== 1) orbit(turn, tilt, zoom);
+  else return;
+  event.preventDefault();
+}
+
+function orbit(turn, tilt, zoom) {
+  const offset = camera.position.clone().sub(controls.target), up = vector(0, 0, 1);
+  const polarAngle = offset.angleTo(up);
+  const newPolarAngle = Math.min(Math.max(polarAngle + tilt, 0.05), Math.PI - 0.05);
+  const tiltAxis = vector().crossVectors(up, offset).normalize();
+  offset.applyAxisAngle(tiltAxis, newPolarAngle - polarAngle);
+  offset.applyAxisAngle(up, turn).multiplyScalar(zoom);
+  camera.position.copy(controls.target).add(offset);
+  controls.update();
 }

@@ -1,60 +1,72 @@
 // The diagram, moved by dragging and zoomed by the wheel, and the filters of tables.
 
-import {byId, data, save} from "./basics.js";
-import {choose, chooseWhat, makeChoosable} from "./choose.js";
+import {byId, data, download} from "./basics.js";
 import {filterRows} from "./panel.js";
+import {makeSelectable, select, selectElement} from "./selection.js";
 
 export function makeDiagram() {
   const svg = byId("paper").querySelector("svg");
   if (!svg) return;
-  const full = svg.viewBox.baseVal;
-  const whole = [full.x, full.y, full.width, full.height];
-  let box = whole;
-  const set = (next) => {
-    box = next;
+  const {x, y, width, height} = svg.viewBox.baseVal;
+  // The part of the diagram that is seen: [x, y, width, height] (px).
+  const wholeBox = [x, y, width, height];
+  let viewBox = wholeBox;
+  const setViewBox = (box) => {
+    viewBox = box;
     svg.setAttribute("viewBox", box.join(" "));
   };
-  const scale = () => Math.max(box[2] / svg.clientWidth, box[3] / svg.clientHeight);
+  // Pixels of the diagram in a pixel of the screen.
+  const computeScale = () =>
+    Math.max(viewBox[2] / svg.clientWidth, viewBox[3] / svg.clientHeight);
   svg.removeAttribute("width");
   svg.removeAttribute("height");
-  byId("diagram-fit").onclick = () => set(whole);
-  byId("diagram-full").onclick = () => set([whole[0], whole[1], svg.clientWidth, svg.clientHeight]);
-  byId("diagram-save").onclick = () => {
-    const copy = svg.cloneNode(true);
-    copy.setAttribute("viewBox", whole.join(" "));
-    copy.setAttribute("width", whole[2]);
-    copy.setAttribute("height", whole[3]);
-    save(URL.createObjectURL(new Blob([new XMLSerializer().serializeToString(copy)],
-      {type: "image/svg+xml"})), `${data.name}.svg`);
-  };
+  byId("diagram-fit").onclick = () => setViewBox(wholeBox);
+  byId("diagram-full").onclick = () => setViewBox([x, y, svg.clientWidth, svg.clientHeight]);
+  byId("diagram-save").onclick = () => saveDiagram(svg, wholeBox);
+
   svg.addEventListener("wheel", (event) => {
     event.preventDefault();
-    const area = svg.getBoundingClientRect(), k = scale();
-    const by = Math.exp(Math.max(-60, Math.min(60, event.deltaY)) * 0.003);
-    const x = box[0] + box[2] / 2 + (event.clientX - area.left - area.width / 2) * k;
-    const y = box[1] + box[3] / 2 + (event.clientY - area.top - area.height / 2) * k;
-    set([x - (x - box[0]) * by, y - (y - box[1]) * by, box[2] * by, box[3] * by]);
+    const area = svg.getBoundingClientRect(), scale = computeScale();
+    const zoom = Math.exp(Math.max(-60, Math.min(60, event.deltaY)) * 0.003);
+    const [left, top, boxWidth, boxHeight] = viewBox;
+    // The point under the mouse stays where it is.
+    const mouseX = left + boxWidth / 2 + (event.clientX - area.left - area.width / 2) * scale;
+    const mouseY = top + boxHeight / 2 + (event.clientY - area.top - area.height / 2) * scale;
+    setViewBox([mouseX - (mouseX - left) * zoom, mouseY - (mouseY - top) * zoom,
+      boxWidth * zoom, boxHeight * zoom]);
   }, {passive: false});
-  let held = null, moved = 0;
-  svg.addEventListener("pointerdown", (event) => { held = event; moved = 0; });
+
+  let lastEvent = null, movedPixels = 0;
+  svg.addEventListener("pointerdown", (event) => { lastEvent = event; movedPixels = 0; });
   window.addEventListener("pointermove", (event) => {
-    if (!held) return;
-    const k = scale(), dx = event.clientX - held.clientX, dy = event.clientY - held.clientY;
-    moved += Math.abs(dx) + Math.abs(dy);
-    set([box[0] - dx * k, box[1] - dy * k, box[2], box[3]]);
-    held = event;
+    if (!lastEvent) return;
+    const scale = computeScale();
+    const dx = event.clientX - lastEvent.clientX, dy = event.clientY - lastEvent.clientY;
+    movedPixels += Math.abs(dx) + Math.abs(dy);
+    setViewBox([viewBox[0] - dx * scale, viewBox[1] - dy * scale, viewBox[2], viewBox[3]]);
+    lastEvent = event;
   });
-  window.addEventListener("pointerup", () => { held = null; });
+  window.addEventListener("pointerup", () => { lastEvent = null; });
   svg.addEventListener("click", (event) => {
-    if (moved >= 4) return;
-    const what = event.target.closest("[data-joint], [data-body]");
-    if (what) chooseWhat(what);
-    else choose(undefined);
+    if (movedPixels >= 4) return;  // it was a drag
+    const element = event.target.closest("[data-joint], [data-body]");
+    if (element) selectElement(element);
+    else select(undefined);
   });
-  // on paper there is all of it
-  let before = whole;
-  window.addEventListener("beforeprint", () => { before = box; set(whole); });
-  window.addEventListener("afterprint", () => set(before));
+
+  // All of the diagram is printed.
+  let boxBeforePrint = wholeBox;
+  window.addEventListener("beforeprint", () => { boxBeforePrint = viewBox; setViewBox(wholeBox); });
+  window.addEventListener("afterprint", () => setViewBox(boxBeforePrint));
+}
+
+function saveDiagram(svg, wholeBox) {
+  const copy = svg.cloneNode(true);
+  copy.setAttribute("viewBox", wholeBox.join(" "));
+  copy.setAttribute("width", wholeBox[2]);
+  copy.setAttribute("height", wholeBox[3]);
+  const text = new XMLSerializer().serializeToString(copy);
+  download(URL.createObjectURL(new Blob([text], {type: "image/svg+xml"})), `${data.name}.svg`);
 }
 
 export function makeTables() {
@@ -63,5 +75,5 @@ export function makeTables() {
     filter.oninput = () => filterRows(rows, filter.value);
   }
   const rows = "tr[data-body], tr[data-joint], tr[data-link], tr[data-urdf-joint]";
-  document.querySelectorAll(rows).forEach(makeChoosable);
+  document.querySelectorAll(rows).forEach(makeSelectable);
 }

@@ -1,98 +1,126 @@
-// The page opens: all is built, and a test or a curious reader at the console may ask.
+// The page opens: all is built, and tests or a curious reader at the console may ask.
 
-import {byId, data, frames, save, vector} from "./basics.js";
-import {aim, extent, fit, steer} from "./camera.js";
-import {pick} from "./choose.js";
-import {compareShapes, now} from "./compare.js";
+import {byId, data, download, linkFrames, vector} from "./basics.js";
+import {attachControls, computeRobotBox, fitCamera, updateDepthRange} from "./camera.js";
+import {compareShapes, comparison} from "./comparison.js";
 import {makeDiagram, makeTables} from "./diagram.js";
-import {unpack} from "./geometry.js";
-import {beyond, drawMarks, lines, stops} from "./marks.js";
+import {blink, startDisplay, updateDisplay, updateScene} from "./display.js";
+import {unpackMeshes} from "./geometry.js";
+import {MARK_COLORS, drawMarks, loopLines} from "./marks.js";
+import {drawMasses} from "./masses.js";
 import {makeSliders, makeTree} from "./panel.js";
 import {makePlayer, player} from "./player.js";
-import {limits, onChange, q, set, settle} from "./positions.js";
-import {camera, dark, drawWhenOld, holders, kinds, layGrid, picture, renderer, scene, view}
-  from "./scene.js";
-import {drawShapes, drawn, missing} from "./shapes.js";
-import {begin, blink, bodyOfDrawn, show, update} from "./show.js";
+import {jointLimits, jointPositions, onPositionsChange, setPosition, updatePositions}
+  from "./positions.js";
+import {addGrid, camera, groups, isDark, objectsByKind, renderer, scene, startDrawing, takePicture,
+  view} from "./scene.js";
+import {onSelectionChange, selectAt} from "./selection.js";
+import {drawShapes, drawnShapes, findBodyOfShape, missingMeshes} from "./shapes.js";
+import {drawSkeletons} from "./skeleton.js";
+import {drawStops, isBeyondStop, stops} from "./stops.js";
 
-// the moving picture, from one press of the button to the next
-let recorder = null;
-function record() {
-  if (recorder) return recorder.stop();
-  const parts = [], type = ["video/webm", "video/mp4"].find((kind) => MediaRecorder.isTypeSupported(kind));
-  scene.background = new THREE.Color(dark ? 0x1b222b : 0xf2f5f9);  // the page's is not in the video
-  recorder = new MediaRecorder(renderer.domElement.captureStream(), {mimeType: type, videoBitsPerSecond: 8e6});
-  recorder.ondataavailable = (event) => parts.push(event.data);
-  recorder.onstop = () => {
-    recorder = scene.background = null;
-    byId("record").textContent = "Record";
-    show();
-    save(URL.createObjectURL(new Blob(parts, {type})), `${data.name}.${type.slice(6)}`);
-  };
-  recorder.start();
-  byId("record").textContent = "Stop recording";
-  show();
+async function open() {
+  await unpackMeshes();
+  drawShapes();
+  drawSkeletons();
+  drawMasses();
+  drawMarks();
+  drawStops();
+  for (const kind of Object.keys(MARK_COLORS)) {
+    byId(`show-${kind}`).parentNode.hidden = !objectsByKind[kind].length;
+  }
+  compareShapes();
+  startDisplay();
+  const lowest = computeRobotBox().min.z;
+  addGrid(Number.isFinite(lowest) ? lowest : 0);
+  if (renderer) openView();
+  updateDisplay();
+  if (data.motion) makePlayer();
 }
 
 function openView() {
   view.append(renderer.domElement);
-  steer(renderer.domElement, pick);
-  byId("fit").onclick = fit;
-  byId("picture").onclick = () => save(picture(), `${data.name}.png`);
-  byId("record").onclick = record;
+  attachControls(renderer.domElement, selectAt);
+  byId("fit").onclick = fitCamera;
+  byId("picture").onclick = () => download(takePicture(), `${data.name}.png`);
+  byId("record").onclick = toggleRecording;
   byId("record").hidden = !data.motion || typeof MediaRecorder === "undefined";
   camera.aspect = view.clientWidth / Math.max(view.clientHeight, 1);
-  fit();
-  drawWhenOld(aim);
+  fitCamera();
+  startDrawing(updateDepthRange);
 }
 
-async function open() {
-  await unpack();
-  drawShapes();
-  drawMarks();
-  compareShapes();
-  begin();
-  const low = extent().min.z;
-  layGrid(Number.isFinite(low) ? low : 0);
-  if (renderer) openView();
-  show();
-  if (data.motion) makePlayer();
+// The recorder of a video, from one press of the button to the next.
+let recorder = null;
+
+function toggleRecording() {
+  if (recorder) return recorder.stop();
+  const pieces = [];
+  const mimeType = ["video/webm", "video/mp4"].find((type) => MediaRecorder.isTypeSupported(type));
+  // The background of the page is not in the video.
+  scene.background = new THREE.Color(isDark ? 0x1b222b : 0xf2f5f9);
+  const stream = renderer.domElement.captureStream();
+  recorder = new MediaRecorder(stream, {mimeType, videoBitsPerSecond: 8e6});
+  recorder.ondataavailable = (event) => pieces.push(event.data);
+  recorder.onstop = () => {
+    recorder = scene.background = null;
+    byId("record").textContent = "Record";
+    updateDisplay();
+    const video = new Blob(pieces, {type: mimeType});
+    download(URL.createObjectURL(video), `${data.name}.${mimeType.slice("video/".length)}`);
+  };
+  recorder.start();
+  byId("record").textContent = "Stop recording";
+  updateDisplay();
 }
 
-const rows = ({elements: e}) => [0, 1, 2, 3].map((r) => [e[r], e[4 + r], e[8 + r], e[12 + r]]);
-const atWorld = (object) => vector().setFromMatrixPosition(object.matrixWorld).toArray();
+// --- for tests and the console ---
+
+const listRows = ({elements}) => [0, 1, 2, 3].map(
+  (row) => [elements[row], elements[4 + row], elements[8 + row], elements[12 + row]]);
+const listPosition = (object) => vector().setFromMatrixPosition(object.matrixWorld).toArray();
+const countShapes = (side) => drawnShapes.filter((shape) => shape.side === side).length;
+
 window.urdf2mbs = {
-  set: (name, value) => { set(name, value); settle(); },
-  position: (name) => q.get(name),
-  limits: (name) => limits.get(name),
-  // where a body or a link is drawn
+  set: (name, value) => { setPosition(name, value); updatePositions(); },
+  position: (name) => jointPositions.get(name),
+  limits: (name) => jointLimits.get(name),
+  // The pose in which a body ("mbs") or a link ("urdf") is drawn.
   seen: (side, name) => {
     scene.updateMatrixWorld(true);
-    return rows(holders[side].get(name).matrixWorld);
+    return listRows(groups[side].get(name).matrixWorld);
   },
-  agreement: () => ({largest: now.largest, compared: now.compared, differing: [...now.differing],
-    shapes: now.shapes, shapesDiffering: drawn.filter((one) => one.differs)
-      .map((one) => [one.side, one.about, one.differs])}),
-  counts: () => ({mbs: drawn.filter((one) => one.side === "mbs").length,
-    urdf: drawn.filter((one) => one.side === "urdf").length, lost: missing.length}),
-  // the sides on which the shapes of a link's body are seen
-  lit: (link) => drawn.filter((one) => one.group.visible && bodyOfDrawn(one) === frames.get(link).body)
-    .map((one) => one.side),
+  agreement: () => ({
+    largest: comparison.largestDeviation, compared: comparison.comparedLinks,
+    differing: [...comparison.differingLinks], shapes: comparison.equalShapes,
+    shapesDiffering: drawnShapes.filter((shape) => shape.difference)
+      .map(({side, label, difference}) => [side, label, difference]),
+  }),
+  counts: () => ({mbs: countShapes("mbs"), urdf: countShapes("urdf"), lost: missingMeshes.length}),
+  // The sides on which the shapes of a link's body are seen.
+  lit: (link) => {
+    const {body} = linkFrames.get(link);
+    return drawnShapes.filter((shape) => shape.group.visible && findBodyOfShape(shape) === body)
+      .map((shape) => shape.side);
+  },
   marks: (kind) => {
     scene.updateMatrixWorld(true);
-    return kinds[kind].filter((one) => one.visible && one.isMesh).map(atWorld);
+    return objectsByKind[kind].filter((object) => object.visible && object.isMesh).map(listPosition);
   },
-  ends: () => lines.map(([line]) => [...line.geometry.attributes.position.array]),
-  stops: () => stops.map((one) => ({joint: one.joint.name, low: one.low, high: one.high,
-    beyond: beyond(one), hand: rows(one.group.matrix.clone().multiply(one.hand.matrix))})),
-  arrows: () => scene.children.filter((one) => one.cone && one.visible).map((one) => one.position.toArray()),
+  ends: () => loopLines.map(({line}) => [...line.geometry.attributes.position.array]),
+  stops: () => stops.map((stop) => ({
+    joint: stop.joint.name, low: stop.low, high: stop.high, beyond: isBeyondStop(stop),
+    hand: listRows(stop.group.matrix.clone().multiply(stop.hand.matrix)),
+  })),
+  arrows: () => scene.children.filter((object) => object.cone && object.visible)
+    .map((arrow) => arrow.position.toArray()),
   inertiaCorners: (name) => {
-    const box = kinds.inertias.find((one) => one.parent === holders.mbs.get(name));
+    const box = objectsByKind.inertias.find((object) => object.parent === groups.mbs.get(name));
     const {array} = box.geometry.attributes.position;
     return Array.from({length: array.length / 3},
-      (_, k) => vector().fromArray(array, 3 * k).applyMatrix4(box.matrix).toArray());
+      (_, corner) => vector().fromArray(array, 3 * corner).applyMatrix4(box.matrix).toArray());
   },
-  picture,
+  picture: takePicture,
   player,
   blink,
 };
@@ -101,7 +129,8 @@ makeSliders();
 makeTree();
 makeDiagram();
 makeTables();
-onChange(update);
-settle();
-for (const input of document.querySelectorAll(".view .bar input")) input.onchange = show;
+onPositionsChange(updateScene);
+onSelectionChange(updateDisplay);
+updatePositions();
+for (const input of document.querySelectorAll(".view .bar input")) input.onchange = updateDisplay;
 window.urdf2mbs.ready = open();

@@ -1,138 +1,189 @@
 // The motion of a simulated project: play, the trail of a body, arrows of forces, and curves.
 
-import {bodyOf, byId, bytesOf, data, vector} from "./basics.js";
-import {chosen} from "./choose.js";
-import {now} from "./compare.js";
-import {mbsPoses} from "./kinematics.js";
-import {MARK, makeArrows} from "./marks.js";
-import {onChange, q, settle} from "./positions.js";
+import {makeForceArrows} from "./arrows.js";
+import {bodyByName, byId, data, decodeBase64, vector} from "./basics.js";
+import {comparison} from "./comparison.js";
+import {computeMbsPoses} from "./kinematics.js";
+import {MARK_COLORS} from "./marks.js";
+import {jointPositions, onPositionsChange, updatePositions} from "./positions.js";
 import {scene} from "./scene.js";
+import {selection} from "./selection.js";
 
-export const player = {time: 0, playing: false, at: null, play: null};
-let joints, forces, times, positions, loads, energies;
+// time (s), isPlaying, and the functions seek(time) and play(isOn).
+export const player = {time: 0, isPlaying: false, seek: null, play: null};
+
+// The results by frame: see read_motion in motion.py.
+const motion = {joints: [], forces: [], times: [], positions: [], loads: [], energies: []};
+const MAX_CURVES = 8;
 
 function unpackMotion() {
-  const floats = (text) => new Float32Array(bytesOf(text).buffer);
-  ({joints, forces} = data.motion);
-  [times, positions, loads, energies] = ["time", "q", "F", "E"].map((name) => floats(data.motion[name]));
+  const decodeFloats = (text) => new Float32Array(decodeBase64(text).buffer);
+  const {joints, forces, time, q, F, E} = data.motion;
+  Object.assign(motion, {
+    joints,
+    forces: forces.map(([body, name, isPush]) => ({body, name, isPush})),
+    times: decodeFloats(time), positions: decodeFloats(q), loads: decodeFloats(F),
+    energies: decodeFloats(E),
+  });
 }
 
-// the frame at or before a time
-const frameAt = (time) => Math.max(0, times.findLastIndex((one) => one <= time + 1e-6));
-const coordinate = (frame, j) => positions[frame * joints.length + j];
-// of a force in a frame: the force (N), or with 3 the point where it acts (m)
-const load = (k, frame, part = 0) => vector().fromArray(loads, 6 * (frame * forces.length + k) + part);
+// The frame at or before a time.
+const findFrame = (time) =>
+  Math.max(0, motion.times.findLastIndex((frameTime) => frameTime <= time + 1e-6));
+const getPosition = (frame, joint) => motion.positions[frame * motion.joints.length + joint];
+const getForce = (frame, force) => getLoad(frame, force, 0);  // N, in the axes of the base
+const getForcePoint = (frame, force) => getLoad(frame, force, 3);  // m, in the frame of the body
+const getLoad = (frame, force, offset) =>
+  vector().fromArray(motion.loads, 6 * (frame * motion.forces.length + force) + offset);
+const getKineticEnergy = (frame) => motion.energies[2 * frame];  // J
+const getPotentialEnergy = (frame) => motion.energies[2 * frame + 1];  // J
 
-// the way of the body that is chosen
-let trail = null, trailOf;
-function drawTrail() {
-  const body = byId("trail").checked && bodyOf.has(chosen.body) ? chosen.body : undefined;
-  if (body === trailOf) return;
-  trailOf = body;
+// --- the trail of the selected body ---
+
+let trail = null, trailBody;
+
+function updateTrail() {
+  const isShown = byId("trail").checked && bodyByName.has(selection.body);
+  const body = isShown ? selection.body : undefined;
+  if (body === trailBody) return;
+  trailBody = body;
   if (trail) scene.remove(trail);
   trail = null;
   if (body === undefined) return;
-  const points = Array.from(times, (_, i) => vector().setFromMatrixPosition(
-    mbsPoses(new Map(joints.map((name, j) => [name, coordinate(i, j)]))).bodies.get(body)));
+  const points = Array.from(motion.times, (_, frame) => {
+    const positions = motion.joints.map((name, joint) => [name, getPosition(frame, joint)]);
+    const {bodies} = computeMbsPoses(new Map(positions));
+    return vector().setFromMatrixPosition(bodies.get(body));
+  });
   trail = new THREE.Line(new THREE.BufferGeometry().setFromPoints(points),
-    new THREE.LineBasicMaterial({color: MARK.stops}));
+    new THREE.LineBasicMaterial({color: MARK_COLORS.stops}));
   scene.add(trail);
 }
 
-// what can be drawn over time: a name, and the curves below each other
+// --- curves over time ---
+
+// What can be drawn: {name, curves}; the curves of a plot are below each other.
 let plots = [];
-function makePlots() {
-  const curve = (name, value) => {
-    const values = Array.from(times, (_, i) => value(i));
-    const [low, high] = [Math.min, Math.max].map((choose) => values.reduce((a, b) => choose(a, b)));
-    return {name, values, low, high, moves: high - low};
-  };
-  const [kinetic, potential] = [(frame) => energies[2 * frame], (frame) => energies[2 * frame + 1]];
-  const ofJoints = joints.map((name, j) => curve(name, (frame) => coordinate(frame, j)));
-  const ofForces = forces.map(([, name], k) => curve(`|${name}| (N)`, (frame) => load(k, frame).length()));
-  const ofEnergy = energies.length ? [curve("kinetic (J)", kinetic), curve("potential (J)", potential),
-    curve("sum (J)", (frame) => kinetic(frame) + potential(frame))] : [];
-  const most = (all) => all.filter((one) => one.moves > 1e-6).sort((a, b) => b.moves - a.moves).slice(0, 8);
-  plots = [["Joints", most(ofJoints)], ["Forces", most(ofForces)], ["Energy", ofEnergy]]
-    .filter(([, shown]) => shown.length);
-  plots.push(...[...ofJoints, ...ofForces].map((one) => [one.name, [one]]));
-  plots.forEach(([name], k) => byId("curve").add(new Option(name, k)));
+
+function makeCurve(name, getValue) {
+  const values = Array.from(motion.times, (_, frame) => getValue(frame));
+  const low = values.reduce((a, b) => Math.min(a, b));
+  const high = values.reduce((a, b) => Math.max(a, b));
+  return {name, values, low, high};
 }
 
-function drawPlots() {
-  const canvas = byId("curves"), pen = canvas.getContext("2d"), [, shown] = plots[byId("curve").value];
-  const width = canvas.width = canvas.clientWidth || 600, row = shown.length > 1 ? 48 : 150;
-  canvas.style.height = `${canvas.height = row * shown.length}px`;
-  const ink = getComputedStyle(canvas).color, frame = frameAt(player.time);
-  const x = (time) => (time - times[0]) / (times[times.length - 1] - times[0] || 1) * width;
-  shown.forEach(({name, values, low, high}, n) => {
-    const bottom = row * (n + 1) - 5, y = (value) => bottom - (value - low) / (high - low || 1) * (row - 22);
-    pen.strokeStyle = `hsl(${n * 137.5 % 360} 60% 48%)`;
-    pen.beginPath();
-    values.forEach((value, i) => pen.lineTo(x(times[i]), y(value)));
-    pen.stroke();
-    pen.fillStyle = ink;
-    pen.textAlign = "left";
-    pen.fillText(`${name}: ${+values[frame].toPrecision(4)}`, 4, row * n + 11);
-    pen.textAlign = "right";
-    pen.fillText(`${+low.toPrecision(4)} ... ${+high.toPrecision(4)}`, width - 4, row * n + 11);
-  });
-  pen.strokeStyle = ink;
-  pen.strokeRect(x(player.time), 0, 0.5, canvas.height);
+function makePlots() {
+  const jointCurves = motion.joints.map((name, joint) =>
+    makeCurve(name, (frame) => getPosition(frame, joint)));
+  const forceCurves = motion.forces.map(({name}, force) =>
+    makeCurve(`|${name}| (N)`, (frame) => getForce(frame, force).length()));
+  const energyCurves = !motion.energies.length ? [] : [
+    makeCurve("kinetic (J)", getKineticEnergy),
+    makeCurve("potential (J)", getPotentialEnergy),
+    makeCurve("sum (J)", (frame) => getKineticEnergy(frame) + getPotentialEnergy(frame)),
+  ];
+  const change = ({low, high}) => high - low;
+  const selectLargest = (curves) => curves.filter((curve) => change(curve) > 1e-6)
+    .sort((a, b) => change(b) - change(a)).slice(0, MAX_CURVES);
+  plots = [
+    {name: "Joints", curves: selectLargest(jointCurves)},
+    {name: "Forces", curves: selectLargest(forceCurves)},
+    {name: "Energy", curves: energyCurves},
+  ].filter(({curves}) => curves.length);
+  plots.push(...[...jointCurves, ...forceCurves].map((curve) => ({name: curve.name, curves: [curve]})));
+  plots.forEach(({name}, index) => byId("curve").add(new Option(name, index)));
 }
+
+function drawPlot() {
+  const canvas = byId("curves"), pen = canvas.getContext("2d"), {curves} = plots[byId("curve").value];
+  const width = canvas.width = canvas.clientWidth || 600;
+  const rowHeight = curves.length > 1 ? 48 : 150;
+  canvas.height = rowHeight * curves.length;
+  canvas.style.height = `${canvas.height}px`;
+  const textColor = getComputedStyle(canvas).color, frame = findFrame(player.time);
+  const [first, last] = [motion.times[0], motion.times[motion.times.length - 1]];
+  const computeX = (time) => (time - first) / (last - first || 1) * width;
+  curves.forEach(({name, values, low, high}, row) => {
+    const top = rowHeight * row, bottom = top + rowHeight - 5;
+    const computeY = (value) => bottom - (value - low) / (high - low || 1) * (rowHeight - 22);
+    pen.strokeStyle = `hsl(${row * 137.5 % 360} 60% 48%)`;
+    pen.beginPath();
+    values.forEach((value, k) => pen.lineTo(computeX(motion.times[k]), computeY(value)));
+    pen.stroke();
+    pen.fillStyle = textColor;
+    pen.textAlign = "left";
+    pen.fillText(`${name}: ${+values[frame].toPrecision(4)}`, 4, top + 11);
+    pen.textAlign = "right";
+    pen.fillText(`${+low.toPrecision(4)} ... ${+high.toPrecision(4)}`, width - 4, top + 11);
+  });
+  pen.strokeStyle = textColor;
+  pen.strokeRect(computeX(player.time), 0, 0.5, canvas.height);
+}
+
+// --- the player ---
 
 export function makePlayer() {
   unpackMotion();
   makePlots();
+  const {joints, forces, times} = motion;
   const first = times[0], last = times[times.length - 1];
   const scrub = byId("scrub"), button = byId("play"), canvas = byId("curves");
-  const drawArrow = makeArrows(forces.map(([, , pushed]) => pushed));
-  let most = 1e-9;
-  times.forEach((_, i) => forces.forEach((__, k) => { most = Math.max(most, load(k, i).length()); }));
+  const drawArrow = makeForceArrows(forces.map(({isPush}) => isPush));
+  let largestForce = 1e-9;
+  times.forEach((_, frame) => forces.forEach((__, force) => {
+    largestForce = Math.max(largestForce, getForce(frame, force).length());
+  }));
 
-  // a slider leaves the moment, and its forces with it
-  onChange(() => forces.forEach((_, k) => drawArrow(k, null, null, vector(), most)));
-  player.at = (time) => {
+  // A slider leaves the frame of the motion, and its forces with it.
+  onPositionsChange(() => forces.forEach((_, force) =>
+    drawArrow(force, null, null, vector(), largestForce)));
+
+  player.seek = (time) => {
     player.time = Math.min(Math.max(time, first), last);
-    const frame = frameAt(player.time);
-    joints.forEach((name, j) => q.set(name, coordinate(frame, j)));
-    settle();
-    forces.forEach(([body], k) => {
-      drawArrow(k, now.mbs.bodies.get(body), load(k, frame, 3), load(k, frame), most);
+    const frame = findFrame(player.time);
+    joints.forEach((name, joint) => jointPositions.set(name, getPosition(frame, joint)));
+    updatePositions();
+    forces.forEach(({body}, force) => {
+      const bodyPose = comparison.mbs.bodies.get(body), point = getForcePoint(frame, force);
+      drawArrow(force, bodyPose, point, getForce(frame, force), largestForce);
     });
-    drawTrail();
+    updateTrail();
     scrub.value = player.time;
     byId("clock").textContent = `${player.time.toFixed(2)} s`;
-    drawPlots();
+    drawPlot();
   };
-  player.play = (on) => {
-    player.playing = on;
-    button.textContent = on ? "Pause" : "Play";
-    if (!on) return;
-    if (player.time >= last) player.at(first);
-    let before = performance.now();
-    const step = (time) => {
-      if (!player.playing) return;
-      let next = player.time + Math.max(time - before, 0) / 1000 * byId("speed").value;
-      before = time;
+
+  player.play = (isOn) => {
+    player.isPlaying = isOn;
+    button.textContent = isOn ? "Pause" : "Play";
+    if (!isOn) return;
+    if (player.time >= last) player.seek(first);
+    let previousTime = performance.now();
+    const step = (currentTime) => {  // ms
+      if (!player.isPlaying) return;
+      const elapsed = Math.max(currentTime - previousTime, 0) / 1000;
+      let next = player.time + elapsed * byId("speed").value;
+      previousTime = currentTime;
       if (next >= last && byId("repeat").checked) next = first;
-      player.at(next);
+      player.seek(next);
       if (player.time >= last && !byId("repeat").checked) player.play(false);
       else requestAnimationFrame(step);
     };
     requestAnimationFrame(step);
   };
-  button.onclick = () => player.play(!player.playing);
+
+  button.onclick = () => player.play(!player.isPlaying);
   Object.assign(scrub, {min: first, max: last});
-  scrub.oninput = () => { player.play(false); player.at(+scrub.value); };
-  canvas.onclick = (event) => player.at(first + event.offsetX / canvas.clientWidth * (last - first));
-  byId("curve").onchange = byId("trail").onchange = () => player.at(player.time);
+  scrub.oninput = () => { player.play(false); player.seek(+scrub.value); };
+  canvas.onclick = (event) =>
+    player.seek(first + event.offsetX / canvas.clientWidth * (last - first));
+  byId("curve").onchange = byId("trail").onchange = () => player.seek(player.time);
   document.addEventListener("keydown", (event) => {
-    // a button, a field or a row takes the space itself
+    // A button, a field or a row uses the space itself.
     if (event.key !== " " || !["BODY", "CANVAS"].includes(event.target.tagName)) return;
     event.preventDefault();
     button.click();
   });
   byId("player").hidden = false;
-  player.at(first);
+  player.seek(first);
 }

@@ -1,114 +1,130 @@
 // The shapes of the .mbs, and the visuals and collision shapes of the URDF.
 
-import {data, matrix, shift} from "./basics.js";
-import {meshParts, primitive} from "./geometry.js";
-import {origin} from "./kinematics.js";
-import {holder, keep, place} from "./scene.js";
+import {data, findBodyOfLink, matrix, translation} from "./basics.js";
+import {getMeshParts, solids} from "./geometry.js";
+import {computeOrigin} from "./kinematics.js";
+import {addOfKind, getGroup, setPose} from "./scene.js";
 
-// each drawn shape: its side, its owner (a body or a link), its group and its objects
-export const drawn = [];
-// the meshes that are not there
-export const missing = [];
+// All shapes that are drawn: {side, owner (a body or a link), label, group, meshes, color,
+// difference ("", "in form or place" or "in colour"), counterpart (of a visual)}.
+export const drawnShapes = [];
+// The names of the meshes that cannot be drawn.
+export const missingMeshes = [];
 
-const COLLISION = [0.95, 0.5, 0.1];
+export const findBodyOfShape = (shape) =>
+  shape.side === "mbs" ? shape.owner : findBodyOfLink(shape.owner);
+
+const COLLISION_COLOR = [0.95, 0.5, 0.1], COLLISION_OPACITY = 0.4;
 const Y_ONTO_Z = matrix().makeRotationX(Math.PI / 2);
-
-export function material(rgb, opacity, side, extra = {}) {
-  return new THREE.MeshPhongMaterial({
-    color: new THREE.Color(...rgb), specular: 0x222222, shininess: 25,
-    transparent: opacity < 1, opacity, depthWrite: opacity > 0.5,
-    // what is the same on both sides lies in the same place: the .mbs is seen
-    polygonOffset: true, polygonOffsetFactor: side === "urdf" ? 1 : 0,
-    polygonOffsetUnits: side === "urdf" ? 2 : 0, ...extra,
-  });
-}
-
-function meshObjects(number, rgb, opacity, side) {
-  return meshParts(number).map(({geometry, map, vertexColors, color, opacity: own}) => {
-    const painted = map || vertexColors ? [1, 1, 1] : color || rgb;
-    const extra = {side: THREE.DoubleSide, map, vertexColors};
-    return new THREE.Mesh(geometry, material(painted, own === null ? opacity : own, side, extra));
-  });
-}
-
-// group the objects of a shape; it belongs to a body or a link
-function add(kind, side, owner, pose, objects) {
-  const group = place(new THREE.Group(), pose);
-  group.add(...objects);
-  return keep(kind, holder(side, owner), group);
-}
-
-function draw(side, owner, about, pose, objects, color) {
-  const one = {side, owner, about, objects, color, differs: "",
-    group: add("shapes", side, owner, pose, objects)};
-  drawn.push(one);
-  for (const object of objects) object.userData.drawn = one;
-}
-
-// a small frame stands for a mesh that cannot be drawn
-function drawMissing(side, owner, name, pose) {
-  missing.push(name);
-  keep("shapes", holder(side, owner), place(new THREE.AxesHelper(data.frame * 0.7), pose));
-}
-
-function mbsShape(owner, shape) {
-  const [alpha, beta, gamma] = shape.rotation;
-  const pose = shift(shape.position).multiply(matrix().makeRotationX(alpha))
-    .multiply(matrix().makeRotationY(beta)).multiply(matrix().makeRotationZ(gamma))
-    .multiply(matrix().makeScale(...shape.scale));
-  const rgb = shape.color.map((c) => c / 255), opacity = 1 - shape.transparency;
-  if (shape.kind === "inline") {
-    if (shape.mesh === null) return drawMissing("mbs", owner, shape.url, pose);
-    return draw("mbs", owner, shape.name, pose, meshObjects(shape.mesh, rgb, opacity, "mbs"), null);
-  }
-  const geometry = shape.kind === "box" ? primitive.box(shape.size)
-    : primitive[shape.kind](shape.radius, shape.height);
-  const objects = [new THREE.Mesh(geometry, material(rgb, opacity, "mbs"))];
-  draw("mbs", owner, shape.name, pose, objects, [...rgb, opacity]);
-}
-
-// the pose and the objects of a visual or a collision shape; no objects if its mesh is missing
-function urdfShape(given, rgb, opacity) {
-  const pose = origin(given.xyz, given.rpy), shape = given.geometry;
-  if (shape.type === "mesh") {
-    pose.multiply(matrix().makeScale(...shape.scale));
-    return [pose, given.mesh === null ? null : meshObjects(given.mesh, rgb, opacity, "urdf")];
-  }
-  if (shape.type === "cylinder" || shape.type === "capsule") pose.multiply(Y_ONTO_Z);
-  const paint = (geometry) => new THREE.Mesh(geometry, material(rgb, opacity, "urdf"));
-  if (shape.type === "capsule") {
-    const ends = [-1, 1].map((side) => {
-      const ball = paint(primitive.sphere(shape.radius));
-      ball.position.y = side * shape.length / 2;
-      return ball;
-    });
-    return [pose, [paint(primitive.cylinder(shape.radius, shape.length)), ...ends]];
-  }
-  return [pose, [paint(shape.type === "box" ? primitive.box(shape.size)
-    : primitive[shape.type](shape.radius, shape.length))]];
-}
-
-function visual(link, given) {
-  const [r, g, b, a] = given.color || [0.5, 0.5, 0.5, 1], shape = given.geometry;
-  const [pose, objects] = urdfShape(given, [r, g, b], a);
-  if (objects === null) drawMissing("urdf", link, shape.filename, origin(given.xyz, given.rpy));
-  else draw("urdf", link, link, pose, objects, shape.type === "mesh" ? null : given.color);
-}
-
-function collision(link, given) {
-  const [pose, objects] = urdfShape(given, COLLISION, 0.4);
-  if (objects === null) return;
-  // in one colour, whatever the mesh says
-  for (const object of objects) object.material = material(COLLISION, 0.4, "urdf", {side: object.material.side});
-  add("collisions", "urdf", link, pose, objects);
-}
 
 export function drawShapes() {
   for (const body of [{name: null, shapes: data.mbs.base.shapes}, ...data.mbs.bodies]) {
-    for (const shape of body.shapes) mbsShape(body.name, shape);
+    for (const shape of body.shapes) drawMbsShape(body.name, shape);
   }
   for (const link of data.urdf.links) {
-    for (const given of link.visuals) visual(link.name, given);
-    for (const given of link.collisions) collision(link.name, given);
+    for (const visual of link.visuals) drawVisual(link.name, visual);
+    for (const collision of link.collisions) drawCollision(link.name, collision);
   }
+}
+
+export function makeMaterial(rgb, opacity, side, options = {}) {
+  return new THREE.MeshPhongMaterial({
+    color: new THREE.Color(...rgb), specular: 0x222222, shininess: 25,
+    transparent: opacity < 1, opacity, depthWrite: opacity > 0.5,
+    // Equal shapes of both sides are in the same place: that of the .mbs is drawn in front.
+    polygonOffset: true, polygonOffsetFactor: side === "urdf" ? 1 : 0,
+    polygonOffsetUnits: side === "urdf" ? 2 : 0, ...options,
+  });
+}
+
+// The objects of a mesh; a part without a colour or an opacity takes that of its shape.
+function makeMeshObjects(number, rgb, opacity, side) {
+  return getMeshParts(number).map(({geometry, map, vertexColors, color, opacity: partOpacity}) => {
+    const partColor = map || vertexColors ? [1, 1, 1] : color || rgb;
+    const options = {side: THREE.DoubleSide, map, vertexColors};
+    const material = makeMaterial(partColor, partOpacity === null ? opacity : partOpacity, side, options);
+    return new THREE.Mesh(geometry, material);
+  });
+}
+
+// Group the objects of a shape, which belongs to a body or a link.
+function addShapeGroup(kind, side, owner, pose, meshes) {
+  const group = setPose(new THREE.Group(), pose);
+  group.add(...meshes);
+  return addOfKind(kind, getGroup(side, owner), group);
+}
+
+// Add a shape that is compared with those of the other side: {side, owner, label, meshes, color}.
+function addShape(shape, pose) {
+  const group = addShapeGroup("shapes", shape.side, shape.owner, pose, shape.meshes);
+  const drawnShape = {...shape, group, difference: "", counterpart: null};
+  drawnShapes.push(drawnShape);
+  for (const object of shape.meshes) object.userData.shape = drawnShape;
+}
+
+// Draw a small frame in place of a mesh that cannot be drawn.
+function drawMissing(side, owner, name, pose) {
+  missingMeshes.push(name);
+  addOfKind("shapes", getGroup(side, owner), setPose(new THREE.AxesHelper(data.frame * 0.7), pose));
+}
+
+function drawMbsShape(owner, shape) {
+  const [alpha, beta, gamma] = shape.rotation;
+  const pose = translation(shape.position).multiply(matrix().makeRotationX(alpha))
+    .multiply(matrix().makeRotationY(beta)).multiply(matrix().makeRotationZ(gamma))
+    .multiply(matrix().makeScale(...shape.scale));
+  const rgb = shape.color.map((value) => value / 255), opacity = 1 - shape.transparency;
+  const description = {side: "mbs", owner, label: shape.name};
+  if (shape.kind === "inline") {
+    if (shape.mesh === null) return drawMissing("mbs", owner, shape.url, pose);
+    const meshes = makeMeshObjects(shape.mesh, rgb, opacity, "mbs");
+    return addShape({...description, meshes, color: null}, pose);
+  }
+  const geometry = shape.kind === "box" ? solids.box(shape.size)
+    : solids[shape.kind](shape.radius, shape.height);
+  const meshes = [new THREE.Mesh(geometry, makeMaterial(rgb, opacity, "mbs"))];
+  addShape({...description, meshes, color: [...rgb, opacity]}, pose);
+}
+
+function drawVisual(link, visual) {
+  const [r, g, b, opacity] = visual.color || [0.5, 0.5, 0.5, 1], {type, filename} = visual.geometry;
+  const {pose, meshes} = makeUrdfShape(visual, [r, g, b], opacity);
+  if (meshes === null) {
+    drawMissing("urdf", link, filename, computeOrigin(visual.xyz, visual.rpy));
+  } else {
+    const color = type === "mesh" ? null : visual.color;
+    addShape({side: "urdf", owner: link, label: link, meshes, color}, pose);
+  }
+}
+
+function drawCollision(link, collision) {
+  const {pose, meshes} = makeUrdfShape(collision, COLLISION_COLOR, COLLISION_OPACITY);
+  if (meshes === null) return;
+  // The colours of a mesh are not shown.
+  for (const object of meshes) {
+    const options = {side: object.material.side};
+    object.material = makeMaterial(COLLISION_COLOR, COLLISION_OPACITY, "urdf", options);
+  }
+  addShapeGroup("collisions", "urdf", link, pose, meshes);
+}
+
+// The pose and the objects of a visual or a collision shape; null if its mesh is missing.
+function makeUrdfShape({xyz, rpy, geometry, mesh}, rgb, opacity) {
+  const pose = computeOrigin(xyz, rpy);
+  if (geometry.type === "mesh") {
+    pose.multiply(matrix().makeScale(...geometry.scale));
+    return {pose, meshes: mesh === null ? null : makeMeshObjects(mesh, rgb, opacity, "urdf")};
+  }
+  const makeObject = (solid) => new THREE.Mesh(solid, makeMaterial(rgb, opacity, "urdf"));
+  if (geometry.type === "box") return {pose, meshes: [makeObject(solids.box(geometry.size))]};
+  const {type, radius, length} = geometry;
+  // The cylinders of three.js are along y, those of a URDF along z.
+  if (type === "cylinder" || type === "capsule") pose.multiply(Y_ONTO_Z);
+  if (type !== "capsule") return {pose, meshes: [makeObject(solids[type](radius, length))]};
+  const ends = [-1, 1].map((sign) => {
+    const ball = makeObject(solids.sphere(radius));
+    ball.position.y = sign * length / 2;
+    return ball;
+  });
+  return {pose, meshes: [makeObject(solids.cylinder(radius, length)), ...ends]};
 }

@@ -150,7 +150,7 @@ def test_the_diagram_zooms_and_moves(opened: Open, tiny: Conversion) -> None:
     assert seen() == whole
 
 
-MARKED = """() => [...document.querySelectorAll(".chosen")].map((one) => {
+MARKED = """() => [...document.querySelectorAll(".selected")].map((one) => {
   const {body, joint, link, urdfJoint} = one.dataset;
   return `${one.className.baseVal ?? one.className}`.split(" ")[0] + " "
     + one.tagName.toLowerCase() + " " + (body ?? joint ?? link ?? urdfJoint);
@@ -415,7 +415,7 @@ def test_a_simulated_project_plays(browser: Browser, tmp_path: Path) -> None:
     curves = page.locator("#curve option").all_inner_texts()
     assert curves[:3] == ["Joints", "Forces", "Energy"]
     assert curves[-1] == f"|push1.{pushed}| (N)"
-    page.evaluate("urdf2mbs.player.at(0)")
+    page.evaluate("urdf2mbs.player.seek(0)")
     page.keyboard.press(" ")
     page.evaluate("""new Promise((done) => {
         const look = () => urdf2mbs.player.time > 0 ? done() : requestAnimationFrame(look);
@@ -424,7 +424,7 @@ def test_a_simulated_project_plays(browser: Browser, tmp_path: Path) -> None:
     page.keyboard.press(" ")
     assert page.locator("#play").inner_text() == "Play"
     page.click("#record")
-    page.evaluate("urdf2mbs.player.at(0)")
+    page.evaluate("urdf2mbs.player.seek(0)")
     with page.expect_download() as download:
         page.click("#record")
     assert download.value.suggested_filename == "arm.webm"
