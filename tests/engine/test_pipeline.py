@@ -180,7 +180,7 @@ def test_the_tiny_robot_has_what_it_promises() -> None:
 
 def test_another_robot_is_not_the_same() -> None:
     heavier = TINY.replace('<mass value="0.5"/>', '<mass value="0.6"/>')
-    with pytest.raises(AssertionError, match=r"mass is 0.5 in the .mbs, and should be 0.6"):
+    with pytest.raises(AssertionError, match=r"mass is 0.5 in the .mbs; expected 0.6"):
         assert_same_robot(convert_text(), expected=convert_text(heavier))
 
 

@@ -169,7 +169,7 @@ def test_another_zero_of_a_joint_is_one_difference(kind: str, unit: str) -> None
     body(mbs, "a").joints.insert(0, Joint("still", own.type, "driven", q=0.25))
     (found,) = compared(result, mbs).differences
     assert (found.kind, found.joint, found.mbs) == ("zero", "world_to_a", pytest.approx(0.25))
-    assert found.message == f"joint 'world_to_a': its zero is the URDF's 0.25 {unit}"
+    assert found.message == f"joint 'world_to_a': zero is at 0.25 {unit} of the URDF"
 
 
 def test_one_joint_for_two() -> None:
@@ -280,7 +280,7 @@ def test_a_frame_that_is_not_where_it_is_said_to_be() -> None:
     body(mbs, "hand").points[0].coordinates = (0.0, 0.0, 0.11)
     (found,) = compared(result, mbs).frames
     assert (found.kind, found.link) == ("point", "tool")
-    assert "m off its frame" in found.message
+    assert "m from the frame of the link" in found.message
     assert 0.0 < found.size < 1.0
     body(mbs, "hand").points[0].coordinates = (0.0, 0.0, 900.0)
     frames = {"tool": LinkFrame("hand", None, Pose((0.0, 800.0, 0.0)))}
@@ -343,7 +343,7 @@ def test_a_link_whose_mass_is_lost_is_named(pipeline: str) -> None:
     alone, mbs = pieces(robot(link("world"), link("a", SOLID), joint("world", "a")))
     frames = {**alone.frames, "b": result.frames["b"]}
     found = compared(result, mbs, frames=frames).differences
-    (lost,) = (d for d in found if "link 'b': its 3 kg are not in the .mbs" in d.message)
+    (lost,) = (d for d in found if "link 'b': mass of 3 kg is missing in the .mbs" in d.message)
     assert (lost.urdf, lost.mbs, lost.size) == (3.0, 0.0, pytest.approx(3 / 5))
 
 
@@ -415,7 +415,7 @@ def test_where_a_frame_should_be_is_said() -> None:
     frames = {"hand": LinkFrame("arm", None, Pose()), "tool": LinkFrame("none", None, Pose())}
     said = [found.message for found in compared(result, mbs, frames=frames).frames]
     assert said[0] == "link 'hand': moves with another body"
-    assert said[1] == "link 'tool': there is no 'none'"
+    assert said[1] == "link 'tool': no body or joint 'none' in the .mbs"
 
 
 def test_how_far_an_axis_is_beside_is_said() -> None:
@@ -426,7 +426,7 @@ def test_how_far_an_axis_is_beside_is_said() -> None:
                   Joint("back", "T1", "driven", q=-0.01)]  # fmt: skip
     (found,) = compared(result, mbs).differences
     assert found.kind == "axis"
-    assert "its axis is 0.01 m beside where it should be" in found.message
+    assert "axis is displaced by 0.01 m in the .mbs" in found.message
 
 
 def test_a_number_that_the_urdf_has_not_is_told_as_such() -> None:
@@ -438,8 +438,8 @@ def test_a_number_that_the_urdf_has_not_is_told_as_such() -> None:
     told = {found.joint: found.message for found in compared(result, mbs).differences}
     stated = result.robot.joints[own.name].dynamics.damping
     assert told == {
-        own.name: f"joint '{own.name}': damping is 7, and should be {stated:.9g}",
-        "wrist_roll": "joint 'wrist_roll': damping is 8, and the URDF has none",
+        own.name: f"joint '{own.name}': damping is 7; expected {stated:.9g}",
+        "wrist_roll": "joint 'wrist_roll': damping is 8; the URDF has none",
     }
 
 
@@ -448,7 +448,7 @@ def test_a_link_without_mass_is_placed_by_what_it_carries() -> None:
     result, mbs = pieces()
     body(mbs, "arm").points[0].coordinates = (0.05, 0.0, 0.3)
     (found,) = compared(result, mbs).differences
-    assert found.message.startswith("link 'wrist': joint 'wrist_roll' puts it elsewhere")
+    assert found.message.startswith("link 'wrist' is displaced behind joint 'wrist_roll'")
     result, mbs = pieces(re.sub(r'(?s)(<link name="arm">\s*)<inertial>.*?</inertial>', r"\1", TINY))
     own_joint(mbs, "shoulder").type = "R1"
     assert kinds(compared(result, mbs)) == {"axis"}

@@ -116,7 +116,7 @@ def test_a_joints_zero_is_told_though_its_link_is_a_little_off(tmp_path: Path) -
     arm.joints.insert(at, Joint("aside", "T1", "driven", q=5e-5))
     model.write_bytes(write(mbs))
     (told,) = [one.message for one in verify(str(source), model).differences if one.kind == "zero"]
-    assert "joint 'shoulder': its zero is the URDF's 0.3 rad" in told
+    assert "joint 'shoulder': zero is at 0.3 rad of the URDF" in told
     assert "and link 'arm' is shifted by" in told
 
 

@@ -217,7 +217,7 @@ def test_a_turned_sensor_frame_is_a_difference_to_who_asks(tmp_path: Path, capsy
     assert "1 frame of links and points elsewhere than by the URDF" in capsys.readouterr().out
     assert main(["verify", str(here), str(model), "--frames"]) == 3
     out = capsys.readouterr().out
-    assert "link 'imu': its frame is turned by 3.14159 about z" in out
+    assert "link 'imu': frame is rotated by 3.14159 about z" in out
     assert "NOT the same robot" in out
     assert main(["verify", str(turned), str(model), "--frames"]) == 0
 

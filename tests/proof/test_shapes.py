@@ -69,8 +69,8 @@ def test_cylinders_that_a_pass_turns_wrongly_are_named(monkeypatch: pytest.Monke
     assert proof is not None
     assert proof.same
     assert proof.describe() == (
-        "the same robot, but for visual of link 'base' turned by 1.57 rad, "
-        "visual of link 'of_cylinder' turned by 1.57 rad (a shape has no mass)"
+        "the same robot, but for visual of link 'base' rotated by 1.57 rad, "
+        "visual of link 'of_cylinder' rotated by 1.57 rad (a shape has no mass)"
     )
 
 
@@ -107,13 +107,13 @@ def shifted(shape: Shape) -> None:
         ("of_sphere", turned(1, 1.0), ""),
         ("of_sphere", shifted, "visual of link 'of_sphere' shifted by 0.25 m"),
         ("of_cylinder", turned(1, -pi / 2), ""),  # the other end up
-        ("of_cylinder", turned(1, 0.0), "visual of link 'of_cylinder' turned by 1.57 rad"),
+        ("of_cylinder", turned(1, 0.0), "visual of link 'of_cylinder' rotated by 1.57 rad"),
         ("of_box", turned(2, pi), ""),
         ("of_box", resized((0.2, 0.1, 0.3)), ""),
-        ("of_box", turned(3, pi / 2), "visual of link 'of_box' turned by 1.57 rad"),
+        ("of_box", turned(3, pi / 2), "visual of link 'of_box' rotated by 1.57 rad"),
         ("of_cube", turned(3, pi / 2), ""),
-        ("of_cube", turned(3, pi / 4), "visual of link 'of_cube' turned by 0.785 rad"),
-        ("of_mesh", turned(1, pi), "visual of link 'of_mesh' turned by 3.14 rad"),
+        ("of_cube", turned(3, pi / 4), "visual of link 'of_cube' rotated by 0.785 rad"),
+        ("of_mesh", turned(1, pi), "visual of link 'of_mesh' rotated by 3.14 rad"),
         ("of_mesh", shifted, "visual of link 'of_mesh' shifted by 0.25 m"),
     ],
 )

@@ -25,7 +25,7 @@ def test_a_follower_that_a_project_drives_on_purpose(here: Path, capsys: Any) ->
     for text in ("{}", "[]", "{", '{"driven": 1}', '{"passes": 1}'):
         certificate.write_text(text)
         assert main(["verify", "tiny.urdf", "p"]) == 3
-        assert "is driven, and should follow 'wrist_roll'" in capsys.readouterr().out
+        assert "is driven; expected dependent: it follows 'wrist_roll'" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(
@@ -83,7 +83,7 @@ def test_the_walkman_sample_tells_its_story(shared: Path, capsys: Any) -> None:
     assert "31 joints match by name" in told or "31 of 31 joints match by name" in told
     assert "117.754 kg" in told
     assert "121.208 kg" in told
-    assert "turned by -0.4538 about y" in told
+    assert "rotated by -0.4538 about y" in told
     assert "R1 -0.733, R3 0.349" in told
     assert "R1 0.733, R3 -0.349" in told
     wrong = {word.split("'")[0] for line in told.splitlines() for word in line.split("link '")[1:]}

@@ -39,13 +39,13 @@ ZERO_SHARE = 1e-3
 
 def explain_gravity(urdf: Vec, mbs: Vec, deviation: float) -> Difference:
     """Describe a difference of gravity (m/s^2)."""
-    message = f"gravity is {format_value(mbs)}, and should be {format_value(urdf)} m/s^2"
+    message = f"gravity is {format_value(mbs)} in the .mbs; expected {format_value(urdf)} m/s^2"
     return Difference("gravity", message, deviation, urdf=urdf, mbs=mbs)
 
 
 def explain_parent(group: Group) -> Difference:
     """Describe a joint that is attached to another group in the .mbs."""
-    message = f"joint '{group.joint}' stands after another joint in the .mbs"
+    message = f"joint '{group.joint}' has another parent joint in the .mbs"
     return Difference("parent", message, 1.0, link=group.child, joint=group.joint)
 
 
@@ -84,11 +84,11 @@ def _explain_axis(pair: GroupPair, deviation: float, tolerance: float) -> Differ
     if not angle <= tolerance:
         to_urdf = inverse(pair.parent_pose)
         mbs, urdf = rotate(to_urdf, mbs), rotate(to_urdf, urdf)
-        message = f"its axis is {format_value(mbs)} in the .mbs, and should be "
-        message += f"{format_value(urdf)}: {angle:.6g} rad off"
+        message = f"axis is {format_value(mbs)} in the .mbs; expected {format_value(urdf)}"
+        message += f" ({angle:.6g} rad off)"
     else:
         mbs, urdf = pair.mbs_joint_frame[9:], pair.urdf_joint_frame[9:]
-        message = f"its axis is {compute_deviation(mbs, urdf):.3g} m beside where it should be"
+        message = f"axis is displaced by {compute_deviation(mbs, urdf):.3g} m in the .mbs"
     return Difference(
         "axis",
         f"joint '{pair.urdf.joint}': {message}",
@@ -115,7 +115,7 @@ def _explain_zero(
     deviation = compute_frame_deviation(remainder, IDENTITY, pair.scale)
     if not deviation <= max(tolerance, ZERO_SHARE * size):
         return None
-    message = f"joint '{urdf.joint}': its zero is the URDF's {amount:.6g} {unit}"
+    message = f"joint '{urdf.joint}': zero is at {amount:.6g} {unit} of the URDF"
     if not deviation <= tolerance:
         message += f", and link '{urdf.child}' is {describe_displacement(remainder)}"
     return Difference(
@@ -128,7 +128,7 @@ def _explain_displacement(
 ) -> Difference:
     """Describe a joint that puts its child in a wrong place."""
     urdf, mbs = pair.urdf, pair.mbs
-    message = f"link '{urdf.child}': joint '{urdf.joint}' puts it elsewhere, "
+    message = f"link '{urdf.child}' is displaced behind joint '{urdf.joint}': "
     message += describe_displacement(displacement)
     if mbs.driven_before:
         message += f" (driven before it: {', '.join(mbs.driven_before)})"
@@ -136,7 +136,7 @@ def _explain_displacement(
         rotate(pair.mbs_joint_frame, mbs.axis), rotate(pair.urdf_joint_frame, urdf.axis)
     )
     if not angle <= tolerance:
-        message += f"; its axis is {angle:.3g} rad off"
+        message += f"; the axis is {angle:.3g} rad off"
     return Difference("frame", message, size, link=urdf.child, joint=urdf.joint)
 
 
@@ -226,7 +226,7 @@ def _explain_lost_mass(pair: GroupPair, link: str) -> Difference:
     mass = pair.urdf.inertias[link].mass
     return Difference(
         "mass",
-        f"link '{link}': its {format_value(mass)} kg are not in the .mbs",
+        f"link '{link}': mass of {format_value(mass)} kg is missing in the .mbs",
         mass / (pair.urdf_inertia.mass or 1.0),
         link=link,
         joint=pair.urdf.joint,
@@ -245,8 +245,8 @@ def _explain_body(
     deviations = compare_inertias(urdf, mbs, pair.scale)
     for index, (kind, deviation) in enumerate(deviations.items()):
         if not deviation <= tolerance:
-            message = f"{_name_links(links)}: {kind} is {format_value(mbs[index])} in the .mbs, "
-            message += f"and should be {format_value(urdf[index])}"
+            message = f"{_name_links(links)}: {kind} is {format_value(mbs[index])} in the .mbs; "
+            message += f"expected {format_value(urdf[index])}"
             differences.append(
                 Difference(
                     kind,
@@ -274,13 +274,13 @@ def _name_links(links: Sequence[str]) -> str:
 def explain_missing_frame(link: str, frame: LinkFrame, *, is_present: bool) -> Difference:
     """Describe a link whose frame is in another group, or in no body of the .mbs."""
     name = frame.joint or frame.body or ""
-    cause = "moves with another body" if is_present else f"there is no '{name}'"
+    cause = "moves with another body" if is_present else f"no body or joint '{name}' in the .mbs"
     return Difference("frame", f"link '{link}': {cause}", link=link)
 
 
 def explain_frame(link: str, displacement: Frame, deviation: float) -> Difference:
     """Describe a link whose frame is displaced in the .mbs."""
-    message = f"link '{link}': its frame is {describe_displacement(displacement)}"
+    message = f"link '{link}': frame is {describe_displacement(displacement)}"
     return Difference("frame", message, deviation, link=link)
 
 
@@ -292,7 +292,7 @@ def describe_displacement(displacement: Frame) -> str:
     )
     largest = max(map(abs, displacement[9:]))
     shift = ", ".join(f"{c if abs(c) > 1e-9 * largest else 0.0:.6g}" for c in displacement[9:])
-    parts = [f"turned by {rotations}"] if rotations else []
+    parts = [f"rotated by {rotations}"] if rotations else []
     if largest > 1e-12:
         parts.append(f"shifted by ({shift})")
     return " and ".join(parts) or "slightly off"

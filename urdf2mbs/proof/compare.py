@@ -119,7 +119,7 @@ def _find_locked_mass(robot: Robot, massless: Collection[str]) -> list[Differenc
     return [
         Difference(
             "joint-missing",
-            f"joint '{name}' is left out, and it moves what has mass",
+            f"joint '{name}' is left out as massless, but it moves a mass",
             link=robot.joints[name].child,
             joint=name,
         )

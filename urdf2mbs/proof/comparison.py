@@ -289,7 +289,7 @@ class Comparison:
             if self._is_different(deviation):
                 distance = dist(urdf_point, mbs_point)
                 message = f"link '{link}': point '{point.name}' of body '{body}' is "
-                message += f"{distance:.3g} m off its frame"
+                message += f"{distance:.3g} m from the frame of the link"
                 self.displaced_frames.append(Difference("point", message, deviation, link=link))
 
     # --- shapes ---

@@ -104,13 +104,13 @@ class _Matcher(msgspec.Struct):
         self._check_nature(joint, mbs_joint)
         name = mbs_joint.name
         if name in self.used_joints:
-            message = f"joint '{name}' is given for '{joint.name}' and for another joint"
+            message = f"joint '{name}' is matched with '{joint.name}' and with another joint"
             self._add_difference(joint, "joint-missing", message)
         elif not self._moves(joint, mbs_joint):
             self.result.locked[coordinate.name] = mbs_joint.q or 0.0
         elif mbs_joint.type[0] != coordinate.type[0]:
-            motion = "shifts" if coordinate.type[0] == "R" else "turns"
-            message = f"joint '{name}' is a {mbs_joint.type}: it {motion}, and should not"
+            expected = "R1, R2 or R3" if coordinate.type[0] == "R" else "T1, T2 or T3"
+            message = f"joint '{name}' is a {mbs_joint.type}; expected {expected}"
             self._add_difference(joint, "type", message, urdf=joint.type, mbs=mbs_joint.type)
         else:
             self.result.names[coordinate.name] = name
@@ -126,12 +126,12 @@ class _Matcher(msgspec.Struct):
         """Compare the nature of a joint with that of its URDF joint."""
         name, nature = mbs_joint.name, mbs_joint.nature
         if nature == "dependent" and name not in self.constrained_joints:
-            message = f"joint '{name}' is dependent, and no cut or user constraint moves it"
+            message = f"joint '{name}' is dependent, but no cut or user constraint moves it"
             self._add_difference(joint, "nature", message, urdf="independent", mbs=nature)
         if joint.mimic is not None:
             self._check_follower(joint, mbs_joint)
         elif nature == "driven":
-            message = f"joint '{name}' is driven, and should be independent"
+            message = f"joint '{name}' is driven; expected independent"
             self._add_difference(joint, "nature", message, urdf="independent", mbs=nature)
 
     def _check_follower(self, joint: UrdfJoint, mbs_joint: Joint) -> None:
@@ -142,8 +142,8 @@ class _Matcher(msgspec.Struct):
         if nature == "driven" and position is not None:
             mbs_position = mbs_joint.q or 0.0
             if not abs(mbs_position - position) <= TOLERANCE:
-                message = f"joint '{name}' is held at {mbs_position:.9g}, "
-                message += f"and should be at {position:.9g}"
+                message = f"joint '{name}' is locked at {mbs_position:.9g}; "
+                message += f"expected {position:.9g}"
                 self._add_difference(joint, "zero", message, urdf=position, mbs=mbs_position)
         elif nature == "independent":
             reason = "free here, coupled by <mimic> in the URDF"
@@ -155,8 +155,8 @@ class _Matcher(msgspec.Struct):
             reason = f"driven, so that '{leader}' does not feel it"
             self.result.but_for[f"joint '{joint.name}'"] = reason
         else:
-            message = f"joint '{name}' is driven, and should follow '{leader}'"
-            message += ", which then feels its inertia"
+            message = f"joint '{name}' is driven; expected dependent: it follows '{leader}', "
+            message += "which then feels its inertia"
             self._add_difference(joint, "nature", message, urdf="dependent", mbs=nature)
 
     def check_mbs_joint(self, body: Body, joint: Joint, *, is_matched: bool) -> None:
@@ -197,7 +197,7 @@ def _check_symbols_of_moving(joint: Joint) -> list[str]:
     dropped = [symbol for symbol in SYMBOLS if symbol not in joint.symbols]
     if not dropped:
         return []
-    message = f"joint '{joint.name}' moves, and its <symbols> leave out {', '.join(dropped)}"
+    message = f"joint '{joint.name}' moves, but its <symbols> omit {', '.join(dropped)}"
     return [f"{message}: Robotran's equations have zero there"]
 
 
@@ -206,10 +206,10 @@ def _check_symbols_of_constant(joint: Joint) -> list[str]:
     symbols = SYMBOLS if joint.symbols is None else joint.symbols
     messages = []
     if joint.q and "q" not in symbols:
-        message = f"joint '{joint.name}' is held at {joint.q:.9g}, and its <symbols> leave out q"
+        message = f"joint '{joint.name}' is locked at {joint.q:.9g}, but its <symbols> omit q"
         messages.append(f"{message}: Robotran's equations have zero there")
     for symbol, value in (("qd", joint.qd), ("qdd", joint.qdd)):
         if value and symbol in symbols:
-            message = f"joint '{joint.name}' is held, and its {symbol} is {value:.9g}"
-            messages.append(f"{message}: Robotran's equations have it move")
+            message = f"joint '{joint.name}' is locked, but its {symbol} is {value:.9g}"
+            messages.append(f"{message}: Robotran's equations move it")
     return messages

@@ -130,10 +130,10 @@ def _compare_loop(
     if joints and rank >= len(joints):
         if may_be_rigid:
             return None
-        message = f"{cuts}: nothing can move at {some(joints)} any more"
+        message = f"{cuts}: {some(joints)} cannot move"
         return Difference("cut", message, joint=joints[0])
     if dependent != rank:
-        message = f"{cuts}: {rank} of {some(joints)} must be dependent, and {dependent} are"
+        message = f"{cuts}: {dependent} of {some(joints)} dependent; expected {rank}"
         return Difference("cut", message, joint=joints[0] if joints else None)
     return None
 

@@ -75,7 +75,7 @@ def compare_parameters(
     unchanged_models = {model.name for model in expected_models if model in mbs.user_models}
     for model in expected_models:
         if model.name not in unchanged_models:
-            message = f"user model '{model.name}' is not in the file as the passes made it"
+            message = f"user model '{model.name}' differs from the one that the passes made"
             comparison.differences.append(Difference("parameter", message))
     followers = {
         name
@@ -120,8 +120,8 @@ def _compare_joint(
             if number is not None and not (kind in ("q_min", "q_max") and may_be_unlimited):
                 missing_kinds.append(kind)
         elif number is None or _parse_number(text) != number:
-            expected = "the URDF has none" if number is None else f"should be {number:.9g}"
-            message = f"joint '{joint.name}': {kind} is {text}, and {expected}"
+            expected = "the URDF has none" if number is None else f"expected {number:.9g}"
+            message = f"joint '{joint.name}': {kind} is {text}; {expected}"
             differences.append(
                 Difference(
                     "parameter", message, link=joint.child, joint=joint.name, urdf=number, mbs=text

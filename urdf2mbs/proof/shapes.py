@@ -169,6 +169,6 @@ def describe_deviation(solid: Solid, congruent: Solid, scale: float) -> str:
         scale: Length (m) to which a shift is relative.
     """
     angle, shift = solid.compute_angle_from(congruent), dist(solid.centre, congruent.centre)
-    parts = [f"turned by {angle:.3g} rad"] if not angle <= INVISIBLE else []
+    parts = [f"rotated by {angle:.3g} rad"] if not angle <= INVISIBLE else []
     parts += [f"shifted by {shift:.3g} m"] if not shift <= INVISIBLE * scale else []
     return " and ".join(parts)
