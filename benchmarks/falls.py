@@ -34,7 +34,7 @@ from urdf2mbs.urdf.packages import Packages
 from urdf2mbs_meshes.files import MeshFiles
 from urdf2mbs_meshes.reader import read_mesh
 from urdf2mbs_project.facts import find_robot_facts
-from urdf2mbs_simulate.project import make
+from urdf2mbs_simulate.project import write_project
 from urdf2mbs_simulate.runtime import MbsData, MbsDirdyn
 
 RATE = 50
@@ -89,7 +89,7 @@ class Ours:
             conversion = Pipeline(config, lines, installed_plugins=False).run()
             passes = find_robot_facts(conversion).passes
         self.floats = conversion.base.floating
-        self.model = make(conversion, force=True)
+        self.model = write_project(conversion, force=True)
         data = MbsData(self.model)
         self.height = float(data.q[3]) if self.floats else 0.0
         self.friction = data.user_model["contact"]["friction"] if self.floats else 1.0

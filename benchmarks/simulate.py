@@ -23,7 +23,7 @@ from urdf2mbs.config.load import config_of
 from urdf2mbs.config.model import Project
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs_project.facts import HOLD_OPTIONS, find_robot_facts
-from urdf2mbs_simulate.project import make, simulate
+from urdf2mbs_simulate.project import simulate, write_project
 from urdf2mbs_simulate.runtime import Results
 
 CONFIGS = Path(__file__).resolve().parents[1] / "configs"
@@ -68,7 +68,7 @@ def project(name: str, folder: Path, languages: list[Any]) -> Path:
         }
         config = msgspec.structs.replace(config, passes=passes)
         conversion = Pipeline(config, lines, installed_plugins=False).run()
-    return make(conversion, force=True)
+    return write_project(conversion, force=True)
 
 
 def run(model: Path, time: float, language: str) -> tuple[Results, float]:

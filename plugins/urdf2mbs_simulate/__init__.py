@@ -1,6 +1,6 @@
-"""Let a robot move: a runtime for Robotran projects, with the names of Robotran's own, MBsysPy.
+"""Simulate Robotran projects: a runtime with the names of Robotran's own, MBsysPy.
 
-``workR/main.py`` and user functions use it, by the name ``urdf2mbs.runtime``, as they use MBsysPy.
+``workR/main.py`` and user functions import it as ``urdf2mbs.runtime``, in place of MBsysPy.
 See ``docs/simulate.md``.
 """
 
@@ -11,16 +11,18 @@ NEEDS = ("project", "equations", "report")
 
 @hookimpl
 def urdf2mbs_commands() -> list[Command]:
-    does = "let a robot, a project or an .mbs move, and write Robotran's results"
-    swings = "compute the modes of a robot: frequencies, damping, a page"
+    """Return the commands of this plugin."""
+    simulate = "simulate a robot, a project or an .mbs, and write Robotran's results"
+    modes = "compute the modes of a robot: frequencies, damping, a page"
     return [
-        Command("simulate", does, "urdf2mbs_simulate.commands.simulate"),
-        Command("modes", swings, "urdf2mbs_simulate.commands.modes"),
+        Command("simulate", simulate, "urdf2mbs_simulate.commands.simulate"),
+        Command("modes", modes, "urdf2mbs_simulate.commands.modes"),
     ]
 
 
 @hookimpl
 def urdf2mbs_api() -> dict[str, str]:
+    """Return the public names of this plugin, with the modules that define them."""
     package = "urdf2mbs_simulate"
     return {
         "Push": f"{package}.push:Push",
@@ -35,6 +37,7 @@ def urdf2mbs_api() -> dict[str, str]:
 
 @hookimpl
 def urdf2mbs_doctor() -> dict[str, str]:
+    """Return what ``doctor`` shows of this plugin's needs."""
     from urdf2mbs_simulate.compiler import compiler
 
     return {"C compiler": compiler() or "none: simulations need one (pip install ziglang)"}
@@ -42,6 +45,7 @@ def urdf2mbs_doctor() -> dict[str, str]:
 
 @hookimpl
 def urdf2mbs_codes() -> dict[str, str]:
+    """Return the codes of this plugin's errors, with their meanings."""
     from urdf2mbs_simulate.codes import CODES
 
     return CODES

@@ -1,4 +1,4 @@
-"""``python -m urdf2mbs_simulate workR/main.py``: a project's own script, without MBsysPy."""
+"""Run a project's own script without MBsysPy: ``python -m urdf2mbs_simulate workR/main.py``."""
 
 import sys
 

@@ -1,130 +1,128 @@
 """A project's C: equations and user functions in a library, compiled once, called through ctypes.
 
-The library works on the memory of MbsData and on a Run of its own for each simulation, which ends
-with the CCode.  User functions that are in Python are called back.
+The library works on the memory of MbsData, and on a Run (``runtime.h``) that belongs to one
+simulation and ends with its CCode.  User functions that are in Python are called back.
 """
 
 from __future__ import annotations
 
 import ctypes
-import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from urdf2mbs.plugin import BASE, ConversionError
-from urdf2mbs_equations.files import FUNCTIONS
+from urdf2mbs.plugin import ConversionError
 from urdf2mbs_project.simulation import (
     CONTACT_STATES,
     JOINT_STATES,
     STATE_MODELS,
     find_state_indices,
 )
-from urdf2mbs_simulate.compiler import HERE, Source, compile_library, folders_of
+from urdf2mbs_simulate.c_sources import JOINT_TYPES, list_sources
+from urdf2mbs_simulate.compiler import compile_library
 from urdf2mbs_simulate.data import MbsData
-from urdf2mbs_simulate.equations import equations
 from urdf2mbs_simulate.memory import (
     HOOKS,
     HooksInC,
-    Memory,
     PushInC,
     RunInC,
-    integers,
-    table,
-    vector,
+    SharedData,
+    as_c_integers,
+    as_c_table,
+    as_c_vector,
 )
-from urdf2mbs_simulate.model_code import Code, count_rows
+from urdf2mbs_simulate.model_code import Code, RowCounts, count_rows
 from urdf2mbs_simulate.push import place_pushes
-from urdf2mbs_simulate.python_code import changes, default, modules_of
+from urdf2mbs_simulate.python_code import get_default_function, has_user_changes, show_modules
 
-SOURCES = (
-    "runtime.c",
-    "frame.c",
-    "partition.c",
-    "elements.c",
-    "joint_system.c",
-    "slopes.c",
-    "linear_system.c",
-    "steps.c",
-    "turn.c",
-    "hooks.c",
-)
-TYPES = ("T1", "T2", "T3", "R1", "R2", "R3")
-TURNED = (
+TURNED_NOTE = (
     "its base's second angle passes 90 degrees: the steps go on in turned axes, and Robotran "
     "itself stops there"
 )
-#: The bristle of friction may be wrong by this part of the most that it bends, with the tolerance
-#: ``ATOL``, and by less with smaller ones.
-BRISTLE_PART, ATOL = 0.05, 1e-6
+#: Error of a bristle of friction, relative to the largest deflection, at the tolerance ``ATOL``;
+#: it is smaller with smaller tolerances.
+BRISTLE_ERROR, ATOL = 0.05, 1e-6
+#: The step of a numerical derivative by a state, relative to its size if that is above 1.
+DIFFERENCE = 1e-7
 
 
 class CCode(Code):
     """The functions of a simulation, in C but for user functions that are in Python."""
 
     def __init__(self, data: MbsData, *, user_in_c: bool = True) -> None:
-        files = sorted(data.user_path.glob("*.c")) if user_in_c else []
-        self.in_c = bool(files)
+        """Compile the functions, and begin a Run.
+
+        Args:
+            data: The model.
+            user_in_c: True to use the user functions in C, if there are any.
+
+        Raises:
+            ConversionError: A file does not compile, or C cannot use a parameter.
+        """
+        user_files = sorted(data.user_path.glob("*.c")) if user_in_c else []
+        self.has_user_c = bool(user_files)
         super().__init__(data, count_rows(data))
-        self.name = "C" if self.in_c else "C, user functions in Python"
-        self.has_loop = self._find_loop()
-        self.raised: BaseException | None = None
-        self.sources = list_sources(data, self.rows, files)
+        self.name = "C" if self.has_user_c else "C, user functions in Python"
+        self.has_loop = self._has_user_loop()
+        self.user_error: BaseException | None = None
+        """What a function of Python has raised while C called it."""
+        self.sources = list_sources(data, self.row_counts, user_files)
         self.library = library = compile_library(self.sources, data._run.on_compile)
         library.get_run_size.restype = ctypes.c_size_t
-        self.buffer = np.zeros(library.get_run_size() // 8 + 1)
-        """The memory of the Run, as long as anything of it is in use."""
-        self.run = RunInC.from_buffer(self.buffer.data)
-        self.at = ctypes.byref(self.run)
-        library.initialize_run(self.at)
-        self.memory = Memory(data, self.run.data)
-        self.model = self._read_user_models()
-        self.run.data.user_model = vector(self.model)
+        self.run_memory = np.zeros(library.get_run_size() // 8 + 1)
+        """It lives as long as anything in it is used."""
+        self.run = RunInC.from_buffer(self.run_memory.data)
+        self.run_address = ctypes.byref(self.run)
+        library.initialize_run(self.run_address)
+        self.shared_data = SharedData(data, self.run.data)
+        self.user_model = self._read_user_model()
+        self.run.data.user_model = as_c_vector(self.user_model)
         self.hooks = HooksInC()
         self._set_arrays()
         self._set_hooks()
-        self.run.can_turn = can_turn(data, self.rows)
-        self.function = library.accelerate
-        self.function.argtypes = [
+        self.run.can_turn = can_turn(data, self.row_counts)
+        self.c_accelerate = library.accelerate
+        self.c_accelerate.argtypes = [
             ctypes.c_void_p,
             ctypes.c_double,
             ctypes.c_void_p,
             ctypes.c_void_p,
         ]
-        self.repartition(self.kept)
+        self.set_partition(self.used_rows)
 
-    def _find_loop(self) -> bool:
-        """Return True if the user has a loop; one in C that urdf2mbs wrote does nothing."""
+    def _has_user_loop(self) -> bool:
+        """Return True if the user has a loop; the one in C that urdf2mbs writes does nothing."""
         data = self.data
-        if not self.in_c:
-            return data.user_dirdyn_loop is not default(data, "user_dirdyn_loop")
+        if not self.has_user_c:
+            return data.user_dirdyn_loop is not get_default_function(data, "user_dirdyn_loop")
         file = data.user_path / "user_dirdyn.c"
-        return not file.is_file() or changes(data, "c", file.name)
+        return not file.is_file() or has_user_changes(data, "c", file.name)
 
     def _set_arrays(self) -> None:
-        """Give C the arrays that the Run points at."""
+        """Allocate the arrays that the Run points at."""
         data, run = self.data, self.run
-        rows = sum(self.rows) + 1
-        self.h, self.jac = np.zeros(rows), np.zeros((rows, data.njoint + 1))
-        self.phi = np.zeros(data.njoint + 1)
-        user = self.rows[1] + 1
-        self.user_h, self.user_jdqd = np.zeros((2, user))
-        self.user_jac = np.zeros((user, data.njoint + 1))
-        run.user_h, run.user_jdqd = vector(self.user_h), vector(self.user_jdqd)
-        run.user_J = vector(self.user_jac)
-        self.state_scale = find_state_scale(data)
-        run.state_scale = vector(self.state_scale)
-        self.last_joint = integers(find_last_joints(data))
+        n_rows = sum(self.row_counts) + 1
+        self.h, self.jacobian = np.zeros(n_rows), np.zeros((n_rows, data.njoint + 1))
+        self.inverse_dynamics = np.zeros(data.njoint + 1)
+        n_user_rows = self.row_counts.user + 1
+        self.user_h, self.user_jdqd = np.zeros((2, n_user_rows))
+        self.user_jacobian = np.zeros((n_user_rows, data.njoint + 1))
+        run.user_h, run.user_jdqd = as_c_vector(self.user_h), as_c_vector(self.user_jdqd)
+        run.user_J = as_c_vector(self.user_jacobian)
+        self.state_scale = compute_state_scale(data)
+        run.state_scale = as_c_vector(self.state_scale)
+        self.last_joint = as_c_integers(list_last_joints(data))
         run.last_joint = self.last_joint
         pushes = [
-            PushInC(joint, (0.0, *at), (0.0, *push.force), push.start, push.stop)
-            for push, joint, at in place_pushes(data)
+            PushInC(data.body_id[body], (0.0, *point), (0.0, *push.force), push.start, push.stop)
+            for push, body, point in place_pushes(data)
         ]
         self.pushes = (PushInC * (len(pushes) + 1))(*pushes)
         run.pushes = self.pushes
+
+    # --- the axes of the base, see turn.c ---
 
     @property
     def is_turned(self) -> bool:
@@ -134,37 +132,34 @@ class CCode(Code):
     def note_turn(self) -> None:
         """Note once that the base has been turned."""
         notes = self.data._run.notes
-        if self.is_turned and TURNED not in notes:
-            notes.append(TURNED)
+        if self.is_turned and TURNED_NOTE not in notes:
+            notes.append(TURNED_NOTE)
 
     def turn_if_near(self, y: Any) -> bool:
-        """Go on in other axes, if the base is near its singular place: ``y`` becomes the state
-        there.  Return True if that was so."""
-        turned = bool(self.library.turn_if_near(self.at, vector(y)))
+        """Change the axes of the base if it is near its singular orientation.
+
+        Args:
+            y: The state, which is replaced by that in the other axes.
+
+        Returns:
+            True if the axes have changed.
+        """
+        has_turned = bool(self.library.turn_if_near(self.run_address, as_c_vector(y)))
         self.note_turn()
-        return turned
+        return has_turned
 
     @contextmanager
     def model_axes(self) -> Iterator[None]:
         """Show q, qd, qdd and Qq of the base in the model's own axes."""
         force = self.data.Qq[1:7].copy()
-        self.library.show_model_axes(self.at)
-        self.library.show_joint_forces(self.at)
+        self.library.show_model_axes(self.run_address)
+        self.library.show_joint_forces(self.run_address)
         try:
             yield
         finally:
             if self.is_turned:
-                self.library.hide_model_axes(self.at)
+                self.library.hide_model_axes(self.run_address)
                 self.data.Qq[1:7] = force
-
-    @contextmanager
-    def recording(self) -> Iterator[None]:
-        """Keep what user code gives to set_output: the state is one of a frame."""
-        self.run.is_recording = self.data._run.is_recording = True
-        try:
-            yield
-        finally:
-            self.run.is_recording = self.data._run.is_recording = False
 
     def leave_turned_axes(self) -> None:
         """Leave the data in the model's own axes, at the end of a run."""
@@ -175,87 +170,111 @@ class CCode(Code):
             row[1:7] = values
         self.run.is_turned = 0
 
-    def repartition(self, kept: Any) -> None:
-        super().repartition(kept)
-        if not hasattr(self, "memory"):  # not yet
+    # --- states and their derivatives ---
+
+    def set_partition(self, used_rows: Any) -> None:
+        """Take the natures of the joints from the data, see ``Code``."""
+        super().set_partition(used_rows)
+        if not hasattr(self, "shared_data"):  # the first call, by Code, comes before the library
             return
         data = self.data
-        self.memory.take_partition(data)
-        self.y, self.f = np.empty((2, 2 * data.nqu + data.Nux))
-        self.run.data.guess = vector(self.guess)
-        self.buffers = self.y.ctypes.data, self.f.ctypes.data
-        if len(kept) == data.nqv:
-            self.library.set_partition(self.at, integers(kept + 1))
+        self.shared_data.set_partition(data)
+        self.y, self.dy_dt = np.empty((2, 2 * data.nqu + data.Nux))
+        self.y_address, self.dy_dt_address = self.y.ctypes.data, self.dy_dt.ctypes.data
+        self.run.data.guess = as_c_vector(self.guess)
+        if len(used_rows) == data.nqv:
+            self.library.set_partition(self.run_address, as_c_integers(used_rows + 1))
 
     def accelerate(self, t: float, y: Any) -> Any:
-        """Return the derivative of the state y; not a number where the loops cannot be closed."""
+        """Return dy/dt of the state y at a time (s); NaN where the loops cannot be closed."""
         self.y[:] = y
         self.data.tsim = t
-        failed = self.function(self.at, t, *self.buffers)
-        self.check()
-        return np.full(len(y), np.nan) if failed else self.f.copy()
+        failed = self.c_accelerate(self.run_address, t, self.y_address, self.dy_dt_address)
+        self.raise_user_error()
+        return np.full(len(y), np.nan) if failed else self.dy_dt.copy()
 
-    def slopes(self, t: float, y: Any, difference: float = 1e-7) -> Any:
-        """Return the derivative of ``accelerate`` by the state, by differences: (states, states).
+    def differentiate(self, t: float, y: Any, difference: float = DIFFERENCE) -> Any:
+        """Return the derivative of ``accelerate`` by the state, by one-sided differences.
 
-        Implicit integrators that are left to themselves scale their differences by a rate that
-        vanishes in a robot at rest: what they then find is rounding, and their steps stay short.
+        Implicit integrators that use their own scale differences by a rate, which vanishes in a
+        robot at rest: they would find rounding errors, and their steps would stay short.
+
+        Args:
+            t: The time (s).
+            y: The state.
+            difference: Of a state below 1; of larger ones, relative to them.
+
+        Returns:
+            (states, states): a row for each rate.
         """
-        f, found = self.accelerate(t, y), np.empty((len(y), len(y)))
+        dy_dt, jacobian = self.accelerate(t, y), np.empty((len(y), len(y)))
         for k in range(len(y)):
             moved = y.copy()
             moved[k] += difference * max(1.0, abs(y[k]))
-            found[:, k] = (self.accelerate(t, moved) - f) / (moved[k] - y[k])
-        return found
+            jacobian[:, k] = (self.accelerate(t, moved) - dy_dt) / (moved[k] - y[k])
+        return jacobian
 
-    def take_parameters(self) -> None:
-        """Take the parameters of user models anew."""
-        self.model[:] = self._read_user_models()
-
-    def solve(self) -> bool:
+    def compute_accelerations(self) -> bool:
+        """Set qdd, and q and qd of dependent joints; return True if it failed."""
         self.run.data.tsim = self.data.tsim
-        failed = bool(self.library.compute_accelerations(self.at))
-        self.check()
+        failed = bool(self.library.compute_accelerations(self.run_address))
+        self.raise_user_error()
         return failed
 
-    def constraints(self) -> tuple[Any, Any]:
-        self.jac[:] = 0.0
+    def compute_constraints(self) -> tuple[Any, Any]:
+        """Compute h and J of all constraints, see ``Code``."""
+        self.jacobian[:] = 0.0
         self.run.data.tsim = self.data.tsim
-        self.library.compute_constraints(self.at, vector(self.h), table(self.jac))
-        self.check()
-        return self.h[1:].copy(), self.jac[1:].copy()
+        self.library.compute_constraints(
+            self.run_address, as_c_vector(self.h), as_c_table(self.jacobian)
+        )
+        self.raise_user_error()
+        return self.h[1:].copy(), self.jacobian[1:].copy()
 
-    def inverse(self) -> Any:
-        self.library.mbs_invdyna(vector(self.phi), self.at, ctypes.c_double(self.data.tsim))
-        return self.phi.copy()
+    def compute_inverse_dynamics(self) -> Any:
+        """Return M qdd + c of the present state and accelerations."""
+        time = ctypes.c_double(self.data.tsim)
+        self.library.mbs_invdyna(as_c_vector(self.inverse_dynamics), self.run_address, time)
+        return self.inverse_dynamics.copy()
 
-    def call(self, name: str, dirdyn: Any) -> None:
-        """Call user_dirdyn_init, _loop or _finish, which are shown the model's own axes."""
+    # --- user functions ---
+
+    @contextmanager
+    def recording(self) -> Iterator[None]:
+        """Record what user code gives to set_output: the state is that of a frame."""
+        self.run.is_recording = self.data._run.is_recording = True
+        try:
+            yield
+        finally:
+            self.run.is_recording = self.data._run.is_recording = False
+
+    def call_user_function(self, name: str, dirdyn: Any) -> None:
+        """Call user_dirdyn_init, _loop or _finish, with the base in the model's own axes."""
         with self.recording(), self.model_axes():
-            if not self.in_c:
-                with modules_of(self.data):
+            if not self.has_user_c:
+                with show_modules(self.data):
                     getattr(self.data, name)(self.data, dirdyn)
                 return
             self.run.data.tsim = self.data.tsim
-            self.library.enter_user_code(self.at)
-            at = ctypes.byref(self.run, RunInC.dirdyn.offset)
-            getattr(self.library, name)(self.at, at)
-        self.check()
+            self.library.enter_user_code(self.run_address)
+            dirdyn_address = ctypes.byref(self.run, RunInC.dirdyn.offset)
+            getattr(self.library, name)(self.run_address, dirdyn_address)
+        self.raise_user_error()
         self.data.flag_stop |= self.run.data.flag_stop
 
-    def check(self) -> None:
-        """Raise what a function of Python has raised, which C cannot."""
-        if self.raised is not None:
-            raise self.raised
+    def raise_user_error(self) -> None:
+        """Raise what a function of Python has raised, as C cannot pass it on."""
+        if self.user_error is not None:
+            raise self.user_error
 
-    def parameters(self) -> list[tuple[str, str]]:
-        """Return the model and the name of each number in the struct of ``user_model.h``.
+    def list_parameters(self) -> list[tuple[str, str]]:
+        """List the numbers in the struct of ``user_model.h``, by model and parameter.
 
         Raises:
-            ConversionError: A parameter is no number.
+            ConversionError: A parameter is not a number.
         """
-        found = []
-        for model in self.data._run.mbs.user_models if self.in_c else ():
+        parameters = []
+        for model in self.data._run.mbs.user_models if self.has_user_c else ():
             for parameter in model.parameters if model.name not in STATE_MODELS else ():
                 is_number = parameter.type == "scalar" or (
                     parameter.type == "state" and len(parameter.values) == 1
@@ -268,21 +287,23 @@ class CCode(Code):
                         file=str(self.data._run.file),
                         hint="take user functions in Python",
                     )
-                found.append((model.name, parameter.name))
-        return found
+                parameters.append((model.name, parameter.name))
+        return parameters
 
-    def _read_user_models(self) -> Any:
-        """Return the struct of ``user_model.h``: the numbers one after the other."""
+    def update_user_model(self) -> None:
+        """Copy changed parameters of user models to C."""
+        self.user_model[:] = self._read_user_model()
+
+    def _read_user_model(self) -> Any:
+        """Return the struct of ``user_model.h``: its numbers one after the other."""
         values = self.data.user_model
-        return np.array([*(values[model][name] for model, name in self.parameters()), 0.0])
-
-    # --- functions in Python ---
+        return np.array([*(values[model][name] for model, name in self.list_parameters()), 0.0])
 
     def _set_hooks(self) -> None:
-        data = self.data
-        outputs = data._run.new_outputs  # C calls this in states that are recorded only
-        self._hook("output", lambda value, name: outputs.update({name.decode(): (value,)}))
-        if not self.in_c:
+        """Let C call set_output, and the user functions that are in Python."""
+        outputs = self.data._run.new_outputs  # C calls the hook in recorded states only
+        self._set_hook("output", lambda value, name: outputs.update({name.decode(): (value,)}))
+        if not self.has_user_c:
             self._set_user_hooks()
         self.run.hooks = self.hooks
 
@@ -293,127 +314,86 @@ class CCode(Code):
         )
         r = np.ctypeslib.as_array(point.R).reshape(4, 4)
 
-        def copied(table: Any, function: Callable[..., Any]) -> Callable[[float, int], None]:
+        def store_wrench(wrenches: Any, function: Callable[..., Any]) -> Callable[..., None]:
             def call(t: float, number: int) -> None:
-                table[number] = function(p, r, v, om, a, omp, data, t, number)
+                wrenches[number] = function(p, r, v, om, a, omp, data, t, number)
 
             return call
 
-        if data.user_JointForces is not default(data, "user_JointForces"):
-            self._hook("joint_forces", lambda t: data.user_JointForces(data, t))
-        self._hook("driven_joints", lambda t: data.user_DrivenJoints(data, t))
-        self._hook("derivative", lambda t: data.user_derivatives(data))
-        self._hook("ext_forces", copied(data.SWr, data.user_ExtForces))
-        self._hook("link_3d_forces", copied(data.l3DWr, data.user_Link3DForces))
-        self._hook("link_force", lambda z, zd, t, k: float(data.user_LinkForces(z, zd, data, t, k)))
-        self._hook("cons_hJ", lambda t: data.user_cons_hJ(self.user_h, self.user_jac, data, t))
-        self._hook("cons_jdqd", lambda t: data.user_cons_jdqd(self.user_jdqd, data))
+        def compute_link_force(z: float, zd: float, t: float, number: int) -> float:
+            return float(data.user_LinkForces(z, zd, data, t, number))
 
-    def _hook(self, name: str, function: Callable[..., Any]) -> None:
+        def compute_cons_hj(t: float) -> None:
+            data.user_cons_hJ(self.user_h, self.user_jacobian, data, t)
+
+        if data.user_JointForces is not get_default_function(data, "user_JointForces"):
+            self._set_hook("joint_forces", lambda t: data.user_JointForces(data, t))
+        self._set_hook("driven_joints", lambda t: data.user_DrivenJoints(data, t))
+        self._set_hook("derivative", lambda t: data.user_derivatives(data))
+        self._set_hook("ext_forces", store_wrench(data.SWr, data.user_ExtForces))
+        self._set_hook("link_3d_forces", store_wrench(data.l3DWr, data.user_Link3DForces))
+        self._set_hook("link_force", compute_link_force)
+        self._set_hook("cons_hJ", compute_cons_hj)
+        self._set_hook("cons_jdqd", lambda t: data.user_cons_jdqd(self.user_jdqd, data))
+
+    def _set_hook(self, name: str, function: Callable[..., Any]) -> None:
+        """Let C call a function of Python, whose first exception is kept."""
+
         def call(*arguments: Any) -> Any:
             self.data.tsim = self.run.data.tsim
             try:
-                with modules_of(self.data):
+                with show_modules(self.data):
                     return function(*arguments)
             except BaseException as error:
-                self.raised = self.raised or error
+                self.user_error = self.user_error or error
                 self.run.data.flag_stop = 1
                 return 0.0
 
         setattr(self.hooks, name, HOOKS[name](call))
 
 
-def can_turn(data: MbsData, rows: tuple[int, int]) -> bool:
-    """Return True if the first six joints are those of a base that nothing ties to the ground, and
-    gravity is along z."""
+def can_turn(data: MbsData, row_counts: RowCounts) -> bool:
+    """Return True if the base may change its axes, see ``turn.c``.
+
+    The first six joints are those of a free base, nothing ties a body to the ground, and gravity
+    is along z.
+    """
     mbs = data._run.mbs
     first = [*mbs.joints().values()][:6]
-    free = [joint.type for joint in first if joint.nature == "independent"] == [*TYPES]
-    ties = (*mbs.cuts, *mbs.links)
-    tied = any(end[0] is None for tie in ties for end in (tie.endpoint1, tie.endpoint2))
-    return free and not tied and not rows[1] and not data.g[1:3].any()
+    types = [joint.type for joint in first if joint.nature == "independent"]
+    connections = (*mbs.cuts, *mbs.links)
+    is_tied = any(None in (tie.endpoint1[0], tie.endpoint2[0]) for tie in connections)
+    is_free = types == [*JOINT_TYPES] and not is_tied and not row_counts.user
+    return is_free and not data.g[1:3].any()
 
 
-def find_last_joints(data: MbsData) -> list[int]:
-    """Return the last joint of the body of each external force, from index 1."""
-    found = [0] * (data.Nxfrc + 1)
+def list_last_joints(data: MbsData) -> list[int]:
+    """Return the last joint of the body of each external force, from index 1; 0 for the base."""
+    last_joints = [0] * (data.Nxfrc + 1)
     for body in data._run.mbs.bodies:
         for point in body.points:
             if point.extforce is not None:
-                found[data.extforce_id[point.extforce.name]] = data.body_id[body.name]
-    return found
+                last_joints[data.extforce_id[point.extforce.name]] = data.body_id[body.name]
+    return last_joints
 
 
-def find_state_scale(data: MbsData) -> Any:
-    """Return the absolute tolerance of each user state, in parts of that of positions.
+def compute_state_scale(data: MbsData) -> Any:
+    """Compute the absolute tolerance of each user state, relative to that of positions.
 
-    The bristles of friction bend by less than a millimetre, and their errors fade: what they do to
-    the robot is their part of the most that they bend.
+    The bristles of friction deflect by less than a millimetre, and their errors fade: the force
+    that they change is proportional to the error relative to their largest deflection.
+
+    Returns:
+        (user states + 1), at least 1.
     """
-    mbs, models, found = data._run.mbs, data.user_model, np.ones(data.Nux + 1)
+    mbs, models, scale = data._run.mbs, data.user_model, np.ones(data.Nux + 1)
     law = models.get("contact", {})
-    bend = float(law.get("friction", 0.0)) * float(law.get("bristle", 0.0))
+    deflection = float(law.get("friction", 0.0)) * float(law.get("bristle", 0.0))
     for number in find_state_indices(mbs, CONTACT_STATES).values():
-        found[number : number + 3] = max(1.0, BRISTLE_PART * bend / ATOL)
+        scale[number : number + 3] = max(1.0, BRISTLE_ERROR * deflection / ATOL)
     for joint, number in find_state_indices(mbs, JOINT_STATES).items():
         stiffness = float(models.get("friction_stiffness", {}).get(joint, 0.0))
         friction = float(models.get("friction", {}).get(joint, 0.0))
-        bend = friction / stiffness if stiffness > 0.0 else 0.0
-        found[number] = max(1.0, BRISTLE_PART * bend / ATOL)
-    return found
-
-
-def list_sources(data: MbsData, rows: tuple[int, int], user: list[Path]) -> list[Source]:
-    """Return the files of C of a simulation, with what they are compiled with."""
-    counts = {
-        "JOINTS": data.njoint,
-        "CUTS": rows[0],
-        "USER_ROWS": rows[1],
-        "FORCES": data.Nxfrc,
-        "STATES": data.Nux,
-        "LINKS": data.Nlink,
-        "LINKS3D": data.Nlink3D,
-        "DRIVEN": int(bool(data.nqc)),
-    }
-    defines = [f"-DRUN_{name}={count}" for name, count in counts.items()]
-    own = {name: [*defines] for name in SOURCES}
-    own["frame.c"] += [f"-DRUN_TREE={_tree(data)}", f"-DRUN_LINK_ENDS={_link_ends(data)}"]
-    own["hooks.c"] += ["-DUSER_IN_C"] * bool(user)
-    texts = [file.read_text("utf-8", "replace") for file in (*(HERE / n for n in own), *user)]
-    called = re.findall(r"\bmbs_(\w+)\(", re.sub(r"(?s)/\*.*?\*/|//[^\n]*", "", "".join(texts)))
-    absent = {"link": data.Nlink, "link3D": data.Nlink3D, "extforces": data.Nxfrc}
-    absent |= {"cons_hJ": rows[0], "cons_jdqd": rows[0]}
-    names = {*called} & {*FUNCTIONS} - {
-        "accelred",
-        *(n for n, count in absent.items() if not count),
-    }
-    folders = folders_of(data.user_path, data.symbolic_path)
-    plain = [*equations(data, sorted(names), "c").values(), *user]
-    return [
-        *(Source(file, folders) for file in plain),
-        *(Source(HERE / name, folders, tuple(words)) for name, words in own.items()),
-    ]
-
-
-def _tree(data: MbsData) -> str:
-    """Return the rows of ``tree`` in ``frame.c``."""
-    rows: list[str] = []
-    for body in data._run.mbs.bodies:
-        before = 0 if body.parent is None else data.body_id[body.parent]
-        point = data.points_id[body.parent or BASE][body.point] if body.point else 0
-        for joint in body.joints:
-            rows.append(f"{{{TYPES.index(joint.type)}, {before}, {point}}}")
-            before, point = len(rows), 0
-    return ", ".join(rows)
-
-
-def _link_ends(data: MbsData) -> str:
-    """Return the rows of ``link_ends`` in ``frame.c``."""
-    rows = []
-    for link in data._run.mbs.links:
-        if link.kind == "link":
-            ends = (link.endpoint1, link.endpoint2)
-            joints = [data.body_id[body] if body else 0 for body, _ in ends]
-            points = [data.points_id[body or BASE][name] if name else 0 for body, name in ends]
-            rows.append(f"{{{{{joints[0]}, {joints[1]}}}, {{{points[0]}, {points[1]}}}}}")
-    return ", ".join(rows)
+        deflection = friction / stiffness if stiffness > 0.0 else 0.0
+        scale[number] = max(1.0, BRISTLE_ERROR * deflection / ATOL)
+    return scale

@@ -1,10 +1,10 @@
-"""A simulation."""
+"""The codes of the errors of a simulation."""
 
 CODES = {
     "not-the-same": "error: the `.mbs` that was made is not the same robot (exit code 3). "
     "Look at the differences by `report`.",
     "not-compiled": "error: the C compiler refuses a file. Correct the code, or use Python.",
-    "user-model-in-c": "error: a parameter of a user model is no number, and C wants it. "
+    "user-model-in-c": "error: a parameter of a user model is not a number, as C requires. "
     "Write a number, or use Python.",
     "equations-of-another-model": "error: equations in `symbolicR` do not fit the `.mbs`. "
     "Make the equations anew.",
@@ -12,7 +12,7 @@ CODES = {
     "Correct what the message names.",
     "partition": "error: the loops cannot be closed, or the constraints are too few or too many. "
     "Give another start position, or other cuts.",
-    "joint-without-mass": "error: a force acts along a joint that moves nothing that has mass. "
+    "joint-without-mass": "error: a force acts along a joint that moves no mass. "
     "Give mass to the links that it moves.",
     "not-actuated": "error: the actuated joints cannot make a motion. Actuate other joints.",
     "no-equilibrium": "error: no pose is found in which nothing accelerates. "

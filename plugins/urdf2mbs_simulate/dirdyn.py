@@ -1,4 +1,4 @@
-"""Direct dynamics: our steps in C, or integrators of others, drive equations and user functions.
+"""Direct dynamics: our steps in C, or integrators of others, with equations and user functions.
 
 The state is q and qd of the independent joints, and the user states.  Accelerations close the loops
 by Newton's method (coordinate reduction).
@@ -6,7 +6,6 @@ by Newton's method (coordinate reduction).
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, ClassVar
@@ -17,55 +16,47 @@ from urdf2mbs.plugin import ConfigError
 from urdf2mbs_simulate.c_code import CCode
 from urdf2mbs_simulate.data import MbsData
 from urdf2mbs_simulate.equations import SimulationError
-from urdf2mbs_simulate.partition import check_held, choose_again, hold, note_stops, part
-from urdf2mbs_simulate.python_code import changes, loaded, shown
+from urdf2mbs_simulate.partition import (
+    check_locked_joints,
+    choose_partition,
+    improve_partition,
+    lock_massless_joints,
+)
+from urdf2mbs_simulate.partition_messages import note_stops
+from urdf2mbs_simulate.python_code import has_user_changes, locate_errors, user_code
 from urdf2mbs_simulate.results import Recorder, Results
-from urdf2mbs_simulate.runge_kutta import RungeKutta4
-from urdf2mbs_simulate.steps import STEPS, Rosenbrock
+from urdf2mbs_simulate.solvers import OPTIONS, list_passed_frames, make_solver
+from urdf2mbs_simulate.steps import MAX_STEPS, Interval, Rosenbrock
 
-#: Our own method; scipy's for second opinions, implicit and explicit; and Robotran's own.
-OURS, RADAU, DOP853, RK4 = "Rosenbrock", "Radau", "DOP853", "RK4"
-METHODS = (OURS, RADAU, DOP853, RK4)
-#: Robotran's names for the same, or nearly so.
-ROBOTRAN = {"Dopri5": DOP853}
-#: By default: the relative error of a step of our method, and of the others; the absolute one (rad,
-#: m) is this part of it.
-RTOL, RTOL_OF_OTHERS = 1e-5, 1e-6
-ATOL_PART, ATOL_PART_OF_OTHERS = 0.1, 0.01
-
-#: The options of MbsDirdyn, by Robotran's names, with the values that they have here.
-OPTIONS: dict[str, Any] = {
-    "t0": 0.0,
-    "tf": 5.0,
-    "dt0": None,
-    "dt_max": np.inf,
-    "integrator": None,
-    "rtoler": None,
-    "atoler": None,
-    "framerate": 100.0,
-    "language": None,
-    "save2file": 1,
-    "resfilename": "dirdyn",
-    "respath": None,
-    "animpath": None,
-}
-#: The first step (s) by default.
-FIRST_STEP = 1e-3
-TIME_STEP = re.compile(r"(?m)^(?:#define )?\w*TIME_STEP\b\s*=?\s*([0-9.e+-]+)")
-#: A run ends where STEPS steps advance less than MIN_ADVANCE seconds: a force has diverged.
+#: A run ends where MAX_STEPS steps advance by less (s): a force has diverged.
 MIN_ADVANCE = 0.002
-#: Others of Robotran's, which change nothing here.
-WITHOUT_EFFECT = frozenset(
+
+#: Other options of Robotran, which change nothing here.
+OPTIONS_WITHOUT_EFFECT = frozenset(
     [
-        "save_anim", "saveperiod", "realtime", "verbose", "accelred", "n_freeze", "flag_oneshot",
-        "flag_waypoint", "delta_t_wp", "flag_baumgarte_stabilization", "baumgarte_alpha",
-        "baumgarte_beta", "save_result", "lpk_itermax", "visualize", "clearmbsglobal", "soft",
+        "accelred",
+        "baumgarte_alpha",
+        "baumgarte_beta",
+        "clearmbsglobal",
+        "delta_t_wp",
+        "flag_baumgarte_stabilization",
+        "flag_oneshot",
+        "flag_waypoint",
+        "lpk_itermax",
+        "n_freeze",
+        "realtime",
+        "save_anim",
+        "save_result",
+        "saveperiod",
+        "soft",
+        "verbose",
+        "visualize",
     ]
-)  # fmt: skip
+)
 
 
 class Module:
-    """What all of Robotran's modules have: a model, and options."""
+    """The base of Robotran's modules: a model, and options."""
 
     OPTIONS: ClassVar[dict[str, Any]] = {}
 
@@ -74,18 +65,23 @@ class Module:
         self.options = dict(self.OPTIONS)
 
     def set_options(self, **options: Any) -> None:
-        """Set options by Robotran's names; see ``OPTIONS``."""
+        """Set options by Robotran's names, see ``OPTIONS``.
+
+        Raises:
+            ConfigError: Robotran has no such option.
+        """
         for name, value in options.items():
             if name in self.OPTIONS:
                 self.options[name] = value
-            elif name not in WITHOUT_EFFECT:
+            elif name not in OPTIONS_WITHOUT_EFFECT:
                 raise ConfigError("usage", f"{type(self).__name__} has no option '{name}'")
 
     def get_options(self, name: str) -> Any:
+        """Return the value of an option."""
         return self.options[name]
 
     def _write(self, results: Results) -> list[Path]:
-        """Write results, if the options want it, over those of an earlier run, as Robotran does.
+        """Write results if the options say so, over those of an earlier run, as Robotran does.
 
         Returns:
             The files that were written.
@@ -104,10 +100,10 @@ class MbsPart(Module):
     OPTIONS: ClassVar[dict[str, Any]] = {"rowperm": 1, "verbose": 0}
 
     def run(self) -> None:
-        """Choose, and close the loops at the start; mbs_data.DonePart is 1 then."""
+        """Choose the partition, close the loops at the start, and set mbs_data.DonePart to 1."""
         data = self.mbs_data
-        with loaded(data), shown(data):
-            closed_code(data, None)
+        with user_code(data), locate_errors(data):
+            load_closed_code(data, None)
             data.DonePart = 1
         for note in data._run.notes if self.options["verbose"] else ():
             print(note)
@@ -135,61 +131,79 @@ class MbsDirdyn(Module):
                 raises; it names time, joint and force, or file and line.
         """
         data, options = self.mbs_data, self.options
-        with loaded(data), shown(data):
-            code = choose_code(data, options["language"])
+        with user_code(data), locate_errors(data):
+            code = load_code(data, options["language"])
             results = integrate(data, code, options, self)
         results.files = self._write(results)
         return results
 
 
-def choose_code(data: MbsData, language: str | None) -> CCode:
-    """Return the code of a model, which is compiled.
+def load_code(data: MbsData, language: str | None) -> CCode:
+    """Compile and load the functions of a model.
 
-    ``language`` is that of the user functions.  By default they are those in C, where the project
-    has them, and those in Python are as urdf2mbs wrote them.
+    Args:
+        data: The model.
+        language: Of the user functions, ``c`` or ``python``.  By default they are those in C, where
+            the project has them, and those in Python are as urdf2mbs wrote them.
+
+    Raises:
+        ConversionError: A file does not compile, or the project has no such user functions.
     """
     if language not in (None, "c", "python"):
         raise ConfigError("usage", f"there is no language '{language}'", hint="c, or python")
     if not (data._run.mbs.cuts or data.nqv or data._run.locked):
-        hold(data)
-    written = {file.suffix for file in data.user_path.glob("user_JointForces.*")}
-    if language == "python" and written == {".c"}:
+        lock_massless_joints(data)
+    suffixes = {file.suffix for file in data.user_path.glob("user_JointForces.*")}
+    if language == "python" and suffixes == {".c"}:
         raise ConfigError(
             "usage",
             "the user functions of this project are in C only",
             hint="leave --language python out",
         )
-    in_c = language == "c" or (language is None and not changes(data, "python", "user_*.py"))
-    return CCode(data, user_in_c=in_c)
+    if language is None:
+        user_in_c = not has_user_changes(data, "python", "user_*.py")
+    else:
+        user_in_c = language == "c"
+    return CCode(data, user_in_c=user_in_c)
 
 
-def closed_code(data: MbsData, language: str | None) -> CCode:
-    """Return the code of a model whose loops are closed at the present position."""
-    code = choose_code(data, language)
-    part(code)
+def load_closed_code(data: MbsData, language: str | None) -> CCode:
+    """Load the functions of a model, choose its partition, and close its loops."""
+    code = load_code(data, language)
+    choose_partition(code)
     return code
 
 
-def close(data: MbsData, code: CCode) -> bool:
-    """Solve the constraints at the present position; return False if that cannot be done."""
-    closed = bool(np.isfinite(code.accelerate(data.tsim, code.state())).all())
-    code.remember()
-    return closed
+def solve_start_state(data: MbsData, code: CCode) -> bool:
+    """Close the loops at the present position; return False if that fails."""
+    is_solved = bool(np.isfinite(code.accelerate(data.tsim, code.get_state())).all())
+    code.store_guess()
+    return is_solved
 
 
 def integrate(data: MbsData, code: CCode, options: dict[str, Any], dirdyn: MbsDirdyn) -> Results:
-    """Step from t0 to tf.
+    """Integrate from t0 to tf.
 
-    At the start and after each step: the user's loop; then the frames that the step has passed.
+    At the start and after each step, the user's loop is called; then the frames that the step has
+    passed are recorded.
+
+    Args:
+        data: The model at its start.
+        code: Its functions.
+        options: See ``OPTIONS``.
+        dirdyn: The second argument of user functions; its ``watch`` is called after each step.
+
+    Raises:
+        ConversionError: A step cannot be taken, or the loops cannot be closed.
     """
     time, end = float(options["t0"]), float(options["tf"])
     _check_options(time, end, options)
     data.tsim = time
     if not np.isfinite(data.q + data.qd).all():
-        raise _no_partition(data)
+        raise _make_start_error(data)
     data._run.is_recording = False
     try:
-        return _Integration(data, code, options, dirdyn).run(time, end)
+        return _Integration(code, options, dirdyn).run(time, end)
     finally:
         data._run.is_recording = True
 
@@ -205,21 +219,29 @@ def _check_options(time: float, end: float, options: dict[str, Any]) -> None:
 class _Integration:
     """A run of a direct dynamics."""
 
-    def __init__(
-        self, data: MbsData, code: CCode, options: dict[str, Any], dirdyn: MbsDirdyn
-    ) -> None:
-        self.data, self.code, self.options, self.dirdyn = data, code, options, dirdyn
-        self.recorder = Recorder(data, code)
-        self.steps, self.time_before = 0, float(options["t0"])
+    def __init__(self, code: CCode, options: dict[str, Any], dirdyn: MbsDirdyn) -> None:
+        self.data, self.code, self.options, self.dirdyn = code.data, code, options, dirdyn
+        self.recorder = Recorder(code.data, code)
+        self.step_count, self.counted_from = 0, float(options["t0"])
+        """Steps since a time (s), see ``_count_steps``."""
 
     def run(self, time: float, end: float) -> Results:
+        """Integrate, and return the results.
+
+        ::
+
+            time      force starts    force stops          end
+              |--------------|-------------|---------------|     stops of the solvers
+              :    :    :    :    :    :    :    :    :    :     frames
+        """
         data, code = self.data, self.code
         y = self._begin()
-        frames = np.linspace(time, end, max(1, round((end - time) * self.options["framerate"])) + 1)
+        n_frames = max(1, round((end - time) * self.options["framerate"])) + 1
+        frames = np.linspace(time, end, n_frames)
         if code.has_loop:  # Robotran's first call is that of the start
             self._call_loop()
         self._record(time, y)
-        for stop in [*_breaks(data, time, end), end]:
+        for stop in [*_list_discontinuities(data, time, end), end]:
             # a force that begins at this time has not begun at the end of the step before
             last = stop if stop == end else np.nextafter(stop, time)
             time, y = self._integrate_to(time, y, last, frames[1:])
@@ -228,54 +250,61 @@ class _Integration:
             time = stop
             if stop in frames[1:] and stop != last:
                 self._record(time, y)
-        code.call("user_dirdyn_finish", self.dirdyn)
+        code.call_user_function("user_dirdyn_finish", self.dirdyn)
         code.leave_turned_axes()
         return self.recorder.results()
 
     def _begin(self) -> Any:
         """Choose axes and joints, let the user begin, and close the loops; return the state."""
         data, code = self.data, self.code
-        part(code)
-        code.call("user_dirdyn_init", self.dirdyn)
-        y = code.state()
+        choose_partition(code)
+        code.call_user_function("user_dirdyn_init", self.dirdyn)
+        y = code.get_state()
         if code.turn_if_near(y):
             code.accelerate(data.tsim, y)
-        if not close(data, code):
-            raise _no_partition(data)
+        if not solve_start_state(data, code):
+            raise _make_start_error(data)
         note_stops(data)
-        return code.state()
+        return code.get_state()
 
     def _integrate_to(self, time: float, y: Any, end: float, frames: Any) -> tuple[float, Any]:
+        """Integrate from a time and state to ``end``, or until user code stops the run."""
         data, code = self.data, self.code
-        solver = make_solver(code, time, y, end, self.options, frames)
+        solver = make_solver(code, y, Interval(time, end, frames), self.options)
         while solver.status == "running" and not data.flag_stop:
             self._step(solver)
             time, y = float(solver.t), solver.y
             self.dirdyn.watch(time)
             self._count_steps(solver, time, y)
-            calls_loop = code.has_loop and not (isinstance(solver, Rosenbrock) and solver.loops)
+            calls_loop = code.has_loop and not (
+                isinstance(solver, Rosenbrock) and solver.calls_loop
+            )
             if calls_loop or data.nqv:
                 code.accelerate(time, y)
-                code.remember()
+                code.store_guess()
             if calls_loop:
                 self._call_loop()
                 if hasattr(solver, "f"):
                     solver.f = code.accelerate(time, y)  # the loop may have changed the forces
-            for frame, state in _passed(solver, frames):
+            for frame, state in list_passed_frames(solver, frames):
                 self._record(frame, state)
-            if solver.status == "running" and self._change_state(solver, time, y):
-                y = code.state()
-                solver = make_solver(code, time, y, end, self.options, frames)
+            if solver.status == "running" and self._change_coordinates(solver, time, y):
+                y = code.get_state()
+                solver = make_solver(code, y, Interval(time, end, frames), self.options)
         return time, solver.y
 
-    def _change_state(self, solver: Any, time: float, y: Any) -> bool:
-        """Return True if the state is from now on that of other axes, or of other joints."""
+    def _change_coordinates(self, solver: Any, time: float, y: Any) -> bool:
+        """Change axes of the base, or dependent joints, near a singular pose.
+
+        Returns:
+            True if the state is that of other axes or joints from now on.
+        """
         code = self.code
         # our steps turn the axes themselves
-        turns = not isinstance(solver, Rosenbrock) and code.turn_if_near(y)
-        if turns or len(code.kept):
+        has_turned = not isinstance(solver, Rosenbrock) and code.turn_if_near(y)
+        if has_turned or len(code.used_rows):
             code.accelerate(time, y)
-        return choose_again(code) or turns
+        return improve_partition(code) or has_turned
 
     def _step(self, solver: Any) -> None:
         """Take one step of a solver.
@@ -287,98 +316,40 @@ class _Integration:
         try:
             solver.step()
         except ValueError:  # implicit methods raise it where a number is not finite
-            self.code.check()
+            self.code.raise_user_error()
             solver.status = "failed"
         if solver.status == "failed" or not np.isfinite(solver.y).all():
-            text = f"no step from {time:g} s is short enough"
-            raise _stuck(self.data, self.code, time, y, text)
+            message = f"no step from {time:g} s is short enough"
+            raise _make_step_error(self.code, time, y, message)
 
     def _count_steps(self, solver: Any, time: float, y: Any) -> None:
-        """Raise SimulationError where many steps lead nowhere."""
-        self.steps += solver.taken if isinstance(solver, Rosenbrock) else 1
-        if self.steps < STEPS:
+        """Count steps.
+
+        Raises:
+            SimulationError: Many steps have hardly advanced.
+        """
+        self.step_count += solver.steps_taken if isinstance(solver, Rosenbrock) else 1
+        if self.step_count < MAX_STEPS:
             return
-        if time - self.time_before < min(MIN_ADVANCE, self.options["dt_max"]):
-            text = f"{STEPS} steps lead from {self.time_before:g} s to {time:g} s only"
-            raise _stuck(self.data, self.code, time, y, text)
-        self.steps, self.time_before = 0, time
+        if time - self.counted_from < min(MIN_ADVANCE, self.options["dt_max"]):
+            message = f"{MAX_STEPS} steps lead from {self.counted_from:g} s to {time:g} s only"
+            raise _make_step_error(self.code, time, y, message)
+        self.step_count, self.counted_from = 0, time
 
     def _record(self, time: float, y: Any) -> None:
         self.recorder.add(time, y)
-        check_held(self.data)
+        check_locked_joints(self.data)
 
     def _call_loop(self) -> None:
-        self.code.react()
-        self.code.call("user_dirdyn_loop", self.dirdyn)
+        self.code.compute_reactions()
+        self.code.call_user_function("user_dirdyn_loop", self.dirdyn)
 
 
-def _passed(solver: Any, frames: Any) -> list[tuple[float, Any]]:
-    """Return time and state of the frames that the last step has passed."""
-    if isinstance(solver, Rosenbrock):
-        return solver.passed
-    first, last = np.searchsorted(frames, (solver.t_old, solver.t), side="right")
-    if first == last:
-        return []
-    dense = solver.dense_output()
-    return [
-        (float(frame), solver.y if frame == solver.t else dense(frame))
-        for frame in frames[first:last]
-    ]
-
-
-def make_solver(
-    code: CCode, time: float, y: Any, end: float, options: dict[str, Any], frames: Any = ()
-) -> Any:
-    """Return our steps, or those of another, from a time and state."""
-    name = options["integrator"] or OURS
-    name = ROBOTRAN.get(name, name)
-    if name not in METHODS:
-        raise ConfigError(
-            "usage", f"there is no integrator '{name}'", hint=f"there are {', '.join(METHODS)}"
-        )
-    rtol, atol = choose_tolerances(name, options["rtoler"], options["atoler"])
-    first_step = options["dt0"] or (read_time_step(code.data) if name == RK4 else FIRST_STEP)
-    limits = {
-        "rtol": rtol,
-        "atol": atol,
-        "max_step": options["dt_max"],
-        "first_step": min(first_step, end - time),
-    }
-    if name == OURS:
-        return Rosenbrock(code, time, y, end, frames, **limits)
-    if name == RK4:
-        return RungeKutta4(code.accelerate, time, y, end, **limits)
-    from scipy import integrate as scipy_integrate  # which takes 0.2 s
-
-    more = {"jac": code.slopes} if name == RADAU else {}
-    return getattr(scipy_integrate, name)(code.accelerate, time, y, end, **limits, **more)
-
-
-def read_time_step(data: MbsData) -> float:
-    """Return TIME_STEP of a project, the step (s) that Robotran's method can take; by default
-    ``FIRST_STEP``."""
-    for end in ("py", "h"):
-        file = data.user_path / f"{data.mbs_name}_robot.{end}"
-        text = file.read_text("utf-8", "replace") if file.is_file() else ""
-        if found := TIME_STEP.search(text):
-            return float(found[1])
-    return FIRST_STEP
-
-
-def choose_tolerances(
-    integrator: str, rtol: float | None, atol: float | None
-) -> tuple[float, float]:
-    """Return the relative and the absolute error of a step; the second follows the first."""
-    ours = integrator == OURS
-    rtol = (RTOL if ours else RTOL_OF_OTHERS) if rtol is None else rtol
-    part = ATOL_PART if ours else ATOL_PART_OF_OTHERS
-    return rtol, part * rtol if atol is None else atol
-
-
-def _stuck(data: MbsData, code: CCode, time: float, y: Any, message: str) -> SimulationError:
-    """It names the joint that accelerates most at a state, and the largest forces."""
+def _make_step_error(code: CCode, time: float, y: Any, message: str) -> SimulationError:
+    """Return an error that names the joint that accelerates most, and the largest forces."""
     from urdf2mbs_project.singular import find_singular_joints
 
+    data = code.data
     code.accelerate(time, y)
     joint = max(data.joint_id, key=lambda name: abs(data.qdd[data.joint_id[name]]))
     number = data.joint_id[joint]
@@ -394,36 +365,40 @@ def _stuck(data: MbsData, code: CCode, time: float, y: Any, message: str) -> Sim
         if push.start <= time < push.stop:
             text += f"; the push on '{push.link}' is {np.linalg.norm(push.force):.3g} N"
     hint = "take softer contacts, stops and gains, smaller forces, or an implicit method: "
-    for found in find_singular_joints(data._run.mbs)[:1]:
-        text += f"; at the start, nothing that has mass resists joint '{found.joint}'"
+    for singular in find_singular_joints(data._run.mbs)[:1]:
+        text += f"; at the start, nothing that has mass resists joint '{singular.joint}'"
         hint = f"start elsewhere, {hint}"
     return SimulationError(
         "step-failed", text, file=str(data._run.file), hint=f"{hint}--method Radau"
     )
 
 
-def _breaks(data: MbsData, time: float, end: float) -> list[float]:
-    """The times at which a force begins or ends: no step goes over one."""
-    times = {t for push in data._run.pushes for t in (push.start, push.stop)} | {
+def _list_discontinuities(data: MbsData, time: float, end: float) -> list[float]:
+    """Return the times at which a force begins or ends: no step goes over one."""
+    push_times = {t for push in data._run.pushes for t in (push.start, push.stop)}
+    model_times = {
         float(model[name])
         for model in data.user_model.values()
         if {"start", "stop"} <= model.keys()
         for name in ("start", "stop")
     }
-    return sorted(t for t in times if time < t < end)
+    return sorted(t for t in push_times | model_times if time < t < end)
 
 
-def _no_partition(data: MbsData) -> SimulationError:
+def _make_start_error(data: MbsData) -> SimulationError:
+    """Return an error that says why there are no accelerations at the start."""
     names = list(data.joint_id)
     dependent = ", ".join(names[number - 1] for number in data.qv[1:])
-    lost = np.flatnonzero(~np.isfinite(data.q + data.qd))
+    lost_joints = np.flatnonzero(~np.isfinite(data.q + data.qd))
+    lost_forces = np.flatnonzero(~np.isfinite(data.Qq))
     hint: str | None = "choose another start position, or other dependent joints"
     text = f"no acceleration can be found at {data.tsim:g} s"
-    if lost.size:
-        text = f"the start position or speed of '{names[lost[0] - 1]}' is not a number"
+    if lost_joints.size:
+        text = f"the start position or speed of '{names[lost_joints[0] - 1]}' is not a number"
         hint = None
-    elif (forces := np.flatnonzero(~np.isfinite(data.Qq))).size:
-        text = f"the force of joint '{names[forces[0] - 1]}' is not a number at {data.tsim:g} s"
+    elif lost_forces.size:
+        joint = names[lost_forces[0] - 1]
+        text = f"the force of joint '{joint}' is not a number at {data.tsim:g} s"
         hint = "look at user_JointForces"
     elif dependent:
         text += f": {dependent} cannot be dependent together at this position"

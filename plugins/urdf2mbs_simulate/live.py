@@ -1,27 +1,27 @@
-"""The live robot of a page: the C of a simulation as WebAssembly, and the numbers it starts from.
+"""The interactive robot of a page: the C of a simulation as WebAssembly, and its start.
 
-The page's script is ``live.js``; what it calls is ``live.c``.
+The page's script is ``live.js``; it calls ``live.c``.
 """
 
 from __future__ import annotations
 
 import gzip
 from base64 import b64encode
-from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from urdf2mbs_report.script import Script
 from urdf2mbs_simulate.c_code import CCode
-from urdf2mbs_simulate.compiler import HERE, Build, Source, zig
-from urdf2mbs_simulate.dirdyn import FIRST_STEP, OPTIONS, OURS, choose_code, choose_tolerances
-from urdf2mbs_simulate.memory import MORE_ROWS, ROWS, TABLES
-from urdf2mbs_simulate.partition import part
-from urdf2mbs_simulate.python_code import MbsData, loaded, shown
+from urdf2mbs_simulate.compiler import HERE, Build, BuildFlags, OnCompile, Source, find_zig
+from urdf2mbs_simulate.dirdyn import load_code
+from urdf2mbs_simulate.memory import OTHER_VECTORS, STATE_VECTORS, TABLES
+from urdf2mbs_simulate.partition import choose_partition
+from urdf2mbs_simulate.python_code import MbsData, locate_errors, user_code
 from urdf2mbs_simulate.results import Results
+from urdf2mbs_simulate.solvers import FIRST_STEP, OPTIONS, OURS, choose_tolerances
 
-#: What the page calls.
+#: The functions that the page calls.
 EXPORTS = ("room", "begin", "restart", "go", "pull_at")
 TARGET = ("-target", "wasm32-wasi", "-msimd128")
 LINK = (
@@ -31,71 +31,94 @@ LINK = (
     "-Wl,-z,stack-size=4194304",
     *(f"-Wl,--export={name}" for name in EXPORTS),
 )
-#: What to do for a robot that lives.
-HINT = "pip install 'urdf2mbs[live]' brings the compiler for a robot that can be pulled and dropped"
+#: What is missing for an interactive robot.
+HINT = "pip install ziglang brings the compiler for a robot that can be pulled and dropped"
 
 
-class Live(NamedTuple):
-    """A robot that moves by itself."""
+class LiveRobot(NamedTuple):
+    """An interactive robot."""
 
     code: bytes
-    """WebAssembly of ``live.c`` and all that it needs."""
+    """WebAssembly of ``live.c`` and the files that it uses."""
     numbers: Any
-    """What ``live.c`` unpacks."""
+    """The start, in the layout that ``begin`` of ``live.c`` unpacks."""
     data: dict[str, Any]
-    """For ``live.js``: where q, qd, ... begin in the numbers, each with index 0, and more."""
+    """For ``live.js``: the places of q, qd, ... in the numbers, each with index 0, and more."""
 
     def script(self) -> Script:
-        """The module of the page."""
+        """Return the module of the page."""
         code = gzip.compress(self.code, mtime=0)
-        packed = {
+        encoded = {
             "code": b64encode(code),
             "numbers": b64encode(self.numbers.astype("<f8").tobytes()),
         }
-        data = self.data | {name: text.decode() for name, text in packed.items()}
+        data = self.data | {name: text.decode() for name, text in encoded.items()}
         return Script((HERE / "live.js").read_text("utf-8"), data)
 
 
 def make_live(
-    results: Results,
-    *,
-    step: float | None = None,
-    on_compile: Callable[[int, int], None] | None = None,
-) -> Live | str:
-    """The robot of a run, from the run's start; or why it cannot live.
+    results: Results, *, step: float | None = None, on_compile: OnCompile | None = None
+) -> LiveRobot | str:
+    """Make the interactive robot of a run, from the run's start.
 
-    ``step``: take steps of this length (s), whatever their error.  Raises ConversionError where
-    the C of the project cannot be compiled.
+    Args:
+        results: Of the run.
+        step: The length (s) of all steps, whatever their error; by default the error decides.
+        on_compile: Called with the numbers of compiled files and of all files.
+
+    Returns:
+        The robot; or a sentence that says why there is none.
+
+    Raises:
+        ConversionError: The C of the project does not compile.
     """
-    compiler = zig()
-    if compiler is None:
+    zig = find_zig()
+    if zig is None:
         return HINT
     data = MbsData(results.data._run.file)
     data._run.user_constraints = results.data._run.user_constraints
-    with loaded(data), shown(data):
-        code = choose_code(data, None)
-        if not code.in_c and [*data.user_path.glob("user_*")]:
+    with user_code(data), locate_errors(data):
+        code = load_code(data, None)
+        if not code.has_user_c and any(data.user_path.glob("user_*")):
             return "the robot cannot be pulled and dropped, as its user functions are in Python"
-        part(code)
+        choose_partition(code)
     for name in ("q", "qd", "ux"):
-        getattr(data, name)[1:] = results.kept[name][0, 1:]
+        getattr(data, name)[1:] = results.frames[name][0, 1:]
     last = code.sources[-1]
     sources = [*code.sources, Source(HERE / "live.c", last.folders, last.defines)]
-    file = Build(compiler, TARGET, LINK, ".wasm", on_compile).make(sources)
-    numbers, places = _packed(code, step)
+    file = Build(zig, BuildFlags(TARGET, LINK, ".wasm"), on_compile).make(sources)
+    numbers, places = _pack(code, step)
     bodies = {joint: body for body, joint in data.body_id.items()}
-    forces = [bodies.get(joint) for joint in code.last_joint[1:]]
     more = {
         "places": places,
-        "forces": forces,
+        "forces": [bodies.get(joint) for joint in code.last_joint[1:]],
         "states": data.Nux,
         "floats": bool(code.run.can_turn),
     }
-    return Live(file.read_bytes(), numbers, more)
+    return LiveRobot(file.read_bytes(), numbers, more)
 
 
-def _packed(code: CCode, step: float | None) -> tuple[Any, dict[str, int]]:
-    data = code.data
+class _Packer:
+    """Packs rows and tables one after the other, each with its length before it."""
+
+    def __init__(self) -> None:
+        self.numbers: list[float] = []
+
+    def put_row(self, values: Any) -> int:
+        """Append a row; return the index of its first value."""
+        self.numbers.extend([len(values), *values])
+        return len(self.numbers) - len(values)
+
+    def put_table(self, rows: Any) -> int:
+        """Append a table; return the index of its first value."""
+        self.numbers.append(len(rows))
+        places = [self.put_row(row) for row in rows]
+        return places[0]
+
+
+def _pack(code: CCode, step: float | None) -> tuple[Any, dict[str, int]]:
+    """Return the start as numbers, in the order of ``begin`` in ``live.c``, and their places."""
+    data, packer = code.data, _Packer()
     rtol, atol = choose_tolerances(OURS, *((None, None) if step is None else (1e9, 1e9)))
     settings = [
         data.nqu,
@@ -107,27 +130,19 @@ def _packed(code: CCode, step: float | None) -> tuple[Any, dict[str, int]]:
         rtol,
         atol,
     ]
-    numbers: list[float] = []
-
-    def put(values: Any) -> int:
-        numbers.extend([len(values), *values])
-        return len(numbers) - len(values)
-
-    def put_table(rows: Any) -> int:
-        numbers.append(len(rows))
-        places = [put(row) for row in rows]
-        return places[0]
-
-    put(settings)
-    places = {name: put(getattr(data, name)) for name in (*ROWS, *MORE_ROWS, "qd0", "Lambda")}
-    put(data.q[code.dependent])
-    places |= {name: put_table(getattr(data, name)) for name in (*TABLES, "SWr", "l3DWr")}
-    put_table(data.dpt)
-    put(data.g)
-    model = put(code.model)
-    if ("hold", "on") in (parameters := code.parameters()):
-        places["hold"] = model + parameters.index(("hold", "on"))
-    put(code.state_scale)
-    for integers in (data.qu, data.qv, data.xfidpt, code.last_joint, code.kept + 1):
-        put(integers)
-    return np.array(numbers, float), places
+    packer.put_row(settings)
+    vectors = (*STATE_VECTORS, *OTHER_VECTORS, "qd0", "Lambda")
+    places = {name: packer.put_row(getattr(data, name)) for name in vectors}
+    packer.put_row(data.q[code.dependent])
+    tables = (*TABLES, "SWr", "l3DWr")
+    places |= {name: packer.put_table(getattr(data, name)) for name in tables}
+    packer.put_table(data.dpt)
+    packer.put_row(data.g)
+    user_model = packer.put_row(code.user_model)
+    parameters = code.list_parameters()
+    if ("hold", "on") in parameters:
+        places["hold"] = user_model + parameters.index(("hold", "on"))
+    packer.put_row(code.state_scale)
+    for integers in (data.qu, data.qv, data.xfidpt, code.last_joint, code.used_rows + 1):
+        packer.put_row(integers)
+    return np.array(packer.numbers, float), places

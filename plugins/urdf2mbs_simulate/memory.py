@@ -1,4 +1,4 @@
-"""The structs of ``runtime.h`` and ``mbsysc``, as ctypes has them."""
+"""The structs of ``runtime.h`` and ``mbsysc`` for ctypes: members in the order of the headers."""
 
 from __future__ import annotations
 
@@ -10,13 +10,15 @@ import numpy as np
 from urdf2mbs_simulate.data import MbsData
 
 c_double, c_int = ctypes.c_double, ctypes.c_int
-_row = ctypes.POINTER(c_double)
-_table = ctypes.POINTER(_row)
+_vector = ctypes.POINTER(c_double)
+_table = ctypes.POINTER(_vector)
 _integers = ctypes.POINTER(c_int)
 
-#: Members of MbsData: arrays of joints and states, arrays of other lengths, and tables.
-ROWS = ("q", "qd", "qdd", "q0", "Qq", "Qc", "ux", "uxd")
-MORE_ROWS = ("m", "lrod", "Z", "Zd", "Fl")
+#: Members of MbsData that are vectors of joints or states.
+STATE_VECTORS = ("q", "qd", "qdd", "q0", "Qq", "Qc", "ux", "uxd")
+#: Members that are vectors of other lengths.
+OTHER_VECTORS = ("m", "lrod", "Z", "Zd", "Fl")
+#: Members that are tables: pointers to rows.
 TABLES = ("l", "In", "frc", "trq")
 
 
@@ -27,25 +29,25 @@ class DataInC(ctypes.Structure):
         ("njoint", c_int),
         ("process", c_int),
         ("flag_stop", c_int),
-        *((name, _row) for name in ROWS),
-        ("dpt", _row * 4),
+        *((name, _vector) for name in STATE_VECTORS),
+        ("dpt", _vector * 4),
         ("xfidpt", _integers),
         ("SWr", _table),
         ("l3DWr", _table),
         ("g", c_double * 4),
-        ("user_model", _row),
+        ("user_model", _vector),
         ("DonePart", c_int),
         ("tsim", c_double),
-        *((name, _row) for name in MORE_ROWS),
+        *((name, _vector) for name in OTHER_VECTORS),
         *((name, _table) for name in TABLES),
         ("nqu", c_int),
         ("nqv", c_int),
         ("Nux", c_int),
         ("qu", _integers),
         ("qv", _integers),
-        ("guess", _row),
-        ("qd0", _row),
-        ("Lambda", _row),
+        ("guess", _vector),
+        ("qd0", _vector),
+        ("Lambda", _vector),
     ]
 
 
@@ -53,31 +55,35 @@ class SensorInC(ctypes.Structure):
     """MbsSensor of ``mbsysc/mbs_sensor.h``."""
 
     _fields_ = [
-        *(
-            (name, c_double * size)
-            for name, size in (("P", 4), ("R", 16), ("V", 4), ("OM", 4), ("A", 4), ("OMP", 4))
-        ),
-        ("J", _row * 7),
+        ("P", c_double * 4),
+        ("R", c_double * 16),
+        ("V", c_double * 4),
+        ("OM", c_double * 4),
+        ("A", c_double * 4),
+        ("OMP", c_double * 4),
+        ("J", _vector * 7),
     ]
 
 
-_AT: Any = ctypes.CFUNCTYPE(None, c_double)
-_AT_POINT: Any = ctypes.CFUNCTYPE(None, c_double, c_int)
-#: The functions that C calls in Python.
+_OF_TIME: Any = ctypes.CFUNCTYPE(None, c_double)
+_OF_TIME_AND_NUMBER: Any = ctypes.CFUNCTYPE(None, c_double, c_int)
+#: The functions of Python that C calls.
 HOOKS: dict[str, Any] = {
     "output": ctypes.CFUNCTYPE(None, c_double, ctypes.c_char_p),
-    "joint_forces": _AT,
-    "driven_joints": _AT,
-    "derivative": _AT,
-    "ext_forces": _AT_POINT,
-    "link_3d_forces": _AT_POINT,
+    "joint_forces": _OF_TIME,
+    "driven_joints": _OF_TIME,
+    "derivative": _OF_TIME,
+    "ext_forces": _OF_TIME_AND_NUMBER,
+    "link_3d_forces": _OF_TIME_AND_NUMBER,
     "link_force": ctypes.CFUNCTYPE(c_double, c_double, c_double, c_double, c_int),
-    "cons_hJ": _AT,
-    "cons_jdqd": _AT,
+    "cons_hJ": _OF_TIME,
+    "cons_jdqd": _OF_TIME,
 }
 
 
 class HooksInC(ctypes.Structure):
+    """Hooks of ``runtime.h``."""
+
     _fields_ = list(HOOKS.items())
 
 
@@ -105,26 +111,26 @@ class IntegrationInC(ctypes.Structure):
         ("atol", c_double),
         ("most_steps", c_int),
         ("calls_loop", c_int),
-        ("y", _row),
-        ("frame_time", _row),
+        ("y", _vector),
+        ("frame_time", _vector),
         ("n_frames", c_int),
         ("n_passed", c_int),
-        ("frame_y", _row),
+        ("frame_y", _vector),
     ]
 
 
 class RunInC(ctypes.Structure):
-    """The members of Run of ``runtime.h`` that Python knows."""
+    """Run of ``runtime.h``, up to the line below which only C uses its members."""
 
     _fields_ = [
         ("data", DataInC),
         ("hooks", HooksInC),
         ("pushes", ctypes.POINTER(PushInC)),
         ("last_joint", _integers),
-        ("user_h", _row),
-        ("user_jdqd", _row),
-        ("user_J", _row),
-        ("state_scale", _row),
+        ("user_h", _vector),
+        ("user_jdqd", _vector),
+        ("user_J", _vector),
+        ("state_scale", _vector),
         ("point", SensorInC),
         ("dirdyn", ctypes.c_void_p * 2),
         ("damping", c_double),
@@ -136,50 +142,52 @@ class RunInC(ctypes.Structure):
     ]
 
 
-def vector(array: Any) -> Any:
-    """Return an array for C, which does not keep it alive."""
-    return array.ctypes.data_as(_row)
+def as_c_vector(array: Any) -> Any:
+    """Return a pointer to the numbers of an array, which it does not keep alive."""
+    return array.ctypes.data_as(_vector)
 
 
-def table(array: Any) -> Any:
-    """Return a table for C, which does not keep the array alive."""
-    return (_row * len(array))(*map(vector, array))
+def as_c_table(array: Any) -> Any:
+    """Return pointers to the rows of an array, which they do not keep alive."""
+    return (_vector * len(array))(*map(as_c_vector, array))
 
 
-def integers(values: Any) -> Any:
-    """Return whole numbers for C."""
+def as_c_integers(values: Any) -> Any:
+    """Return a copy of whole numbers, as an array of C."""
     return (c_int * len(values))(*map(int, values))
 
 
-class Memory:
-    """The arrays of an MbsData, as C has them in a struct."""
+class SharedData:
+    """The struct of C that shares the arrays of an MbsData."""
 
     def __init__(self, data: MbsData, struct: DataInC | None = None) -> None:
-        self.struct = c = DataInC() if struct is None else struct
-        self.at = ctypes.byref(c)
-        self.kept: dict[str, Any] = {}
-        """Arrays and tables that C works on, whatever user code puts in their places."""
-        c.njoint, c.Nux, c.DonePart = data.njoint, data.Nux, 1
-        for name in (*ROWS, *MORE_ROWS, "qd0"):
-            self.kept[name] = getattr(data, name)
-            setattr(c, name, vector(self.kept[name]))
+        """Let a struct, by default a new one, point at the arrays of the data."""
+        self.struct = struct = DataInC() if struct is None else struct
+        self.address = ctypes.byref(struct)
+        self.arrays: dict[str, Any] = {}
+        """Kept alive while C works on them, even if user code binds their names anew."""
+        struct.njoint, struct.Nux, struct.DonePart = data.njoint, data.Nux, 1
+        for name in (*STATE_VECTORS, *OTHER_VECTORS, "qd0"):
+            self.arrays[name] = getattr(data, name)
+            setattr(struct, name, as_c_vector(self.arrays[name]))
         for name in (*TABLES, "SWr", "l3DWr"):
             array = getattr(data, name)
-            self.kept[name] = array, table(array)
-            setattr(c, name, self.kept[name][1])
-        self.kept["xfidpt"] = integers(data.xfidpt)
-        c.xfidpt = self.kept["xfidpt"]
-        self.kept["dpt"] = data.dpt
-        c.dpt = table(data.dpt)
-        c.g = (c_double * 4)(*data.g)
-        data.g = np.ctypeslib.as_array(c.g)  # user code may change it
-        self.take_partition(data)
+            rows = as_c_table(array)
+            self.arrays[name] = array, rows
+            setattr(struct, name, rows)
+        self.arrays["xfidpt"] = struct.xfidpt = as_c_integers(data.xfidpt)
+        self.arrays["dpt"] = data.dpt
+        struct.dpt = as_c_table(data.dpt)
+        struct.g = (c_double * 4)(*data.g)
+        data.g = np.ctypeslib.as_array(struct.g)  # user code may change it
+        self.set_partition(data)
 
-    def take_partition(self, data: MbsData) -> None:
-        c = self.struct
-        c.nqu, c.nqv = data.nqu, data.nqv
-        self.kept["Lambda"] = data.Lambda
-        c.Lambda = vector(data.Lambda)
+    def set_partition(self, data: MbsData) -> None:
+        """Take the natures of the joints from the data."""
+        struct = self.struct
+        struct.nqu, struct.nqv = data.nqu, data.nqv
+        self.arrays["Lambda"] = data.Lambda
+        struct.Lambda = as_c_vector(data.Lambda)
         for name in ("qu", "qv"):
-            self.kept[name] = integers(getattr(data, name))
-            setattr(c, name, self.kept[name])
+            self.arrays[name] = as_c_integers(getattr(data, name))
+            setattr(struct, name, self.arrays[name])

@@ -1,9 +1,11 @@
-"""Modes: how a model swings about a state (Robotran's MbsModal).
+"""Modes: how a model oscillates about a state (Robotran's MbsModal).
 
-The state y is q and qd of the independent joints, and the user states; y' = A y for small changes.
-A is taken by differences to both sides, so controllers, contacts and friction are in it as they are
-in the code.  Directions in which nothing pulls back are taken out before the eigenvalues: they
-would be zeros that rounding has split.
+The state y is q and qd of the independent joints, and the user states: y = (q, v, w).  For small
+changes, dy/dt = A y, and the modes are the eigenvalues and eigenvectors of A.  A is taken by
+central differences, so controllers, contacts and friction are in it as they are in the code.
+
+The null space of A is removed before the eigenvalues are computed: rounding would split its zeros.
+It has the positions on which no force depends, such as the shift of a robot on the floor.
 """
 
 from __future__ import annotations
@@ -14,79 +16,97 @@ import itertools
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from urdf2mbs.plugin import write_files
 from urdf2mbs_simulate.c_code import CCode
 from urdf2mbs_simulate.data import MbsData
-from urdf2mbs_simulate.dirdyn import Module, closed_code
+from urdf2mbs_simulate.dirdyn import Module, load_closed_code
 from urdf2mbs_simulate.equations import SimulationError
-from urdf2mbs_simulate.equilibrium import STEP
-from urdf2mbs_simulate.partition import following, names_of, note_stops
-from urdf2mbs_simulate.python_code import loaded, shown
-from urdf2mbs_simulate.results import res_rows
+from urdf2mbs_simulate.equilibrium import DIFFERENCE
+from urdf2mbs_simulate.partition import compute_dependent_jacobian
+from urdf2mbs_simulate.partition_messages import format_joints, note_stops
+from urdf2mbs_simulate.python_code import locate_errors, user_code
+from urdf2mbs_simulate.results import format_res
 
-#: A joint is named of a mode if it moves by so much of the joint that moves most.
-MOVES = 0.2
-#: Nothing pulls back along a direction whose slopes are so small a part of the largest.
-FLAT = 1e-7
-#: Slopes (1/s, 1/s^2) up to this are none: what differences leave of zero.
+#: Joints of a mode are listed if they move by this part of the joint that moves most; how many.
+MIN_MOVE, MAX_LISTED_JOINTS = 0.2, 4
+#: A singular value of A is 0 if it is smaller relative to the largest one.
+SINGULAR_VALUE = 1e-7
+#: Elements of A (1/s, 1/s^2) up to this are 0: the error of the differences.
 NOISE = 1e-8
-#: A mode does not swing if so small a part of its value is imaginary.
-REAL = 1e-7
-#: A damping ratio (of either sign) up to this is 0, and grows nothing.
+#: A mode does not oscillate if a smaller part of its eigenvalue is imaginary.
+MIN_IMAGINARY = 1e-7
+#: A damping ratio (of either sign) up to this is 0.
 NO_DAMPING = 1e-8
-#: Joints that move by so small a part of a user state do not move: in a mode that fades, in any.
-INNER, NO_SHAPE = 0.05, 1e-6
-#: Frames of the animation of a mode: FRAMES a second, for SECONDS.
-FRAMES, SECONDS = 50, 4.0
+#: Joints do not move if they move by a smaller part of a user state: in a mode that fades without
+#: oscillation, and in any mode.
+INNER_MOVE, NO_MOVE = 0.05, 1e-6
+#: The animation of a mode: frames in a second, and its length (s).
+FRAME_RATE, DURATION = 50, 4.0
+#: The highest frequency (Hz) in an animation.
+MAX_ANIMATED_FREQUENCY = FRAME_RATE / 20
 
 
 @dataclass
 class Mode:
-    """One way to move: exp(value t) times the shape."""
+    """An eigenvector of A: a motion exp(value t) times the shape."""
 
     value: complex
-    """1/s; of a pair that swings, the one with a positive imaginary part."""
+    """1/s; of a pair that oscillates, the one with a positive imaginary part."""
     shape: Any
-    """(joints + 1,), complex: how far and in which phase each joint moves, the most being 1."""
+    """(joints + 1,), complex: amplitude and phase of each joint, the largest being 1."""
     is_inner: bool = False
-    """True if user states fade, as those of contacts and friction, and next to no joint moves."""
+    """True if user states fade, as those of contacts and friction, and joints hardly move."""
 
     @property
     def frequency(self) -> float:
-        """How often it swings, Hz."""
+        """The frequency of the oscillation, Hz."""
         return self.value.imag / (2 * math.pi)
 
     @property
     def damping(self) -> float:
-        """The damping ratio: below 0 it grows, and from 1 on it does not swing."""
+        """The damping ratio: the mode grows below 0, and does not oscillate from 1 on."""
         ratio = -self.value.real / abs(self.value)
         return 0.0 if abs(ratio) < NO_DAMPING else ratio
 
     @property
     def grows(self) -> bool:
+        """True if the mode is unstable."""
         return self.damping < 0.0
 
     def joints(self) -> list[int]:
-        """Those that move most, the most first."""
-        far = np.abs(self.shape)
-        if not far.any():
+        """Return the joints that move most, the largest amplitude first."""
+        amplitudes = np.abs(self.shape)
+        if not amplitudes.any():
             return []
-        return [int(k) for k in np.argsort(-far, kind="stable") if far[k] > MOVES * far.max()][:4]
+        threshold = MIN_MOVE * amplitudes.max()
+        order = np.argsort(-amplitudes, kind="stable")
+        return [int(k) for k in order if amplitudes[k] > threshold][:MAX_LISTED_JOINTS]
+
+
+class NullSpace(NamedTuple):
+    """The components of the state that are in the null space of A, as masks."""
+
+    positions: Any
+    """Of the independent joints."""
+    speeds: Any
+    """Of the independent joints."""
+    states: Any
+    """Of the user states."""
 
 
 class Modes:
-    """The modes of a state, the slowest first; those that do not swing come last."""
+    """The modes of a state, the slowest first; those that do not oscillate come last."""
 
-    def __init__(self, data: MbsData, modes: list[Mode], zeros: tuple[Any, Any, Any]) -> None:
+    def __init__(self, data: MbsData, modes: list[Mode], null_space: NullSpace) -> None:
         self.data, self.modes = data, modes
-        still, drifting, states = zeros
-        self.free: list[int] = data.qu[1:][still].tolist()
-        """Joints that nothing pulls back."""
-        self.stopped: list[int] = data.qu[1:][still & ~drifting].tolist()
+        joints = data.qu[1:]
+        self.free: list[int] = joints[null_space.positions].tolist()
+        """Joints without a restoring force."""
+        self.stopped: list[int] = joints[null_space.positions & ~null_space.speeds].tolist()
         """Those of them that friction or damping stops; the others are ignorable coordinates."""
         names = [
             f"{model.name}.{parameter.name}"
@@ -95,71 +115,84 @@ class Modes:
             for _ in parameter.values
             if parameter.type == "state"
         ]
-        self.states = list(dict.fromkeys(itertools.compress(names, states)))
-        """User states that nothing pulls back."""
+        self.states = list(dict.fromkeys(itertools.compress(names, null_space.states)))
+        """User states that stay constant."""
         self.q = data.q.copy()
-        self.keep: Any = None
+        self.temporary_folder: Any = None
         """A folder that is removed with the modes."""
 
     @property
     def stable(self) -> bool:
+        """True if no mode grows."""
         return not any(mode.grows for mode in self.modes)
 
     def lines(self) -> list[str]:
-        """The table of the modes."""
-        said = ["mode  frequency (Hz)  damping ratio  joints that move most"]
+        """Return the table of the modes, in lines for people."""
+        lines = ["mode  frequency (Hz)  damping ratio  joints that move most"]
         inner = [mode for mode in self.modes if mode.is_inner]
         for number, mode in enumerate(self.modes, start=1):
-            if mode.is_inner and len(inner) > 1:
-                continue
-            names = ", ".join(names_of(self.data, [k]) for k in mode.joints())
-            swings = mode.value.imag > 0
-            rate = f"{mode.frequency:14.4g}" if swings else "             -"
-            ratio = f"{mode.damping:13.4g}" if swings else f"{_time_of(mode):>13}"
-            said.append(f"{number:4}  {rate}  {ratio}  {names or 'user states'}")
+            if not mode.is_inner or len(inner) == 1:
+                lines.append(self._format_mode(number, mode))
         if len(inner) > 1:
             times = sorted(1.0 / abs(mode.value.real) for mode in inner)
-            said.append(
+            lines.append(
                 f"{len(inner)} more: states of contacts, friction or the user, which fade in "
                 f"{times[0]:.3g} to {times[-1]:.3g} s while the joints stay"
             )
         if drifting := set(self.free) - set(self.stopped):
-            where = names_of(self.data, drifting)
-            said.append(f"rigid-body motion, which nothing pulls back: {where}")
+            names = format_joints(self.data, drifting)
+            lines.append(f"rigid-body motion, without a restoring force: {names}")
         if self.stopped:
-            where = names_of(self.data, self.stopped)
-            said.append(f"friction or damping holds these where they are: {where}")
+            names = format_joints(self.data, self.stopped)
+            lines.append(f"friction or damping holds these where they are: {names}")
         if self.states:
-            said.append(f"user states that keep their values: {', '.join(self.states)}")
+            lines.append(f"user states that keep their values: {', '.join(self.states)}")
         growing = [number for number, mode in enumerate(self.modes, 1) if mode.grows]
-        said.append(f"unstable: mode {', '.join(map(str, growing))}" if growing else "stable")
-        return said
+        lines.append(f"unstable: mode {', '.join(map(str, growing))}" if growing else "stable")
+        return lines
+
+    def _format_mode(self, number: int, mode: Mode) -> str:
+        names = ", ".join(format_joints(self.data, [k]) for k in mode.joints())
+        if mode.value.imag > 0:
+            frequency, damping = f"{mode.frequency:.4g}", f"{mode.damping:.4g}"
+        else:
+            frequency, damping = "-", _format_time_constant(mode)
+        return f"{number:4}  {frequency:>14}  {damping:>13}  {names or 'user states'}"
 
     def table(self) -> bytes:
-        """The .csv: a row for each mode, with the shape as amplitude and phase of each joint."""
+        """Return the .csv: a row for each mode, with amplitude and phase of each joint."""
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
         joints = list(self.data.joint_id)
-        parts = [f"{part}.{joint}" for joint in joints for part in ("size", "phase")]
-        writer.writerow(["mode", "frequency", "damping", "real", "imaginary", *parts])
+        columns = [f"{part}.{joint}" for joint in joints for part in ("size", "phase")]
+        writer.writerow(["mode", "frequency", "damping", "real", "imaginary", *columns])
         for number, mode in enumerate(self.modes, start=1):
-            shape = [x for z in mode.shape[1:] for x in (abs(z), float(np.angle(z)))]
-            writer.writerow([number, mode.frequency, mode.damping, mode.value.real,
-                             mode.value.imag, *map(float, shape)])  # fmt: skip
+            value = [mode.frequency, mode.damping, mode.value.real, mode.value.imag]
+            shape = [float(x) for z in mode.shape[1:] for x in (abs(z), np.angle(z))]
+            writer.writerow([number, *value, *shape])
         return text.getvalue().encode()
 
     def motion(self, number: int, size: float = 0.2) -> Any:
-        """Frames of a mode that swings (time, then q of each joint): neither fading nor growing,
-        with ``size`` (rad, m) for the joint that moves most, and at least once in SECONDS."""
+        """Return an animation of a mode, which neither fades nor grows.
+
+        Args:
+            number: Of the mode, from 1.
+            size: The amplitude (rad, m) of the joint that moves most.
+
+        Returns:
+            (frames, joints + 1): the time (s), then q of each joint.  The frequency is that of the
+            mode, but at least one oscillation and at most ``MAX_ANIMATED_FREQUENCY``.
+        """
         mode = self.modes[number - 1]
-        time = np.arange(0.0, SECONDS, 1.0 / FRAMES)
-        turn = 2 * math.pi * min(max(mode.frequency, 1.0 / SECONDS), FRAMES / 20)
-        q = self.q + size * (np.exp(1j * turn * time)[:, None] * mode.shape).real
+        time = np.arange(0.0, DURATION, 1.0 / FRAME_RATE)
+        frequency = min(max(mode.frequency, 1.0 / DURATION), MAX_ANIMATED_FREQUENCY)
+        rate = 2 * math.pi * frequency
+        q = self.q + size * (np.exp(1j * rate * time)[:, None] * mode.shape).real
         q[:, 0] = time
         return q
 
     def write(self, number: int, *, force: bool = False) -> list[Path]:
-        """Write modal.csv, and the swing of a mode, mode.csv, into resultsR of the project.
+        """Write modal.csv, and the animation of a mode, mode.csv, into resultsR of the project.
 
         Args:
             number: The number of the mode, from 1.
@@ -168,19 +201,19 @@ class Modes:
         Raises:
             ConfigError: A file of another program would be replaced.
         """
-        results = self.data._run.project / "resultsR"
-        head = ",".join(["time", *(f"q.{joint}" for joint in self.data.joint_id)])
-        rows = res_rows(self.motion(number)).replace(b" ", b",") if self.modes else b""
+        folder = self.data._run.project / "resultsR"
+        header = ",".join(["time", *(f"q.{joint}" for joint in self.data.joint_id)])
+        rows = format_res(self.motion(number)).replace(b" ", b",") if self.modes else b""
         files = {
-            results / "modal.csv": self.table(),
-            results / "mode.csv": f"{head}\n".encode() + rows,
+            folder / "modal.csv": self.table(),
+            folder / "mode.csv": f"{header}\n".encode() + rows,
         }
         write_files(files, force=force)
         return list(files)
 
 
-def _time_of(mode: Mode) -> str:
-    """How long a mode that does not swing takes to fade, or to grow, to a third (by e)."""
+def _format_time_constant(mode: Mode) -> str:
+    """Say in which time a mode that does not oscillate fades, or grows, by the factor e."""
     return f"{'in' if mode.value.real < 0 else 'grows'} {1 / abs(mode.value.real):.3g} s"
 
 
@@ -188,92 +221,131 @@ class MbsModal(Module):
     """A modal analysis of the present state: set its options, and run it."""
 
     OPTIONS = {
-        "save_result": 1, "save_anim": 0, "mode_ampl": 0.2, "save_eval": 1, "save_evec": 0,
-        "save_mat": 0, "resfilename": "modal", "respath": None, "animpath": None,
-        "language": None, "verbose": 1,
-    }  # fmt: skip
+        "save_result": 1,
+        "save_anim": 0,
+        "mode_ampl": 0.2,
+        "save_eval": 1,
+        "save_evec": 0,
+        "save_mat": 0,
+        "resfilename": "modal",
+        "respath": None,
+        "animpath": None,
+        "language": None,
+        "verbose": 1,
+    }
 
     def run(self) -> Modes:
-        """Find the modes; results are written if ``save_result`` is set.
+        """Compute the modes; results are written if ``save_result`` is set.
 
-        Raises SimulationError where the state has no slopes.
+        Raises:
+            SimulationError: The accelerations near the state are not numbers.
         """
         data, options = self.mbs_data, self.options
-        with loaded(data), shown(data):
-            code = closed_code(data, options["language"])
+        with user_code(data), locate_errors(data):
+            code = load_closed_code(data, options["language"])
             note_stops(data, touching=True)
-            matrix = slopes_of(code)
+            matrix = compute_state_matrix(code)
             modes = find_modes(code, matrix)
         if options["save_result"]:
             self._write_modes(modes, matrix)
         return modes
 
     def _write_modes(self, modes: Modes, matrix: Any) -> list[Path]:
+        """Write the files of Robotran that the options ask for, and the table."""
         data, options, name = self.mbs_data, self.options, self.options["resfilename"]
         results = Path(options["respath"] or data._run.project / "resultsR")
-        moving = Path(options["animpath"] or data._run.project / "animationR")
+        animation = Path(options["animpath"] or data._run.project / "animationR")
         values = np.array([mode.value for mode in modes.modes])
         files = {results / f"{name}.csv": modes.table()}
         if options["save_eval"]:
-            files[results / f"{name}_eval_a.res"] = res_rows(values.real[:, None])
-            files[results / f"{name}_eval_b.res"] = res_rows(values.imag[:, None])
+            files[results / f"{name}_eval_a.res"] = format_res(values.real[:, None])
+            files[results / f"{name}_eval_b.res"] = format_res(values.imag[:, None])
         if options["save_evec"]:
             shapes = np.array([mode.shape[1:] for mode in modes.modes]).reshape(len(values), -1)
-            files[results / f"{name}_evec_a.res"] = res_rows(shapes.real)
-            files[results / f"{name}_evec_b.res"] = res_rows(shapes.imag)
+            files[results / f"{name}_evec_a.res"] = format_res(shapes.real)
+            files[results / f"{name}_evec_b.res"] = format_res(shapes.imag)
         if options["save_mat"]:
-            files[results / f"{name}_mat.res"] = res_rows(matrix)
+            files[results / f"{name}_mat.res"] = format_res(matrix)
         for number in range(1, len(values) + 1) if options["save_anim"] else ():
             motion = modes.motion(number, options["mode_ampl"])
-            files[moving / f"{name}_{number}_q.anim"] = res_rows(motion)
+            files[animation / f"{name}_{number}_q.anim"] = format_res(motion)
         write_files(files, force=True)
         return list(files)
 
 
-def slopes_of(code: CCode) -> Any:
-    """A at the present state, by differences to both sides: (states, states)."""
-    data, y = code.data, code.state()
-    found = (code.slopes(data.tsim, y, STEP) + code.slopes(data.tsim, y, -STEP)) / 2
+def compute_state_matrix(code: CCode) -> Any:
+    """Compute A at the present state by central differences: (states, states).
+
+    Raises:
+        SimulationError: The accelerations near the state are not numbers.
+    """
+    data, y = code.data, code.get_state()
+    forward = code.differentiate(data.tsim, y, DIFFERENCE)
+    backward = code.differentiate(data.tsim, y, -DIFFERENCE)
+    matrix = (forward + backward) / 2
     code.accelerate(data.tsim, y)
-    if not np.isfinite(found).all():
+    if not np.isfinite(matrix).all():
         raise SimulationError(
-            "partition", "the accelerations near this state are no numbers",
-            file=str(data._run.file), hint="take another state, such as an equilibrium",
-        )  # fmt: skip
-    return found
+            "partition",
+            "the accelerations near this state are not numbers",
+            file=str(data._run.file),
+            hint="take another state, such as an equilibrium",
+        )
+    return matrix
 
 
 def find_modes(code: CCode, matrix: Any) -> Modes:
-    """The modes of y' = A y; what nothing pulls back is left out of it, and named."""
-    data, n = code.data, len(code.free)
-    left, basis = np.where(np.abs(matrix) > NOISE, matrix, 0.0), np.eye(len(matrix))
-    gone = np.zeros((len(matrix), 0))
-    while left.size:
-        rows = left / np.maximum(np.abs(left).max(axis=1), NOISE)[:, None]
-        _, sizes, directions = np.linalg.svd(rows)
-        rank = int((sizes > FLAT * max(sizes[0], 1e-300)).sum())
-        if rank == len(left):
-            break
-        gone = np.column_stack([gone, basis @ directions[rank:].T])
-        keep = directions[:rank].T
-        left, basis = keep.T @ left @ keep, basis @ keep
-    values, vectors = np.linalg.eig(left) if left.size else (np.zeros(0), np.zeros((0, 0)))
-    follow = following(code)
+    """Find the modes of dy/dt = A y, and name the components of its null space."""
+    data, n = code.data, len(code.independent)
+    reduced, basis, null_space = _remove_null_space(np.where(np.abs(matrix) > NOISE, matrix, 0.0))
+    values, vectors = np.linalg.eig(reduced) if reduced.size else (np.zeros(0), np.zeros((0, 0)))
+    dependent_jacobian = compute_dependent_jacobian(code)
     modes = []
     for value, vector in zip(values, (basis @ vectors).T, strict=True):
-        if abs(value.imag) < REAL * abs(value):  # two of a double one, which rounding has split
+        if abs(value.imag) < MIN_IMAGINARY * abs(value):  # a double one, split by rounding
             value = complex(value.real)
-        if value.imag < 0:
-            continue
-        shape = np.zeros(data.njoint + 1, complex)
-        # v = value q: where q was left out, the speed still says how far it swings
-        shape[code.free] = vector[n : 2 * n] / value
-        shape[code.dependent] = follow @ shape[code.free]
-        largest, states = shape[np.abs(shape).argmax()], np.abs(vector[2 * n :]).max(initial=0.0)
-        if abs(largest) < NO_SHAPE * states:  # what rounding has left
-            shape, largest = np.zeros_like(shape), 0.0
-        is_inner = value.imag == 0 and value.real < 0 and abs(largest) < INNER * states
-        modes.append(Mode(complex(value), shape / largest if largest else shape, bool(is_inner)))
+        if value.imag >= 0:
+            modes.append(_make_mode(code, value, vector, dependent_jacobian))
     modes.sort(key=lambda mode: (mode.is_inner, mode.value.imag == 0, abs(mode.value)))
-    still = np.linalg.norm(gone, axis=1) > 0.5
-    return Modes(data, modes, (still[:n], still[n : 2 * n], still[2 * n :]))
+    is_null = np.linalg.norm(null_space, axis=1) > 0.5
+    return Modes(data, modes, NullSpace(is_null[:n], is_null[n : 2 * n], is_null[2 * n :]))
+
+
+def _remove_null_space(matrix: Any) -> tuple[Any, Any, Any]:
+    """Reduce a matrix A until it is regular.
+
+    The null space of the reduced matrix is removed, too: (0, 1; 0, 0) of a free joint has rank 1,
+    and reduces to 0.
+
+    Returns:
+        B' A B, the basis B, and the vectors that were removed, as columns.
+    """
+    reduced, basis = matrix, np.eye(len(matrix))
+    removed = np.zeros((len(matrix), 0))
+    while reduced.size:
+        rows = reduced / np.maximum(np.abs(reduced).max(axis=1), NOISE)[:, None]
+        _, singular_values, directions = np.linalg.svd(rows)
+        threshold = SINGULAR_VALUE * max(singular_values[0], 1e-300)
+        rank = int((singular_values > threshold).sum())
+        if rank == len(reduced):
+            break
+        removed = np.column_stack([removed, basis @ directions[rank:].T])
+        remaining = directions[:rank].T
+        reduced, basis = remaining.T @ reduced @ remaining, basis @ remaining
+    return reduced, basis, removed
+
+
+def _make_mode(code: CCode, value: Any, vector: Any, dependent_jacobian: Any) -> Mode:
+    """Make a mode of an eigenvalue and an eigenvector, which is scaled."""
+    n = len(code.independent)
+    shape = np.zeros(code.data.njoint + 1, complex)
+    # v = value q: where q is in the null space, the speed still says how far the joint moves
+    shape[code.independent] = vector[n : 2 * n] / value
+    shape[code.dependent] = dependent_jacobian @ shape[code.independent]
+    largest = shape[np.abs(shape).argmax()]
+    largest_state = np.abs(vector[2 * n :]).max(initial=0.0)
+    if abs(largest) < NO_MOVE * largest_state:  # rounding
+        shape, largest = np.zeros_like(shape), 0.0
+    fades = value.imag == 0 and value.real < 0
+    is_inner = fades and abs(largest) < INNER_MOVE * largest_state
+    return Mode(complex(value), shape / largest if largest else shape, bool(is_inner))

@@ -1,8 +1,8 @@
-"""The functions of a model, in whatever language, with the partition of its joints."""
+"""The functions of a model, whatever their language, with the partition of its joints."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -11,73 +11,103 @@ from urdf2mbs_simulate.data import MbsData
 from urdf2mbs_simulate.equations import SimulationError
 
 
+class RowCounts(NamedTuple):
+    """How many equations the constraints of a model have."""
+
+    cuts: int
+    user: int
+    """Those of ``user_cons_hJ``."""
+
+
 class Code:
-    """The functions of a model, with the partition of its joints."""
+    """The functions of a model, with the partition of its joints.
+
+    Joints are independent, dependent or driven (Robotran's qu, qv, qc).  As many constraints are
+    used as there are dependent joints.
+    """
 
     name = "Python"
 
-    def __init__(self, data: MbsData, rows: tuple[int, int]) -> None:
-        self.data, self.rows = data, rows
+    def __init__(self, data: MbsData, row_counts: RowCounts) -> None:
+        self.data, self.row_counts = data, row_counts
         natures = [joint.nature for joint in data._run.mbs.joints().values()]
-        self.has_loops = bool(sum(rows) or data.nqv) or data._run.natures != natures
-        """Whether the accelerations are those of the partition, not of the project's accelred."""
-        self.repartition(np.arange(sum(rows)))
+        self.has_loops = bool(sum(row_counts) or data.nqv) or data._run.natures != natures
+        """True if the partition may differ from that of the project's accelred."""
+        self.set_partition(np.arange(sum(row_counts)))
 
-    def repartition(self, kept: Any) -> None:
-        """Take the joints of the data, and of the constraints these rows."""
+    def set_partition(self, used_rows: Any) -> None:
+        """Take the natures of the joints from the data.
+
+        Args:
+            used_rows: The constraints that are used, as indices among all, from 0.
+        """
         data = self.data
-        self.kept = kept
-        self.least: float | None = None
-        self.free, self.dependent = data.qu[1:], data.qv[1:]
+        self.used_rows = used_rows
+        self.min_determinant: float | None = None
+        """Of J_v, before other dependent joints are chosen; None until it is known."""
+        self.independent, self.dependent = data.qu[1:], data.qv[1:]
         self.guess = data.q[self.dependent]
 
-    def remember(self) -> None:
-        """Let Newton's method start from the present place of the dependent joints: near a fold,
-        a place that is left behind leads to another branch."""
+    def store_guess(self) -> None:
+        """Let Newton's method start from the present positions of the dependent joints.
+
+        Near a fold, an old guess leads to another branch.
+        """
         self.guess[:] = self.data.q[self.dependent]
 
-    def state(self) -> Any:
-        """Return q and qd of the independent joints, and ux."""
+    def get_state(self) -> Any:
+        """Return the state y: q and qd of the independent joints, then ux."""
         data = self.data
-        return np.concatenate([data.q[self.free], data.qd[self.free], data.ux[1:]])
+        return np.concatenate([data.q[self.independent], data.qd[self.independent], data.ux[1:]])
 
-    def solve(self) -> bool:
-        """Set all qdd, and q and qd of dependent joints; return True where the loops cannot be
-        closed."""
+    def compute_accelerations(self) -> bool:
+        """Set qdd of all joints, and q and qd of dependent ones.
+
+        Returns:
+            True if it failed, as the loops cannot be closed.
+        """
         raise NotImplementedError
 
-    def constraints(self) -> tuple[Any, Any]:
-        """Return h and J of all constraints, kept or not, from row 0; the columns count from 1."""
+    def compute_constraints(self) -> tuple[Any, Any]:
+        """Compute h (rows) and J = dh/dq (rows, joints + 1) of all constraints, used or not."""
         raise NotImplementedError
 
-    def inverse(self) -> Any:
-        """Return the forces that the joints need for the present state and accelerations."""
+    def compute_inverse_dynamics(self) -> Any:
+        """Return M qdd + c (joints + 1) of the present state and accelerations, in N m or N."""
         raise NotImplementedError
 
-    def react(self) -> None:
-        """Set Lambda and Qc for the state and accelerations that were computed last:
-        M qdd + c = Qq + J' Lambda, and Qc in driven joints."""
+    def compute_reactions(self) -> None:
+        """Set Lambda, and Qc of driven joints, for the state that was computed last.
+
+        They solve M qdd + c = Qq + Qc + J' Lambda.
+        """
         data = self.data
         if not (data.nqv or data.nqc):
             return
-        rest = self.inverse() - data.Qq
+        missing = self.compute_inverse_dynamics() - data.Qq
         if data.nqv:
-            jac = self.constraints()[1][self.kept]
-            data.Lambda[1:] = np.linalg.solve(jac[:, self.dependent].T, rest[self.dependent])
-            rest -= jac.T @ data.Lambda[1:]
-        data.Qc[data.qc[1:]] = rest[data.qc[1:]]
+            jacobian = self.compute_constraints()[1][self.used_rows]
+            data.Lambda[1:] = np.linalg.solve(
+                jacobian[:, self.dependent].T, missing[self.dependent]
+            )
+            missing -= jacobian.T @ data.Lambda[1:]
+        data.Qc[data.qc[1:]] = missing[data.qc[1:]]
 
 
-def count_rows(data: MbsData) -> tuple[int, int]:
-    """How many equations the cuts make, and how many the user's functions: as many as somebody has
-    said, else as the cuts leave dependent joints for."""
-    cuts = 0
-    if data._run.mbs.cuts:
-        cuts = count_equations(data._run.mbs)
+def count_rows(data: MbsData) -> RowCounts:
+    """Count the equations of the cuts, and those of the user.
+
+    The user's are as many as ``set_nb_userc`` was given; by default, as many as there are dependent
+    joints beyond the cuts.
+
+    Raises:
+        SimulationError: The .mbs names user constraints that no file defines.
+    """
+    cuts = count_equations(data._run.mbs) if data._run.mbs.cuts else 0
     user = data._run.user_constraints
     if user is None:
-        here = any(list(data.user_path.glob(f"user_cons_hJ.{end}")) for end in ("py", "c"))
-        user = max(data.nqv - cuts, 0) if here else 0
+        is_defined = any(any(data.user_path.glob(f"user_cons_hJ.{end}")) for end in ("py", "c"))
+        user = max(data.nqv - cuts, 0) if is_defined else 0
     if data._run.mbs.user_constraints and not user:
         raise SimulationError(
             "partition",
@@ -86,4 +116,4 @@ def count_rows(data: MbsData) -> tuple[int, int]:
             file=str(data._run.file),
             hint="is the .mbs without the user functions of its project?",
         )
-    return cuts, user
+    return RowCounts(cuts, user)

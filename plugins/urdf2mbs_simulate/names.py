@@ -1,4 +1,4 @@
-"""What MBsysPy has beside its classes: outputs, and products of arrays that count from 1."""
+"""Functions of MBsysPy beside its classes: outputs, and products of arrays that count from 1."""
 
 from __future__ import annotations
 
@@ -14,83 +14,101 @@ import numpy as np
 from urdf2mbs.plugin import ConversionError
 from urdf2mbs_simulate.data import MbsData
 
-#: What stands for the modules of MBsysPy.
+#: The modules of this runtime that replace those of MBsysPy.
 MODULES = {
-    "MBsysPy": "urdf2mbs_simulate.runtime", "MBsysPy.mbs_utilities": __name__,
+    "MBsysPy": "urdf2mbs_simulate.runtime",
+    "MBsysPy.mbs_utilities": __name__,
     "MBsysPy.mbsyspy.mbs_sensor": "urdf2mbs_simulate.runtime",
     "MBsysPy.mbsyspy.utilities.algebra": __name__,
-}  # fmt: skip
-#: Modules and headers that are Robotran's, and not of MBsysPy itself, by how their names begin.
+}
+#: Add-ons of Robotran, which MBsysPy lacks, too: how the names of their modules and headers begin.
 ADD_ONS = {
-    "mbs_tgc": "tyres on the ground", "tgc_": "tyres on the ground", "mbs_rw": "wheels on rails",
-    "mbs_car_tireGround": "tyres on the ground", "tireGroundCar": "tyres on the ground",
-}  # fmt: skip
+    "mbs_tgc": "tyres on the ground",
+    "tgc_": "tyres on the ground",
+    "mbs_rw": "wheels on rails",
+    "mbs_car_tireGround": "tyres on the ground",
+    "tireGroundCar": "tyres on the ground",
+}
 
 
-class _Present(threading.local):
-    """The models whose user code runs in a thread: the functions below write to the last one."""
+class _ActiveModels(threading.local):
+    """The models whose user code runs in this thread, the innermost last.
+
+    MBsysPy's ``set_output`` has no argument that names its model: it is the last of these.
+    """
 
     def __init__(self) -> None:
         self.models: list[MbsData] = []
 
 
-present = _Present()
+active = _ActiveModels()
 
 
 def set_output(value: float, name: str) -> None:
-    """Keep a number of the present time for the results."""
-    present.models[-1].set_output(value, name)
+    """Record a number of the present time for the results."""
+    active.models[-1].set_output(value, name)
 
 
 def define_output_vector(name: str, size: int) -> None:
-    """Outputs need no announcement here."""
+    """Do nothing: outputs need no announcement here."""
 
 
 def set_output_vector(values: Any, name: str) -> None:
-    """Keep several numbers of the present time for the results."""
-    present.models[-1].set_output_vector(values, name)
+    """Record several numbers of the present time for the results."""
+    active.models[-1].set_output_vector(values, name)
 
 
 def matrix_vector_product(matrix: Any, vector: Any) -> Any:
-    """The product of a matrix (n+1, m+1) and a vector (m+1), whose index 0 is not used."""
+    """Return the product (n+1) of a matrix (n+1, m+1) and a vector (m+1); index 0 is not used."""
     return np.concatenate([[0.0], np.asarray(matrix)[1:, 1:] @ np.asarray(vector)[1:]])
 
 
-def matrix_product(one: Any, other: Any) -> Any:
-    """The product of two matrices whose index 0 is not used."""
-    found = np.zeros((len(one), np.shape(other)[1]))
-    found[1:, 1:] = np.asarray(one)[1:, 1:] @ np.asarray(other)[1:, 1:]
-    return found
+def matrix_product(left: Any, right: Any) -> Any:
+    """Return the product of two matrices whose index 0 is not used."""
+    product = np.zeros((len(left), np.shape(right)[1]))
+    product[1:, 1:] = np.asarray(left)[1:, 1:] @ np.asarray(right)[1:, 1:]
+    return product
 
 
 def transpose(matrix: Any) -> Any:
-    """The transpose of a matrix."""
+    """Return the transpose of a matrix."""
     return np.asarray(matrix).T
 
 
-def vector_cross_product(one: Any, other: Any) -> Any:
-    """The product (4) of two vectors (4), whose index 0 is not used."""
-    return np.concatenate([[0.0], np.cross(np.asarray(one)[1:4], np.asarray(other)[1:4])])
+def vector_cross_product(left: Any, right: Any) -> Any:
+    """Return the cross product (4) of two vectors (4), whose index 0 is not used."""
+    return np.concatenate([[0.0], np.cross(np.asarray(left)[1:4], np.asarray(right)[1:4])])
 
 
 matrix_matrix_product, cross_product = matrix_product, vector_cross_product
 
 
 def describe_add_on(name: str) -> str | None:
-    """Describe a module or a header of an add-on of Robotran's; None of others."""
-    for start, what in ADD_ONS.items():
-        if name.startswith(start):
-            return f"it is of an add-on of Robotran's, for {what}, which is not here"
+    """Describe the add-on of Robotran that a module or header belongs to.
+
+    Args:
+        name: The name of the module or header.
+
+    Returns:
+        A clause for an error message; None if the file belongs to no add-on.
+    """
+    for prefix, subject in ADD_ONS.items():
+        if name.startswith(prefix):
+            return f"it belongs to an add-on of Robotran, for {subject}, which is not available"
     return None
 
 
 def run_script(script: str) -> None:
-    """Run a project's own main.py, with this runtime in MBsysPy's place.
+    """Run a project's own main.py, with this runtime in place of MBsysPy.
 
-    An error of ours ends the program with its words.
+    Args:
+        script: The path of the script.
+
+    Raises:
+        SystemExit: The simulation failed; its message is that of the error.
     """
     file = Path(script).absolute()
-    sys.modules.update({name: import_module(at) for name, at in MODULES.items()})
+    sys.modules.update({name: import_module(module) for name, module in MODULES.items()})
     sys.path[:0] = [str(file.parent), str(file.parent.parent / "userfctR")]
     sys.argv = [script, *sys.argv[2:]]
     try:
@@ -98,6 +116,6 @@ def run_script(script: str) -> None:
     except ConversionError as error:
         sys.exit(str(error))
     except ImportError as error:
-        if what := describe_add_on(error.name or ""):
-            sys.exit(f"{script}: {error}\n  {what}")
+        if add_on := describe_add_on(error.name or ""):
+            sys.exit(f"{script}: {error}\n  {add_on}")
         raise

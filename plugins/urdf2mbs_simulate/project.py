@@ -1,4 +1,4 @@
-"""``simulate``: from a config, a project, a robot or an .mbs to its motion."""
+"""Simulate a config, a project, a robot or an .mbs: ``simulate`` and ``modes``."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from urdf2mbs.plugin import (
     config_of,
     model_of,
     stem,
+    write_output,
 )
-from urdf2mbs.plugin import write_output as write
 from urdf2mbs_simulate.compiler import compiler
 from urdf2mbs_simulate.dirdyn import MbsDirdyn
 from urdf2mbs_simulate.equilibrium import Equilibrium, MbsEquil
 from urdf2mbs_simulate.modal import MbsModal, Modes
-from urdf2mbs_simulate.push import Push, parse
+from urdf2mbs_simulate.push import Push, parse_push
 from urdf2mbs_simulate.python_code import MbsData
 from urdf2mbs_simulate.results import Results
 
@@ -46,46 +46,66 @@ def simulate(
     on_compile: Callable[[int, int], None] | None = None,
     **fields: Any,
 ) -> Results:
-    """Simulate a Robotran project for ``time`` seconds.
+    """Simulate a Robotran project.
 
-    ``source`` is a project's folder, an .mbs, a robot or a config.  A config's project is made
-    where its ``output`` says, else in a temporary folder.  ``fields`` are as in ``convert``.
+    Args:
+        source: A project's folder, an .mbs, a robot or a config.  A config's project is made where
+            its ``output`` says, by default in a temporary folder.
+        time: The duration (s).
+        push: Forces on links, such as ``chest:20,0,0@0.5..0.6`` (N, s).
+        method: ``Rosenbrock``, our own (default), ``Radau`` or ``DOP853`` of scipy, or ``RK4``.
+        language: Of the user functions, ``c`` or ``python``.  By default C, if the project has them
+            in C, and those in Python are unchanged.
+        rate: Frames in a second of the results.
+        rtol: Relative error of a step.
+        atol: Absolute error of a step (rad, m); by default a part of ``rtol``.
+        watch: Called with the time (s) after each step.
+        equilibrium: True to start at rest where nothing accelerates; ``results.equilibrium`` has
+            it.
+        on_compile: Called with the numbers of compiled files and of all files.
+        **fields: Fields of the config, as in ``convert``.
 
-    ``push``: forces on links, such as ``chest:20,0,0@0.5..0.6`` (N, s).  ``method`` is
-    ``Rosenbrock``, our own, ``Radau`` or ``DOP853`` of scipy, or ``RK4``, with ``rtol`` and
-    ``atol`` (rad, m; by default a part of ``rtol``); the results have ``rate`` frames a second.
-    ``language`` is that of the user functions, ``c`` or ``python``: by default C, if the project
-    has them, and those in Python are unchanged.  ``watch`` is called with the time (s) after each
-    step, ``on_compile`` with how many of how many files are compiled.  ``equilibrium``: start where
-    nothing accelerates, at rest; ``results.equilibrium`` has it.
+    Returns:
+        The results in memory; ``Results.write()`` writes them.
 
-    The results are in memory; ``Results.write()`` writes them.  Raises ConversionError.
+    Raises:
+        ConversionError: The robot cannot be converted, the code cannot run, or no step is short
+            enough.
     """
-    model, keep = project_of(source, fields)
+    model, temporary_folder = resolve_model(source, fields)
     data = MbsData(model)
     data._run.on_compile = on_compile
-    data._run.pushes = [parse(one) if isinstance(one, str) else one for one in push]
+    data._run.pushes = [parse_push(item) if isinstance(item, str) else item for item in push]
     dirdyn = MbsDirdyn(data)
     dirdyn.set_options(
-        tf=time, integrator=method, language=language, framerate=rate, rtoler=rtol, atoler=atol,
+        tf=time,
+        integrator=method,
+        language=language,
+        framerate=rate,
+        rtoler=rtol,
+        atoler=atol,
         save2file=0,
-    )  # fmt: skip
+    )
     dirdyn.watch = watch or dirdyn.watch
-    found = find_equilibrium(data, language) if equilibrium else None
+    start = find_equilibrium(data, language) if equilibrium else None
     results = dirdyn.run()
-    results.equilibrium = found
-    results.keep = keep
+    results.equilibrium = start
+    results.temporary_folder = temporary_folder
     return results
 
 
 def find_equilibrium(data: MbsData, language: str | None = None) -> Equilibrium:
-    """Let a model be where nothing accelerates.  Raises ConversionError where there is no pose."""
+    """Move a model to the pose in which nothing accelerates, without its pushes.
+
+    Raises:
+        ConversionError: There is no such pose near by.
+    """
     equil = MbsEquil(data)
     equil.set_options(language=language, save2file=0)
     pushes, data._run.pushes = data._run.pushes, []
-    found = equil.run()
+    equilibrium = equil.run()
     data._run.pushes = pushes
-    return found
+    return equilibrium
 
 
 def modes(
@@ -95,50 +115,80 @@ def modes(
     language: str | None = None,
     **fields: Any,
 ) -> Modes:
-    """How a robot, a project or an .mbs swings about its equilibrium, or where it is drawn.
+    """Compute the modes of a robot, a project or an .mbs.
 
-    ``source``, ``language`` and ``fields`` are as in ``simulate``.  Raises ConversionError.
+    Args:
+        source: As in ``simulate``.
+        drawn: True for the modes about the drawn pose; by default, about the equilibrium.
+        language: Of the user functions, as in ``simulate``.
+        **fields: Fields of the config, as in ``convert``.
+
+    Raises:
+        ConversionError: There is no equilibrium, or the code cannot run.
     """
-    model, keep = project_of(source, fields)
+    model, temporary_folder = resolve_model(source, fields)
     data = MbsData(model)
     if not drawn:
         data._run.notes += find_equilibrium(data, language).lines()
     modal = MbsModal(data)
     modal.set_options(language=language, save_result=0)
-    found = modal.run()
-    found.keep = keep
-    return found
+    results = modal.run()
+    results.temporary_folder = temporary_folder
+    return results
 
 
-def project_of(source: Config | str | os.PathLike[str], fields: dict[str, Any]) -> tuple[Path, Any]:
-    """The .mbs of what ``simulate`` is given, and a temporary folder that must be kept, or None."""
+def resolve_model(
+    source: Config | str | os.PathLike[str], fields: dict[str, Any]
+) -> tuple[Path, tempfile.TemporaryDirectory[str] | None]:
+    """Return the .mbs of a source; a robot or a config is converted to a project.
+
+    Args:
+        source: As in ``simulate``.
+        fields: Fields of the config, as in ``convert``.
+
+    Returns:
+        The .mbs; and the temporary folder of its project, which lives as long as the object, or
+        None.
+    """
     model = None if isinstance(source, Config) else model_of(Path(source))
     if model is not None:
         return model, None
     config, lines = config_of(source, **fields)
-    keep = None
+    temporary_folder = None
     if not isinstance(config.output, Project):
-        keep = tempfile.TemporaryDirectory(prefix="urdf2mbs-")
-        config = with_project(config, Path(keep.name, stem(Path(config.source))))
-    return make(Pipeline(config, lines).run()), keep
+        temporary_folder = tempfile.TemporaryDirectory(prefix="urdf2mbs-")
+        config = with_project(config, Path(temporary_folder.name, stem(Path(config.source))))
+    return write_project(Pipeline(config, lines).run()), temporary_folder
 
 
 def with_project(config: Config, folder: Path) -> Config:
-    """The config of a project: that of the config itself, else one in ``folder``."""
+    """Return a config that writes a project: by default into ``folder``."""
     if isinstance(config.output, Project):
         return config
     languages: list[Any] = ["python", *(["c"] if compiler() else [])]
     return msgspec.structs.replace(config, output=Project(str(absolute(folder)), languages))
 
 
-def make(conversion: Conversion, *, force: bool = False) -> Path:
-    """Write a project; gives its .mbs.  Raises ConversionError if it is not the same robot."""
-    write(conversion, force=force)
+def write_project(conversion: Conversion, *, force: bool = False) -> Path:
+    """Write the project of a conversion.
+
+    Args:
+        conversion: A finished one.
+        force: True to replace files of other programs.
+
+    Returns:
+        Its .mbs.
+
+    Raises:
+        ConversionError: The .mbs is not the same robot.
+    """
+    write_output(conversion, force=force)
     if conversion.checked.rejected is not None:
         error = ConversionError(
-            "not-the-same", f"the .mbs is not the same robot: see '{conversion.checked.rejected}'",
+            "not-the-same",
+            f"the .mbs is not the same robot: see '{conversion.checked.rejected}'",
             hint="urdf2mbs report, in place of simulate, shows where they differ",
-        )  # fmt: skip
+        )
         error.exit_code = 3
         raise error
     return conversion.settings.output

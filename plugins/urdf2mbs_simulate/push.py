@@ -1,9 +1,9 @@
-"""Pushes: forces on a link for a while, beside those of the project."""
+"""Pushes: forces on a link for some time, in addition to those of the project."""
 
 from __future__ import annotations
 
 import re
-from typing import Any
+from typing import Any, NamedTuple
 
 import msgspec
 
@@ -11,7 +11,7 @@ from urdf2mbs.plugin import ZERO, ConfigError, Vec, nearest
 from urdf2mbs_simulate.data import MbsData
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
-_FORM = re.compile(
+_PUSH_TEXT = re.compile(
     rf"(.+):({_NUMBER}),({_NUMBER}),({_NUMBER})@((?:{_NUMBER})?)\.\.((?:{_NUMBER})?)"
 )
 
@@ -26,14 +26,30 @@ class Push(msgspec.Struct, frozen=True):
     stop: float = float("inf")
 
 
-def parse(text: str) -> Push:
-    """``LINK:FX,FY,FZ@START..STOP``; without a time it lasts from the start, or to the end."""
-    found = _FORM.fullmatch(text.replace("...", "..0."))
-    if found is not None:
-        x, y, z = map(float, found.group(2, 3, 4))
-        start, stop = float(found[5] or 0.0), float(found[6] or "inf")
+class PlacedPush(NamedTuple):
+    """A push with the place where it acts."""
+
+    push: Push
+    body: str
+    point: Vec
+    """In the frame of the body (m)."""
+
+
+def parse_push(text: str) -> Push:
+    """Parse ``LINK:FX,FY,FZ@START..STOP``.
+
+    Args:
+        text: The option; without START the push begins at 0 s, without STOP it never ends.
+
+    Raises:
+        ConfigError: The text has another form, or the push ends before it starts.
+    """
+    match = _PUSH_TEXT.fullmatch(text.replace("...", "..0."))
+    if match is not None:
+        x, y, z = map(float, match.group(2, 3, 4))
+        start, stop = float(match[5] or 0.0), float(match[6] or "inf")
         if start < stop:
-            return Push(found[1], (x, y, z), start, stop)
+            return Push(match[1], (x, y, z), start, stop)
     raise ConfigError(
         "usage",
         f"--push {text}: write LINK:FX,FY,FZ@START..STOP",
@@ -41,29 +57,42 @@ def parse(text: str) -> Push:
     )
 
 
-def place_pushes(data: MbsData) -> list[tuple[Push, int, Vec]]:
-    """Each push with the joint of its body, and the point (m) in the frame of the body."""
-    found = [(push, *_place(data, push.link)) for push in data._run.pushes]
-    return [(push, data.body_id[body], at) for push, body, at in found]
+def place_pushes(data: MbsData) -> list[PlacedPush]:
+    """Return each push of a model with the body and the point where it acts.
+
+    Raises:
+        ConfigError: The model has no such body or point.
+    """
+    return [PlacedPush(push, *_find_place(data, push.link)) for push in data._run.pushes]
 
 
-def columns_of_pushes(data: MbsData, time: Any) -> dict[str, Any]:
-    """``push1.BODY.Fx``, ...: the force (N) in each frame, and ``dx``, ... the point (m) where it
-    acts, in the axes of the body."""
-    found: dict[str, Any] = {}
-    for number, push in enumerate(data._run.pushes, start=1):
-        body, at = _place(data, push.link)
-        acts = (push.start <= time) & (time < push.stop)
+def compute_push_columns(data: MbsData, time: Any) -> dict[str, Any]:
+    """Compute the pushes as columns of the table of results.
+
+    Args:
+        data: The model.
+        time: Of each frame (s).
+
+    Returns:
+        ``push1.BODY.Fx``, ...: the force (N, axes of the base) in each frame; ``push1.BODY.dx``,
+        ...: the point (m, axes of the body) where it acts.
+    """
+    columns: dict[str, Any] = {}
+    for number, (push, body, point) in enumerate(place_pushes(data), start=1):
+        is_active = (push.start <= time) & (time < push.stop)
         name = f"push{number}.{body}"
-        found |= {f"{name}.F{axis}": acts * x for axis, x in zip("xyz", push.force, strict=True)}
-        found |= {f"{name}.d{axis}": acts * 0.0 + x for axis, x in zip("xyz", at, strict=True)}
-    return found
+        for axis, component in zip("xyz", push.force, strict=True):
+            columns[f"{name}.F{axis}"] = is_active * component
+        for axis, component in zip("xyz", point, strict=True):
+            columns[f"{name}.d{axis}"] = is_active * 0.0 + component
+    return columns
 
 
-def _place(data: MbsData, link: str) -> tuple[str, Vec]:
-    """The body that a link is part of, and the point (m) in its frame that is pushed."""
+def _find_place(data: MbsData, link: str) -> tuple[str, Vec]:
+    """Find the body of a link, and the point (m, frame of the body) that is pushed."""
     bodies = {body.name: body for body in data._run.mbs.bodies}
-    for name in (link, f"{link}_body"):  # a link called base, or as a joint, has got this name
+    # a link that is called base, or like a joint, becomes the body LINK_body
+    for name in (link, f"{link}_body"):
         if name in bodies:
             return name, bodies[name].com or ZERO
     for body in data._run.mbs.bodies:

@@ -22,77 +22,104 @@ from urdf2mbs_equations.python import PythonWriter
 from urdf2mbs_project.code import generate_starter_files
 from urdf2mbs_simulate import data as model_data
 from urdf2mbs_simulate import names
-from urdf2mbs_simulate.equations import SimulationError, equations
-from urdf2mbs_simulate.model_code import Code, count_rows
+from urdf2mbs_simulate.equations import SimulationError, find_equations
+from urdf2mbs_simulate.model_code import Code, RowCounts, count_rows
 
 Function = Callable[..., Any]
 
-#: The user functions, and the files that they are in.
-USER = {
-    **{
-        f"user_{name}": f"user_{name}"
-        for name in ("JointForces", "DrivenJoints", "ExtForces", "LinkForces", "Link3DForces",
-                     "cons_hJ", "cons_jdqd")
-    },
+#: User functions that are in a file of their own name.
+_FORCES_AND_CONSTRAINTS = (
+    "user_JointForces",
+    "user_DrivenJoints",
+    "user_ExtForces",
+    "user_LinkForces",
+    "user_Link3DForces",
+    "user_cons_hJ",
+    "user_cons_jdqd",
+)
+#: The user functions, with the files that define them.
+USER_FUNCTIONS = {
+    **{name: name for name in _FORCES_AND_CONSTRAINTS},
     "user_derivatives": "user_Derivative",
-    **{f"user_{what}_{when}": f"user_{what}" for what in ("dirdyn", "invdyn")
-       for when in ("init", "loop", "finish")},
-}  # fmt: skip
-#: Comments, and the blanks that count for nothing.
+    **{
+        f"user_{module}_{when}": f"user_{module}"
+        for module in ("dirdyn", "invdyn")
+        for when in ("init", "loop", "finish")
+    },
+}
+#: Comments and blanks, which change nothing.
 COMMENTS = {"python": r"(?:[ \t]*(?:#[^\n]*)?\n)+", "c": r"/\*.*?\*/|//[^\n]*|\s"}
-KNOWN = frozenset([*USER, *(f"mbs_{name}" for name in (*FUNCTIONS, *ADDITIONAL_FUNCTIONS))])
+#: The functions of a project that are attributes of MbsData.
+FUNCTION_NAMES = frozenset(
+    [*USER_FUNCTIONS, *(f"mbs_{name}" for name in (*FUNCTIONS, *ADDITIONAL_FUNCTIONS))]
+)
 
 
-def function(data: model_data.MbsData, name: str) -> Function:
-    """``mbs_X`` of the equations, or ``user_X``: what the user has not does nothing."""
+def load_function(data: model_data.MbsData, name: str) -> Function:
+    """Load a function of a project.
+
+    Args:
+        data: The model.
+        name: ``mbs_X`` of the equations, or ``user_X``; a user function that the project does not
+            have is the default one.
+
+    Raises:
+        ConversionError: User code raises while it is loaded, or the equations cannot be made.
+    """
     if name.startswith("mbs_"):
         name = name.removeprefix("mbs_")
-        module = load(equations(data, [name], "python")[name])
+        module = load_module(find_equations(data, [name], "python")[name])
         return cast(Function, getattr(module, "sensor" if name == "gensensor" else name))
-    file = data.user_path / f"{USER[name]}.py"
+    file = data.user_path / f"{USER_FUNCTIONS[name]}.py"
     if not file.is_file():
-        return default(data, name)
-    with shown(data):
+        return get_default_function(data, name)
+    with locate_errors(data):
         if data not in _modules.running:
-            return cast(Function, getattr(load(file), name))
-        with modules_of(data):
-            return cast(Function, getattr(load(file), name))
+            return cast(Function, getattr(load_module(file), name))
+        with show_modules(data):
+            return cast(Function, getattr(load_module(file), name))
 
 
-def default(data: model_data.MbsData, name: str) -> Function:
-    """A user function that the user has not: it gives zeros, or does nothing."""
+def get_default_function(data: model_data.MbsData, name: str) -> Function:
+    """Return a user function that the project does not have: it returns zeros, or does nothing."""
     zeros: dict[str, Function] = {
-        "user_ExtForces": lambda *words: data.SWr[words[-1]],
-        "user_Link3DForces": lambda *words: data.l3DWr[words[-1]],
+        "user_ExtForces": lambda *arguments: data.SWr[arguments[-1]],
+        "user_Link3DForces": lambda *arguments: data.l3DWr[arguments[-1]],
         "user_LinkForces": lambda *_: 0.0,
     }
-    return zeros.get(name, _nothing)
+    return zeros.get(name, _do_nothing)
 
 
-def _nothing(*_: Any) -> None:
-    """The user has no such function."""
+def _do_nothing(*_: Any) -> None:
+    """Replace a user function that the project does not have."""
 
 
-def changes(data: model_data.MbsData, language: str, pattern: str) -> bool:
-    """True if somebody has changed or written user functions in the files of a pattern.
+def has_user_changes(data: model_data.MbsData, language: str, pattern: str) -> bool:
+    """Return True if the user has changed or written user functions.
 
-    Comments count for nothing: those that urdf2mbs writes are others in each version.
+    Comments are ignored: those that urdf2mbs writes differ between versions.
+
+    Args:
+        data: The model.
+        language: ``python`` or ``c``.
+        pattern: Of the names of files in userfctR.
     """
 
-    def code(text: bytes) -> str:
-        sign = "\n" if language == "python" else ""
-        words = text.decode("utf-8", "replace")
-        return re.sub(COMMENTS[language], sign, words, flags=re.DOTALL).strip("\n")
+    def strip_comments(content: bytes) -> str:
+        separator = "\n" if language == "python" else ""
+        text = content.decode("utf-8", "replace")
+        return re.sub(COMMENTS[language], separator, text, flags=re.DOTALL).strip("\n")
 
     written = generate_starter_files(language, data._run.mbs)
     return any(
-        code(written.get(f"userfctR/{file.name}", b"none")) != code(file.read_bytes())
+        strip_comments(written.get(f"userfctR/{file.name}", b"none"))
+        != strip_comments(file.read_bytes())
         for file in data.user_path.glob(pattern)
     )
 
 
-def load(file: Path) -> Any:
-    """The module in a file."""
+def load_module(file: Path) -> Any:
+    """Load the module of a file."""
     spec = importlib.util.spec_from_file_location(file.stem, file)
     assert spec is not None
     assert spec.loader is not None
@@ -101,24 +128,24 @@ def load(file: Path) -> Any:
     return module
 
 
-class _Modules:
-    """What user code sees of Python's modules: those of one project at a time, in any thread.
+class _ProjectModules:
+    """The modules that user code can import: those of one project at a time, in any thread.
 
-    Projects have modules of the same names.  Those of a project are kept with its data while
-    another one is shown.
+    Modules of different projects have the same names.  While another project is shown, those of a
+    project are kept with its data.
     """
 
     def __init__(self) -> None:
         self.lock = RLock()
         self.running: list[Any] = []
-        """The data whose simulations run, the last one last."""
+        """The data whose simulations run, the innermost last."""
         self.shown: Any = None
         """The data whose modules are in ``sys.modules``."""
         self.displaced: dict[str, Any] = {}
-        """Modules of others, of the same names."""
+        """Modules of the program that have the names of those of the project."""
 
     def show(self, data: Any) -> None:
-        """Show the modules of some data, or (None) those that were there before."""
+        """Put the modules of a project into ``sys.modules``; None brings back the program's."""
         if data is self.shown:
             return
         if self.shown is not None:
@@ -126,57 +153,57 @@ class _Modules:
         self.shown = data
         if data is None:
             return
-        names_of_project = _stems(data)
+        project_names = _list_module_names(data)
         self.displaced = {
             name: sys.modules[name]
-            for name in (*names_of_project, *names.MODULES)
+            for name in (*project_names, *names.MODULES)
             if name in sys.modules
         }
         for name, module in self.displaced.items():
             file = getattr(module, "__file__", None)
-            if name in names_of_project and (file is None or Path(file).parent != data.user_path):
+            if name in project_names and (file is None or Path(file).parent != data.user_path):
                 del sys.modules[name]
-        sys.path[:0] = _folders(data)
-        sys.modules.update({name: import_module(at) for name, at in names.MODULES.items()})
+        sys.path[:0] = _list_folders(data)
+        sys.modules.update({name: import_module(module) for name, module in names.MODULES.items()})
         sys.modules.update(data._run.modules)
 
     def _hide(self) -> None:
         data = self.shown
-        for folder in _folders(data):
+        for folder in _list_folders(data):
             if folder in sys.path:
                 sys.path.remove(folder)
-        own = _stems(data)
-        data._run.modules = {name: sys.modules[name] for name in own & sys.modules.keys()}
-        for name in (*own, *names.MODULES):
+        project_names = _list_module_names(data)
+        data._run.modules = {name: sys.modules[name] for name in project_names & sys.modules.keys()}
+        for name in (*project_names, *names.MODULES):
             sys.modules.pop(name, None)
         sys.modules.update(self.displaced)
 
 
-_modules = _Modules()
+_modules = _ProjectModules()
 
 
-def _stems(data: model_data.MbsData) -> set[str]:
+def _list_module_names(data: model_data.MbsData) -> set[str]:
     return {file.stem for file in data.user_path.glob("*.py")}
 
 
-def _folders(data: model_data.MbsData) -> list[str]:
+def _list_folders(data: model_data.MbsData) -> list[str]:
     return [str(data.user_path), str(data.user_path.parent / "workR")]
 
 
 @contextmanager
-def loaded(data: model_data.MbsData) -> Iterator[None]:
-    """While user code runs: its folder is on Python's path, and MBsysPy is this runtime.
+def user_code(data: model_data.MbsData) -> Iterator[None]:
+    """Let the user code of a model run: it imports its project's modules, and us as MBsysPy.
 
-    Afterwards all is as it was.
+    Afterwards ``sys.path`` and ``sys.modules`` are as before.
     """
     with _modules.lock:
         _modules.running.append(data)
         _modules.show(data)
-    names.present.models.append(data)
+    names.active.models.append(data)
     try:
         yield
     finally:
-        names.present.models.pop()
+        names.active.models.pop()
         with _modules.lock:
             last = len(_modules.running) - 1 - _modules.running[::-1].index(data)
             del _modules.running[last]
@@ -184,40 +211,42 @@ def loaded(data: model_data.MbsData) -> Iterator[None]:
 
 
 @contextmanager
-def modules_of(data: model_data.MbsData) -> Iterator[None]:
-    """While user code of some data is called: what it imports is of its own project."""
+def show_modules(data: model_data.MbsData) -> Iterator[None]:
+    """Let a user function import modules of its own project, whatever other projects run."""
     with _modules.lock:
         _modules.show(data)
         yield
 
 
 @contextmanager
-def shown(data: model_data.MbsData) -> Iterator[None]:
-    """An exception of user code becomes an error that names its file and line."""
+def locate_errors(data: model_data.MbsData) -> Iterator[None]:
+    """Turn an exception of user code into an error with its file and line."""
     try:
         yield
     except ConversionError:
         raise
     except Exception as error:
-        rows = [
-            (row.filename, row.lineno)
-            for row in traceback.extract_tb(error.__traceback__)
-            if Path(row.filename).parent == data.user_path
+        places = [
+            (frame.filename, frame.lineno)
+            for frame in traceback.extract_tb(error.__traceback__)
+            if Path(frame.filename).parent == data.user_path
         ]
         if isinstance(error, SyntaxError) and error.filename:
-            rows.append((error.filename, error.lineno))
-        if not rows:
+            places.append((error.filename, error.lineno))
+        if not places:
             raise
+        file, line = places[-1]
         raise SimulationError(
             "user-function-failed",
             f"at {data.tsim:g} s: {type(error).__name__}: {error}",
-            file=rows[-1][0], line=rows[-1][1],
-            hint=_where_it_is(data, error.name or "") if isinstance(error, ImportError) else None,
-        ) from error  # fmt: skip
+            file=file,
+            line=line,
+            hint=_locate_module(data, error.name or "") if isinstance(error, ImportError) else None,
+        ) from error
 
 
-def _where_it_is(data: model_data.MbsData, module: str) -> str | None:
-    """Where to look for a module that user code cannot import."""
+def _locate_module(data: model_data.MbsData, module: str) -> str | None:
+    """Return a hint where a module is that user code cannot import."""
     for file in data._run.project.rglob(f"{module}.py"):
         return f"it is in {file.parent.resolve()}: add this folder to PYTHONPATH"
     return names.describe_add_on(module)
@@ -226,8 +255,8 @@ def _where_it_is(data: model_data.MbsData, module: str) -> str | None:
 class MbsData(model_data.MbsData):
     """The model of an .mbs file with the functions of its project, and the state of its simulation.
 
-    What is no attribute yet is looked for in the project's Python files: ``mbs_dirdyna`` in
-    symbolicR, ``user_JointForces`` in userfctR.
+    Missing attributes are loaded from the project's Python files: ``mbs_dirdyna`` from symbolicR,
+    ``user_JointForces`` from userfctR.
     """
 
     def __init__(
@@ -236,11 +265,11 @@ class MbsData(model_data.MbsData):
         user_path: str = "userfctR",
         symbolic_path: str = "symbolicR",
     ) -> None:
-        super().__init__(path, user_path, symbolic_path, loader=_load_known)
+        super().__init__(path, user_path, symbolic_path, loader=_load_if_known)
 
 
-def _load_known(data: model_data.MbsData, name: str) -> Function | None:
-    return function(data, name) if name in KNOWN else None
+def _load_if_known(data: model_data.MbsData, name: str) -> Function | None:
+    return load_function(data, name) if name in FUNCTION_NAMES else None
 
 
 class PythonEquations(Code):
@@ -249,47 +278,55 @@ class PythonEquations(Code):
     def __init__(self, data: model_data.MbsData) -> None:
         super().__init__(data, count_rows(data))
 
-    def repartition(self, kept: Any) -> None:
-        super().repartition(kept)
+    def set_partition(self, used_rows: Any) -> None:
+        """Take the natures of the joints from the data, see ``Code``."""
+        super().set_partition(used_rows)
         if self.has_loops:
-            self.accelred = _accelred(self.data, self.rows, kept)
+            self.accelred = _compile_accelred(self.data, self.row_counts, used_rows)
 
-    def solve(self) -> bool:
+    def compute_accelerations(self) -> bool:
+        """Set qdd, and q and qd of dependent joints; return True if it failed."""
         accelred = self.accelred if self.has_loops else self.data.mbs_accelred
         try:
             return bool(accelred(self.data, self.data.tsim))
         except np.linalg.LinAlgError:
             return True
 
-    def constraints(self) -> tuple[Any, Any]:
-        data, (cuts, user) = self.data, self.rows
-        h, jac = np.zeros(cuts + user + 1), np.zeros((cuts + user + 1, data.njoint + 1))
+    def compute_constraints(self) -> tuple[Any, Any]:
+        """Compute h and J of all constraints, see ``Code``."""
+        data, (cuts, user) = self.data, self.row_counts
+        h, jacobian = np.zeros(cuts + user + 1), np.zeros((cuts + user + 1, data.njoint + 1))
         if cuts:
-            data.mbs_cons_hJ(h, jac, data)
+            data.mbs_cons_hJ(h, jacobian, data)
         if user:
-            data.user_cons_hJ(h[cuts:], jac[cuts:], data, data.tsim)
-        return h[1:], jac[1:]
+            data.user_cons_hJ(h[cuts:], jacobian[cuts:], data, data.tsim)
+        return h[1:], jacobian[1:]
 
-    def inverse(self) -> Any:
-        phi = np.zeros(self.data.njoint + 1)
-        self.data.mbs_invdyna(phi, self.data, self.data.tsim)
-        return phi
+    def compute_inverse_dynamics(self) -> Any:
+        """Return M qdd + c of the present state and accelerations."""
+        forces = np.zeros(self.data.njoint + 1)
+        self.data.mbs_invdyna(forces, self.data, self.data.tsim)
+        return forces
 
 
-def _accelred(data: model_data.MbsData, rows: tuple[int, int], kept: Any) -> Function:
-    """Return accelred with the partition of the data, from the template of those that are
-    generated."""
+def _compile_accelred(data: model_data.MbsData, row_counts: RowCounts, used_rows: Any) -> Function:
+    """Return accelred for the present partition, from the template of generated ones."""
     writer = PythonWriter(data._run.mbs)
-    cuts, user = rows
-    space: dict[str, Any] = {
-        **writer.find_features(), "ANY_DRIVEN": bool(data.nqc), "np": np,
-        "CUTS": cuts, "USER_ROWS": user,
-        "DEPENDENT": data.qv[1:].tolist(), "INDEPENDENT": data.qu[1:].tolist(),
+    namespace: dict[str, Any] = {
+        **writer.find_features(),
+        "ANY_DRIVEN": bool(data.nqc),
+        "CUTS": row_counts.cuts,
+        "USER_ROWS": row_counts.user,
+        "np": np,
+        "DEPENDENT": data.qv[1:].tolist(),
+        "INDEPENDENT": data.qu[1:].tolist(),
         "DRIVEN": data.qc[1:].tolist(),
-    }  # fmt: skip
+    }
     template = writer.read_sections("forces", "loops", "accelred")
-    exec(compile(template, "accelred.py.in", "exec"), space)
-    every_hj, every_derivative = space["_constraints"], space["_derivative"]
-    space["_constraints"] = lambda *words: tuple(every[kept] for every in every_hj(*words))
-    space["_derivative"] = lambda s: every_derivative(s)[kept]
-    return cast(Function, space["accelred"])
+    exec(compile(template, "accelred.py.in", "exec"), namespace)
+    compute_all, differentiate_all = namespace["_constraints"], namespace["_derivative"]
+    namespace["_constraints"] = lambda *arguments: tuple(
+        rows[used_rows] for rows in compute_all(*arguments)
+    )
+    namespace["_derivative"] = lambda s: differentiate_all(s)[used_rows]
+    return cast(Function, namespace["accelred"])

@@ -1,4 +1,4 @@
-"""What a simulation gives: arrays, a table, and Robotran's files."""
+"""The results of a simulation: arrays, a table, and Robotran's files."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ import numpy as np
 
 from urdf2mbs.plugin import check_ours, not_installed, write_files
 from urdf2mbs_simulate.data import MbsData, MbsSensor
-from urdf2mbs_simulate.push import columns_of_pushes
-from urdf2mbs_simulate.python_code import loaded
+from urdf2mbs_simulate.push import compute_push_columns
+from urdf2mbs_simulate.python_code import user_code
 
 if TYPE_CHECKING:
     from urdf2mbs_simulate.c_code import CCode
     from urdf2mbs_simulate.story import Story
 
-#: What is kept of each frame, as MbsData and Robotran's files call it.
-KEPT = ("q", "qd", "qdd", "Qq", "Qc", "Lambda", "ux", "uxd", "Z", "Zd", "Fl", "SWr")
-#: The names of Robotran's files where they are others.
-FILES = {"Z": "linkZ", "Zd": "linkZD", "Fl": "linkF"}
-#: What comes at all times, whatever the model.
-ALWAYS = ("q", "qd", "qdd", "Qq")
-#: The parts of an external force: N and N m in the axes of the base, and the point (m) where it
-#: acts, in those of the body.
+#: What is recorded of each frame, by the names of MbsData and Robotran's files.
+QUANTITIES = ("q", "qd", "qdd", "Qq", "Qc", "Lambda", "ux", "uxd", "Z", "Zd", "Fl", "SWr")
+#: The names of Robotran's files, where they differ.
+FILE_NAMES = {"Z": "linkZ", "Zd": "linkZD", "Fl": "linkF"}
+#: The quantities that every model has.
+ALWAYS_WRITTEN = ("q", "qd", "qdd", "Qq")
+#: The components of an external force: N and N m in the axes of the base, and the point (m) where
+#: it acts, in those of the body.
 WRENCH = ("Fx", "Fy", "Fz", "Mx", "My", "Mz", "dx", "dy", "dz")
 
 
@@ -38,14 +38,15 @@ class Results:
     states, by their numbers.
     """
 
-    def __init__(self, data: MbsData, rows: dict[str, Any], language: str) -> None:
+    def __init__(self, data: MbsData, frames: dict[str, Any], language: str) -> None:
+        """Take the frames of a Recorder: ``time``, and an array for each of ``QUANTITIES``."""
         self.data, self.language = data, language
-        self.time = rows["time"]
-        self.kept = {name: rows[name] for name in KEPT}
+        self.time = frames["time"]
+        self.frames = {name: frames[name] for name in QUANTITIES}
         self.q, self.qd, self.qdd, self.Qq, self.Qc = (
-            self.kept[name] for name in ("q", "qd", "qdd", "Qq", "Qc")
+            self.frames[name] for name in ("q", "qd", "qdd", "Qq", "Qc")
         )
-        self.ux = self.kept["ux"]
+        self.ux = self.frames["ux"]
         self.joints = list(data.joint_id)
         self.outputs = {name: np.array(values) for name, values in data._run.outputs.items()}
         """What user code has given to ``set_output``: time and value, a row for each frame."""
@@ -57,45 +58,52 @@ class Results:
         """The equilibrium that the run started from, if one was asked for."""
         self.files: list[Path] = []
         """Files that the run has written."""
-        self.keep: Any = None
+        self.temporary_folder: Any = None
         """A folder that is removed with the results."""
 
     def joint(self, name: str) -> Any:
-        """The positions of a joint (rad or m)."""
+        """Return the positions of a joint (rad or m), one for each frame."""
         return self.q[:, self.data.joint_id[name]]
 
     @property
     def external(self) -> dict[str, Any]:
-        """By the name of an external force: a row for each frame, see ``WRENCH``."""
-        return {
-            name: self.kept["SWr"][:, number, 1:] for name, number in self.data.extforce_id.items()
-        }
+        """The external forces by name: a row for each frame, see ``WRENCH``."""
+        wrenches = self.frames["SWr"]
+        return {name: wrenches[:, number, 1:] for name, number in self.data.extforce_id.items()}
 
     def sensor(self, name: str) -> MbsSensor:
-        """A sensor's P, V, OM, A, OMP (frames, 3) and R (frames, 3, 3), in the axes of the base."""
+        """Return a sensor whose members have a row for each frame.
+
+        Returns:
+            P, V, OM, A, OMP (frames, 3) and R (frames, 3, 3), in the axes of the base.
+        """
         sensor, number = MbsSensor(self.data), self.data.sensor_id[name]
-        parts = ("P", "V", "OM", "A", "OMP", "R")
-        found = []
-        for _ in self._replayed():
+        members = ("P", "V", "OM", "A", "OMP", "R")
+        rows = []
+        for _ in self._replay():
             sensor.comp_s_sensor(number)
-            found.append([getattr(sensor, part).copy() for part in parts])
-        for part, frames in zip(parts, zip(*found, strict=True), strict=True):
+            rows.append([getattr(sensor, member).copy() for member in members])
+        for member, frames in zip(members, zip(*rows, strict=True), strict=True):
             values = np.array(frames)
-            setattr(sensor, part, values[:, 1:, 1:] if part == "R" else values[:, 1:])
+            setattr(sensor, member, values[:, 1:, 1:] if member == "R" else values[:, 1:])
         return sensor
 
     def energy(self) -> Any:
-        """Kinetic energy, and that of gravity, which is 0 at the base's origin: (frames, 2), J."""
-        found = np.zeros((len(self.time), 3))
-        for k in self._replayed():
-            self.data.mbs_energy(found[k], self.data)
-        return found[:, 1:]
+        """Compute the kinetic energy, and that of gravity, which is 0 at the base's origin.
 
-    def _replayed(self) -> Iterator[int]:
-        """The frames, each one put into ``data`` while it is out."""
+        Returns:
+            (frames, 2), J.
+        """
+        energies = np.zeros((len(self.time), 3))
+        for k in self._replay():
+            self.data.mbs_energy(energies[k], self.data)
+        return energies[:, 1:]
+
+    def _replay(self) -> Iterator[int]:
+        """Yield the index of each frame while the data have its state."""
         data = self.data
         saved = data.q.copy(), data.qd.copy(), data.qdd.copy()
-        with loaded(data):
+        with user_code(data):
             for k in range(len(self.time)):
                 data.q[1:], data.qd[1:] = self.q[k, 1:], self.qd[k, 1:]
                 data.qdd[1:] = self.qdd[k, 1:]
@@ -103,31 +111,39 @@ class Results:
         data.q[:], data.qd[:], data.qdd[:] = saved
 
     def columns(self) -> dict[str, Any]:
-        """All that is known of each frame by its name: ``time``, ``q.JOINT``, ``FORCE.Fx``, ..."""
-        found = {"time": self.time}
-        for name in (*ALWAYS, *(["Qc"] if self.data.nqc else [])):
+        """Return all columns of the table by name: ``time``, ``q.JOINT``, ``FORCE.Fx``, ..."""
+        columns = {"time": self.time}
+        for name in (*ALWAYS_WRITTEN, *(["Qc"] if self.data.nqc else [])):
             for joint, number in self.data.joint_id.items():
-                found[f"{name}.{joint}"] = self.kept[name][:, number]
+                columns[f"{name}.{joint}"] = self.frames[name][:, number]
         for joint, number in self.data.joint_id.items() if self.Qa is not None else ():
-            found[f"Qa.{joint}"] = self.Qa[:, number]
+            columns[f"Qa.{joint}"] = self.Qa[:, number]
         for force, rows in self.external.items():
-            for k, part in enumerate(WRENCH):
-                found[f"{force}.{part}"] = rows[:, k]
+            for k, component in enumerate(WRENCH):
+                columns[f"{force}.{component}"] = rows[:, k]
         for link, number in self.data.link_id.items():
             for name in ("Z", "Zd", "Fl"):
-                found[f"{link}.{name}"] = self.kept[name][:, number]
+                columns[f"{link}.{name}"] = self.frames[name][:, number]
         energies = self.energy()
-        found |= {"energy.kinetic": energies[:, 0], "energy.potential": energies[:, 1]}
-        return found | columns_of_pushes(self.data, self.time)
+        columns |= {"energy.kinetic": energies[:, 0], "energy.potential": energies[:, 1]}
+        return columns | compute_push_columns(self.data, self.time)
 
     def story(self) -> Story | None:
-        """If a robot that stood has fallen, when, and which way; None of others."""
-        from urdf2mbs_simulate.story import tell
+        """Return whether a robot that stood has fallen, when and in which direction.
 
-        return tell(self)
+        Returns:
+            None for a model that does not stand on the ground at the start.
+        """
+        from urdf2mbs_simulate.story import summarize_motion
+
+        return summarize_motion(self)
 
     def table(self) -> Any:
-        """A pandas DataFrame of ``columns``."""
+        """Return a pandas DataFrame of ``columns``.
+
+        Raises:
+            ConfigError: pandas is not installed.
+        """
         try:
             import pandas as pd
         except ImportError:
@@ -142,74 +158,97 @@ class Results:
         *,
         force: bool = False,
     ) -> list[Path]:
-        """Write Robotran's files, NAME_q.res and so on, NAME.csv with the names of all columns,
-        and the animation NAME_q.anim; into resultsR and animationR of the project by itself.
+        """Write Robotran's files, and a table with the names of all columns.
 
-        Results that urdf2mbs wrote before are replaced; with ``force`` also those of another
-        program, such as MBsysC.  Else raises ConfigError.
+        Args:
+            name: How the files begin: NAME_q.res and so on, NAME.csv, NAME_q.anim.
+            results: The folder of the results; by default, resultsR of the project.
+            animation: The folder of the .anim; by default, animationR of the project.
+            force: True to replace files of another program, such as MBsysC, too.
+
+        Returns:
+            The files, the animation and the table last.
+
+        Raises:
+            ConfigError: A file of another program would be replaced.
         """
-        data = self.data
-        results = results or data._run.project / "resultsR"
-        animation = animation or data._run.project / "animationR"
-        used = {
-            **dict.fromkeys(ALWAYS, 1), "Qc": data.nqc, "Lambda": data.nqv, "ux": data.Nux,
-            "uxd": data.Nux, **dict.fromkeys(FILES, data.Nlink),
-        }  # fmt: skip
+        results = results or self.data._run.project / "resultsR"
+        animation = animation or self.data._run.project / "animationR"
         files = {
-            results / f"{name}_{FILES.get(kind, kind)}.res": res_rows(self.kept[kind])
-            for kind, count in used.items()
+            results / f"{name}_{quantity}.res": format_res(rows)
+            for quantity, rows in self._list_tables().items()
+        }
+        files[animation / f"{name}_q.anim"] = format_res(self.q)
+        files[results / f"{name}.csv"] = self._format_csv()
+        write_files(files, force=force)
+        return list(files)
+
+    def _list_tables(self) -> dict[str, Any]:
+        """Return what Robotran writes of the model, by the ends of the files' names."""
+        data = self.data
+        counts = {
+            **dict.fromkeys(ALWAYS_WRITTEN, 1),
+            "Qc": data.nqc,
+            "Lambda": data.nqv,
+            "ux": data.Nux,
+            "uxd": data.Nux,
+            **dict.fromkeys(FILE_NAMES, data.Nlink),
+        }
+        tables = {
+            FILE_NAMES.get(quantity, quantity): self.frames[quantity]
+            for quantity, count in counts.items()
             if count
         }
         if self.Qa is not None:
-            files[results / f"{name}_Qa.res"] = res_rows(self.Qa)
-        files |= {
-            results / f"{name}_{output}.res": res_rows(values)
-            for output, values in self.outputs.items()
-        }
-        files[animation / f"{name}_q.anim"] = res_rows(self.q)
+            tables["Qa"] = self.Qa
+        return tables | self.outputs
+
+    def _format_csv(self) -> bytes:
         text = io.StringIO()
         columns = self.columns()
         writer = csv.writer(text, lineterminator="\n")
         writer.writerow(columns)
         writer.writerows(np.column_stack(list(columns.values())).tolist())
-        files[results / f"{name}.csv"] = text.getvalue().encode()
-        write_files(files, force=force)
-        return list(files)
+        return text.getvalue().encode()
 
 
 def check_results(project: Path, name: str = "dirdyn") -> None:
-    """Raise ConfigError if results of another program are where those of a run will go."""
-    paths = [project / "resultsR" / f"{name}_{kind}.res" for kind in ALWAYS]
+    """Check that a run will replace results of urdf2mbs only.
+
+    Raises:
+        ConfigError: Results of another program would be replaced.
+    """
+    paths = [project / "resultsR" / f"{name}_{quantity}.res" for quantity in ALWAYS_WRITTEN]
     paths += [project / "resultsR" / f"{name}.csv", project / "animationR" / f"{name}_q.anim"]
     check_ours(dict.fromkeys(paths, b""))
 
 
-def res_rows(values: Any) -> bytes:
-    """The lines of a .res file."""
+def format_res(values: Any) -> bytes:
+    """Return a .res file: a line for each row, with the shortest digits that are exact."""
     return "".join(" ".join(map(repr, row)) + "\n" for row in values.tolist()).encode()
 
 
 class Recorder:
-    """Keeps frames while a simulation runs."""
+    """Records frames while a simulation runs."""
 
     def __init__(self, data: MbsData, code: CCode) -> None:
         self.data, self.code = data, code
-        self.frames: dict[str, list[Any]] = {name: [] for name in ("time", *KEPT)}
+        self.frames: dict[str, list[Any]] = {name: [] for name in ("time", *QUANTITIES)}
         data._run.outputs.clear()
         data._run.new_outputs.clear()
 
     def add(self, time: float, y: Any) -> None:
-        """Compute a state, and keep it."""
+        """Compute the accelerations and reactions of a state, and record it."""
         with self.code.recording():
             self.code.accelerate(time, y)
-        self.code.react()
-        self.keep(time)
+        self.code.compute_reactions()
+        self.record_data(time)
 
-    def keep(self, time: float) -> None:
-        """Keep what the data have."""
-        self.data._run.keep_outputs(time)
+    def record_data(self, time: float) -> None:
+        """Record what the data have as the frame of a time (s)."""
+        self.data._run.store_outputs(time)
         with self.code.model_axes():
-            for name in KEPT:
+            for name in QUANTITIES:
                 values = getattr(self.data, name).copy()
                 if values.ndim == 1:
                     values[0] = time
@@ -217,7 +256,7 @@ class Recorder:
         self.frames["time"].append(time)
 
     def results(self) -> Results:
-        """Return the frames, with what user code has given after the last one."""
-        self.data._run.keep_outputs(self.data.tsim)
-        rows = {name: np.array(values) for name, values in self.frames.items()}
-        return Results(self.data, rows, self.code.name)
+        """Return the frames, with what user code has given to set_output after the last one."""
+        self.data._run.store_outputs(self.data.tsim)
+        frames = {name: np.array(values) for name, values in self.frames.items()}
+        return Results(self.data, frames, self.code.name)

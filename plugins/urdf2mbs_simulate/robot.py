@@ -11,21 +11,27 @@ import numpy as np
 from urdf2mbs.plugin import BASE, Config, ConfigError
 from urdf2mbs_equations.tree import is_fixed
 from urdf2mbs_simulate.c_code import CCode
-from urdf2mbs_simulate.compiler import Source, compile_library, compiler, folders_of
+from urdf2mbs_simulate.compiler import Source, compile_library, compiler, list_header_folders
 from urdf2mbs_simulate.data import MbsSensor
-from urdf2mbs_simulate.equations import SimulationError, equations
-from urdf2mbs_simulate.memory import Memory, SensorInC, table, vector
+from urdf2mbs_simulate.equations import SimulationError, find_equations
+from urdf2mbs_simulate.memory import SensorInC, SharedData, as_c_table, as_c_vector
 from urdf2mbs_simulate.model_code import Code
-from urdf2mbs_simulate.partition import part
-from urdf2mbs_simulate.project import project_of
-from urdf2mbs_simulate.python_code import USER, MbsData, PythonEquations, default, loaded
+from urdf2mbs_simulate.partition import choose_partition
+from urdf2mbs_simulate.project import resolve_model
+from urdf2mbs_simulate.python_code import (
+    USER_FUNCTIONS,
+    MbsData,
+    PythonEquations,
+    get_default_function,
+    user_code,
+)
 
-#: Functions that are also given the time.
-TIMED = frozenset(["dirdyna", "invdyna"])
-#: The shape of what has one number for each joint.
+#: Functions of the equations whose last argument is the time.
+TIMED_FUNCTIONS = frozenset(["dirdyna", "invdyna"])
+#: The shape of an array with a number for each joint.
 JOINTS = (None,)
-#: Stands for a zero in each joint.
-ZERO = object()
+#: The state of all joints whose numbers are 0.
+ZEROS = object()
 
 
 def load_equations(
@@ -36,22 +42,30 @@ def load_equations(
     moving: bool = False,
     **fields: Any,
 ) -> Robot:
-    """The equations of motion of an .mbs, a project's folder, a robot or a config.
+    """Load the equations of motion of an .mbs, a project's folder, a robot or a config.
 
-    ``language``: ``c`` or ``python``; by itself C where there is a compiler.  ``math``: a module
-    with ``sin``, ``cos`` and ``sqrt`` for other numbers than floats: ``numpy`` for many states at
-    once (q is then (joints, states)), ``casadi``, ``jax.numpy``; the equations are then Python.
-    ``moving``: leave out the joints that never move, which stay where they are drawn.  ``fields``
-    are as in ``simulate``.  Raises ConversionError.
+    Args:
+        source: As in ``simulate``.
+        language: ``c`` or ``python``; by default C where there is a compiler.
+        math: A module with ``sin``, ``cos`` and ``sqrt`` for other numbers than floats: ``numpy``
+            for many states at once (q is then (joints, states)), ``casadi``, ``jax.numpy``; the
+            equations are then Python.
+        moving: True to leave out the joints that never move, which stay where they are drawn.
+        **fields: Fields of the config, as in ``convert``.
+
+    Raises:
+        ConversionError: The robot cannot be converted, or the equations cannot be made.
     """
     if language not in (None, "c", "python"):
         raise ConfigError("usage", f"there is no language '{language}'", hint="c, or python")
     if language == "c" and math is not None:
         raise ConfigError("usage", "C has floats only: leave language or math out")
-    model, keep = project_of(source, fields)
+    model, temporary_folder = resolve_model(source, fields)
     if language is None:
         language = "python" if math is not None or compiler() is None else "c"
-    return Robot(MbsData(model), language, math, keep, moving=moving)
+    robot = Robot(MbsData(model), language, math, moving=moving)
+    robot.temporary_folder = temporary_folder
+    return robot
 
 
 class Robot:
@@ -59,42 +73,39 @@ class Robot:
 
     Positions q, velocities qd, accelerations qdd and forces tau have one number for each joint, in
     the order of ``joints`` (rad or m, their rates, N m or N).  Vectors are in the axes of the base.
-    ``mass_matrix``, ``bias`` and ``inverse_dynamics`` are those of the tree: all joints move as
-    they are told, and cuts are open.  Only ``forward_dynamics`` closes loops.  Of the project's
-    user functions only those for constraints are called.  A wrong number of values is a ValueError.
+    ``mass_matrix``, ``bias`` and ``inverse_dynamics`` are those of the tree: all joints are
+    independent, and cuts are open.  Only ``forward_dynamics`` closes loops.  Of the project's user
+    functions, only those for constraints are called.  A wrong number of values is a ValueError.
 
-    With ``math``, results are its own arrays; with numpy and JAX, the states come last.
+    With ``math``, results are arrays of that module; with numpy and JAX, the states come last.
     """
 
     def __init__(
-        self,
-        data: MbsData,
-        language: str,
-        math: Any = None,
-        keep: Any = None,
-        *,
-        moving: bool = False,
+        self, data: MbsData, language: str, math: Any = None, *, moving: bool = False
     ) -> None:
-        self.data, self.language, self.math, self.keep = data, language, math, keep
-        self.kind: Any = float if math is None else object
+        """Take the equations of a model, see ``load_equations``."""
+        self.data, self.language, self.math = data, language, math
+        self.temporary_folder: Any = None
+        """A folder that is removed with the robot."""
+        self.dtype: Any = float if math is None else object
         if math is not None:
             data.math = math
             for name in ("q", "qd", "qdd", "Qq"):
                 setattr(data, name, np.full(data.njoint + 1, 0.0, object))
         joints = data._run.mbs.joints()
         self.moving = np.flatnonzero([not is_fixed(joint) for joint in joints.values()])
-        """The indices of the joints that ever move, among all of the model."""
-        self.taken = self.moving if moving else np.arange(data.njoint)
-        """The indices of those that q, qd, qdd and tau have numbers for."""
-        self.left = np.setdiff1d(np.arange(data.njoint), self.taken)
-        self.joints = [name for k, name in enumerate(joints) if k in self.taken]
+        """The indices of the joints that may move, among all of the model."""
+        self.selected = self.moving if moving else np.arange(data.njoint)
+        """The indices of the joints of q, qd, qdd and tau, among all of the model."""
+        self.omitted = np.setdiff1d(np.arange(data.njoint), self.selected)
+        self.joints = [name for k, name in enumerate(joints) if k in self.selected]
         self.bodies = list(data.body_id)
-        for name in USER:
+        for name in USER_FUNCTIONS:
             if not name.startswith("user_cons_"):
-                setattr(data, name, default(data, name))
+                setattr(data, name, get_default_function(data, name))
         data.user_JointForces = _keep_forces
-        self.memory = Memory(data) if language == "c" else None
-        self.functions: dict[str, Any] = {}
+        self.shared_data = SharedData(data) if language == "c" else None
+        self.c_functions: dict[str, Any] = {}
         self.code: Code | None = None
 
     def __repr__(self) -> str:
@@ -102,238 +113,294 @@ class Robot:
         return f"<Robot {self.data.mbs_name}: {moving}; {len(self.bodies)} bodies>"
 
     def mass_matrix(self, q: Any) -> Any:
-        """M, joints by joints."""
-        self._set(q=q, qd=ZERO)
-        return self._fill("dirdyna", JOINTS * 2, JOINTS)[0]
+        """Compute M: (joints, joints)."""
+        self._set(q=q, qd=ZEROS)
+        return self._evaluate("dirdyna", JOINTS * 2, JOINTS)[0]
 
     def bias(self, q: Any, qd: Any) -> Any:
-        """c: the forces that hold the joints at constant velocities, against gravity."""
+        """Compute c: the forces at constant velocities, against gravity."""
         self._set(q=q, qd=qd)
-        return self._fill("dirdyna", JOINTS * 2, JOINTS)[1]
+        return self._evaluate("dirdyna", JOINTS * 2, JOINTS)[1]
 
     def inverse_dynamics(self, q: Any, qd: Any, qdd: Any) -> Any:
-        """The forces of the joints."""
+        """Compute the forces tau of the joints."""
         self._set(q=q, qd=qd, qdd=qdd)
-        return self._fill("invdyna", JOINTS)[0]
+        return self._evaluate("invdyna", JOINTS)[0]
 
     def forward_dynamics(self, q: Any, qd: Any, tau: Any) -> Any:
-        """The accelerations of the joints.
+        """Compute the accelerations of the joints.
 
-        Positions and velocities of dependent joints are computed, by Newton's method from the
-        ``q`` that is given; their ``qd`` and ``tau`` count for nothing where cuts rule them.
-        Driven joints have no acceleration, and their ``tau`` counts for nothing.
+        Positions and velocities of dependent joints are computed, by Newton's method from their
+        ``q``; their ``qd``, and their ``tau`` where cuts rule them, are ignored.  Driven joints
+        have no acceleration, and their ``tau`` is ignored.
 
-        Raises LinAlgError where loops cannot be closed.
+        Raises:
+            LinAlgError: The loops cannot be closed.
         """
         if self.math is not None and self.data.nqv:
             raise TypeError("loops are closed for floats only: leave math out")
         if self.code is None:
             self.code = self._load_code()
             self._set(q=q)
-            if len(self.code.kept) != self.data.nqv:
-                with loaded(self.data):
-                    part(self.code)
-        self._set(q=q, qd=qd, Qq=tau, qdd=ZERO)
-        with loaded(self.data):
-            failed = self.code.solve()
+            if len(self.code.used_rows) != self.data.nqv:
+                with user_code(self.data):
+                    choose_partition(self.code)
+        self._set(q=q, qd=qd, Qq=tau, qdd=ZEROS)
+        with user_code(self.data):
+            failed = self.code.compute_accelerations()
         if failed:
             raise np.linalg.LinAlgError("the loops cannot be closed from these positions")
-        return self._result(self.data.qdd[1:][self.taken])
+        return self._convert(self.data.qdd[1:][self.selected])
 
     def inverse_dynamics_derivatives(self, q: Any, qd: Any, qdd: Any) -> tuple[Any, Any, Any]:
-        """The derivatives of ``inverse_dynamics`` by q, qd and qdd: a row for each force."""
+        """Compute the derivatives of ``inverse_dynamics`` by q, qd and qdd.
+
+        Returns:
+            Three arrays (joints, joints): a row for each force.
+        """
         self._set(q=q, qd=qd, qdd=qdd)
-        by_q, by_qd, by_qdd = self._fill("derivatives", *[JOINTS * 2] * 3)
-        return by_q, by_qd, by_qdd
+        dtau_dq, dtau_dqd, dtau_dqdd = self._evaluate("derivatives", *[JOINTS * 2] * 3)
+        return dtau_dq, dtau_dqd, dtau_dqdd
 
     def regressor(self, q: Any, qd: Any, qdd: Any) -> Any:
-        """Y of Y p = tau, for the p of ``parameters``."""
+        """Compute Y of Y p = tau, for the p of ``parameters``."""
         self._set(q=q, qd=qd, qdd=qdd)
-        return self._fill("regressor", (*JOINTS, 10 * len(self.bodies) + 1))[0]
+        return self._evaluate("regressor", (*JOINTS, 10 * len(self.bodies) + 1))[0]
 
     def parameters(self) -> Any:
-        """Ten numbers for each body, in the order of ``bodies``: mass (kg), first moments x, y, z
-        (kg m), inertia xx, xy, xz, yy, yz, zz about the body's origin (kg m^2)."""
+        """Return the inertial parameters p of ``regressor``.
+
+        Returns:
+            Ten numbers for each body, in the order of ``bodies``: mass (kg), first moments x, y, z
+            (kg m), inertia xx, xy, xz, yy, yz, zz about the body's origin (kg m^2).
+        """
         data, numbers = self.data, [self.data.body_id[body] for body in self.bodies]
         mass, centre = data.m[numbers], data.l[1:, numbers].T
+        # I about the origin = I about the centre of mass + m (r'r 1 - r r')
         outer = centre[:, :, None] * centre[:, None, :]
-        about = np.trace(outer, axis1=1, axis2=2)[:, None, None] * np.eye(3) - outer
-        inertia = data.In[1:, numbers].T + (mass[:, None, None] * about).reshape(-1, 9)
-        first = mass[:, None] * centre
-        return np.column_stack([mass, first, inertia[:, [0, 1, 2, 4, 5, 8]]]).ravel()
+        steiner = np.trace(outer, axis1=1, axis2=2)[:, None, None] * np.eye(3) - outer
+        inertia = data.In[1:, numbers].T + (mass[:, None, None] * steiner).reshape(-1, 9)
+        first_moments = mass[:, None] * centre
+        return np.column_stack([mass, first_moments, inertia[:, [0, 1, 2, 4, 5, 8]]]).ravel()
 
     def forward_dynamics_derivatives(self, q: Any, qd: Any, tau: Any) -> tuple[Any, Any, Any]:
-        """The derivatives of ``forward_dynamics`` by q, qd and tau: a row for each acceleration.
+        """Compute the derivatives of ``forward_dynamics`` by q, qd and tau.
 
-        Rows of driven joints are zero.  Raises ValueError for models with dependent joints.
+        Returns:
+            A row for each acceleration; those of driven joints are zero.
+
+        Raises:
+            ValueError: The model has dependent joints.
         """
         if self.data.nqv:
             raise ValueError("the model has dependent joints: derivatives are those of a tree")
         if self.math is not None:
             raise TypeError("forward dynamics is differentiated for floats only: leave math out")
         qdd = self.forward_dynamics(q, qd, tau)
-        by_q, by_qd, _ = self.inverse_dynamics_derivatives(q, qd, qdd)
+        dtau_dq, dtau_dqd, _ = self.inverse_dynamics_derivatives(q, qd, qdd)
         mass = self.mass_matrix(q)
-        free = np.flatnonzero(np.isin(self.taken + 1, self.data.qu[1:]))
+        free = np.flatnonzero(np.isin(self.selected + 1, self.data.qu[1:]))
         inverse = np.zeros_like(mass)
         inverse[np.ix_(free, free)] = np.linalg.inv(mass[np.ix_(free, free)])
-        return -inverse @ by_q, -inverse @ by_qd, inverse
+        return -inverse @ dtau_dq, -inverse @ dtau_dqd, inverse
 
     def position(self, place: str | tuple[str, str], q: Any) -> Any:
-        """Where the origin of a body, or a point is (m).
+        """Compute the position (m) of the origin of a body, or of a point.
 
-        ``place`` is the name of a body or of a point; (body, point) where names are not unique.
+        Args:
+            place: The name of a body or of a point; (body, point) where names are not unique.
+            q: The positions of the joints.
         """
-        self._set(q=q, qd=ZERO, qdd=ZERO)
-        return self._point(place)[0]
+        self._set(q=q, qd=ZEROS, qdd=ZEROS)
+        return self._compute_point(place)[0]
 
     def jacobian(self, place: str | tuple[str, str], q: Any) -> Any:
-        """The velocity of a body's origin or a point, and the spin of the body, by qd: (6, joints).
+        """Compute the Jacobian of a body's origin, or of a point.
 
-        Rows 0 to 2 are linear, 3 to 5 angular.
+        Args:
+            place: As in ``position``.
+            q: The positions of the joints.
+
+        Returns:
+            (6, joints): rows 0 to 2 are linear, 3 to 5 angular.
         """
-        self._set(q=q, qd=ZERO, qdd=ZERO)
-        return self._point(place)[1]
+        self._set(q=q, qd=ZEROS, qdd=ZEROS)
+        return self._compute_point(place)[1]
 
     def energy(self, q: Any, qd: Any) -> Any:
-        """Kinetic energy, and that of gravity, which is 0 at the base's origin: two numbers (J)."""
+        """Compute the kinetic energy, and that of gravity, which is 0 at the base's origin (J)."""
         self._set(q=q, qd=qd)
-        return self._fill("energy", (3,))[0]
+        return self._evaluate("energy", (3,))[0]
 
     def centre_of_mass(self, q: Any) -> Any:
-        """The centre of mass (m)."""
+        """Compute the centre of mass (m)."""
         self._set(q=q)
-        return self._fill("com", (4,))[0]
+        return self._evaluate("com", (4,))[0]
 
     def momentum(self, q: Any, qd: Any) -> Any:
-        """Linear momentum (kg m/s), and angular momentum about the centre of mass (kg m^2/s): six
-        numbers."""
+        """Compute linear momentum (kg m/s), and angular momentum about the centre of mass.
+
+        Returns:
+            Six numbers, the last three in kg m^2/s.
+        """
         self._set(q=q, qd=qd)
-        linear, angular = self._fill("momentum", (4,), (4,))
+        linear, angular = self._evaluate("momentum", (4,), (4,))
         if hasattr(self.math, "vertcat"):
             return self.math.vertcat(linear, angular)
         return (self.math or np).concatenate([linear, angular])
 
-    # --- calls ---
+    # --- calls of the equations ---
 
     def _set(self, **state: Any) -> None:
-        """Put values into the data: ZERO, or a number for each joint."""
+        """Set members of the data: to ZEROS, or a number for each joint.
+
+        Raises:
+            ValueError: There are more or fewer numbers than joints.
+            TypeError: They are not real numbers.
+        """
         count = len(self.joints)
         for name, values in state.items():
             array = getattr(self.data, name)
-            if values is ZERO:
+            if values is ZEROS:
                 array[1:] = 0.0
                 continue
-            given = np.asarray(values) if self.math is None else values
-            shape = given.shape if hasattr(given, "shape") else (len(given),)
+            numbers = np.asarray(values) if self.math is None else values
+            shape = numbers.shape if hasattr(numbers, "shape") else (len(numbers),)
             if shape[0:1] != (count,) or (self.math is None and len(shape) > 1):
-                what = "tau" if name == "Qq" else name
-                raise ValueError(f"{what} has the shape {shape}, and the model has {count} joints")
-            array[1:][self.left] = self.data.q0[1:][self.left] if name == "q" else 0.0
+                argument = "tau" if name == "Qq" else name
+                message = f"{argument} has the shape {shape}, and the model has {count} joints"
+                raise ValueError(message)
+            array[1:][self.omitted] = self.data.q0[1:][self.omitted] if name == "q" else 0.0
             if self.math is not None:  # such as symbols, or a row of states for each joint
-                for k, place in enumerate(self.taken):
-                    array[place + 1] = given[k]
-            elif given.dtype.kind in "fiu":
-                array[1:][self.taken] = given
+                for k, joint in enumerate(self.selected):
+                    array[joint + 1] = numbers[k]
+            elif numbers.dtype.kind in "fiu":
+                array[1:][self.selected] = numbers
             else:
-                raise TypeError(f"{name} must be real numbers, and is of type {given.dtype}")
+                raise TypeError(f"{name} must be real numbers, and is of type {numbers.dtype}")
 
-    def _result(self, array: Any) -> Any:
-        """An array of the kind that ``math`` has: with numpy and JAX, the states are last."""
+    def _convert(self, array: Any) -> Any:
+        """Convert an array to one of ``math``: with numpy and JAX, the states are last."""
         if hasattr(self.math, "vertcat"):  # CasADi
             rows = array if array.ndim == 1 else [self.math.horzcat(*row) for row in array]
             return self.math.vertcat(*rows)
         if not hasattr(self.math, "broadcast_to"):
             return array
         states = np.broadcast_shapes(*map(np.shape, self.data.q))
-        every = [self.math.broadcast_to(one, states) for one in array.ravel()]
-        return self.math.stack(every).reshape(*array.shape, *states) * 1.0
+        elements = [self.math.broadcast_to(element, states) for element in array.ravel()]
+        return self.math.stack(elements).reshape(*array.shape, *states) * 1.0
 
-    def _fill(self, name: str, *shapes: tuple[int | None, ...]) -> list[Any]:
-        """What a function of the equations fills, from index 0; None is one for each joint."""
+    def _evaluate(self, name: str, *shapes: tuple[int | None, ...]) -> list[Any]:
+        """Return the arrays that a function of the equations fills.
+
+        Args:
+            name: Of the function, without ``mbs_``.
+            *shapes: Of the arrays, with the index 0 that is not used; None: one for each joint.
+        """
         arrays = [
-            np.full([self.data.njoint + 1 if n is None else n for n in shape], 0.0, self.kind)
+            np.full([self.data.njoint + 1 if n is None else n for n in shape], 0.0, self.dtype)
             for shape in shapes
         ]
-        time = (0.0,) if name in TIMED else ()
-        if self.memory is None:
+        time = (0.0,) if name in TIMED_FUNCTIONS else ()
+        if self.shared_data is None:
             getattr(self.data, f"mbs_{name}")(*arrays, self.data, *time)
         else:
-            given = [vector(array) if array.ndim == 1 else table(array) for array in arrays]
-            self._c(name)(*given, self.memory.at, *map(ctypes.c_double, time))
+            outputs = [as_c_vector(x) if x.ndim == 1 else as_c_table(x) for x in arrays]
+            function = self._load_c_function(name)
+            function(*outputs, self.shared_data.address, *map(ctypes.c_double, time))
+        joints = self.selected + 1
         return [
-            self._result(
-                array[np.ix_(*[self.taken + 1 if n is None else np.arange(1, n) for n in shape])]
-            )
+            self._convert(array[np.ix_(*[joints if n is None else np.arange(1, n) for n in shape])])
             for array, shape in zip(arrays, shapes, strict=True)
         ]
 
-    def _c(self, name: str) -> Any:
-        """A function of the equations in C, compiled when it is first asked for."""
-        if name not in self.functions:
-            folders = folders_of(self.data.user_path, self.data.symbolic_path)
-            files = equations(self.data, [name], "c").values()
+    def _load_c_function(self, name: str) -> Any:
+        """Return a function of the equations in C, which is compiled when it is first used."""
+        if name not in self.c_functions:
+            folders = list_header_folders(self.data.user_path, self.data.symbolic_path)
+            files = find_equations(self.data, [name], "c").values()
             library = compile_library([Source(file, folders) for file in files])
-            self.functions[name] = getattr(library, f"mbs_{name}")
-        return self.functions[name]
+            self.c_functions[name] = getattr(library, f"mbs_{name}")
+        return self.c_functions[name]
 
     def _load_code(self) -> Code:
+        """Load the functions that close loops.
+
+        Raises:
+            SimulationError: User constraints are in C only.
+        """
         data = self.data
-        python = (data.user_path / "user_cons_hJ.py").is_file()
-        if not python and (data.user_path / "user_cons_hJ.c").is_file():
+        has_python = (data.user_path / "user_cons_hJ.py").is_file()
+        if not has_python and (data.user_path / "user_cons_hJ.c").is_file():
             raise SimulationError(
-                "usage", "the constraints of this project's user functions are in C only",
-                file=str(data.user_path), hint="write user_cons_hJ.py and user_cons_jdqd.py, too",
-            )  # fmt: skip
-        with loaded(data):
-            return PythonEquations(data) if self.memory is None else CCode(data, user_in_c=False)
+                "usage",
+                "the constraints of this project's user functions are in C only",
+                file=str(data.user_path),
+                hint="write user_cons_hJ.py and user_cons_jdqd.py, too",
+            )
+        with user_code(data):
+            if self.shared_data is None:
+                return PythonEquations(data)
+            return CCode(data, user_in_c=False)
 
-    def _point(self, place: str | tuple[str, str]) -> tuple[Any, Any]:
-        """Position and Jacobian of a place."""
-        body, at = self._find(place)
-        jac = np.full((7, self.data.njoint + 1), 0.0, self.kind)
+    def _compute_point(self, place: str | tuple[str, str]) -> tuple[Any, Any]:
+        """Compute position and Jacobian of a body's origin, or of a point.
+
+        The point at ``lever`` from the origin P of its body moves with v = v_P + omega x lever.
+        """
+        body, point = self._find_place(place)
+        jacobian = np.full((7, self.data.njoint + 1), 0.0, self.dtype)
         if body is None:
-            return at, self._result(jac[1:, 1:][:, self.taken])
-        sensor: Any = MbsSensor(self.data)
-        number = self.data.body_id[body]
-        if self.memory is None:
-            for name in ("P", "R", "V", "OM", "A", "OMP"):
-                setattr(sensor, name, getattr(sensor, name).astype(self.kind))
-            sensor.J = jac
-            sensor.comp_gen_sensor(number)
-            origin, axes = sensor.P[1:], sensor.R[1:, 1:]
-        else:
-            sensor = SensorInC()
-            sensor.J = table(jac)
-            self._c("gensensor")(ctypes.byref(sensor), self.memory.at, number)
-            origin = np.array(sensor.P[1:])
-            axes = np.array(sensor.R).reshape(4, 4)[1:, 1:]
-        arm = axes.T @ at
-        jac = jac[1:, 1:]
-        for k in range(3):  # the spin x arm
+            return point, self._convert(jacobian[1:, 1:][:, self.selected])
+        origin, axes = self._compute_frame(self.data.body_id[body], jacobian)
+        lever = axes.T @ point
+        jacobian = jacobian[1:, 1:]
+        for k in range(3):
             i, j = (k + 1) % 3, (k + 2) % 3
-            jac[k] += jac[3 + i] * arm[j : j + 1] - jac[3 + j] * arm[i : i + 1]
-        return self._result(origin + arm), self._result(jac[:, self.taken])
+            jacobian[k] += jacobian[3 + i] * lever[j : j + 1] - jacobian[3 + j] * lever[i : i + 1]
+        return self._convert(origin + lever), self._convert(jacobian[:, self.selected])
 
-    def _find(self, place: str | tuple[str, str]) -> tuple[str | None, Any]:
-        """The body that a place is on (None: the base), and where it is in its axes (m)."""
+    def _compute_frame(self, joint: int, jacobian: Any) -> tuple[Any, Any]:
+        """Compute the frame after a joint: its origin, and its axes as rows; fill its Jacobian."""
+        if self.shared_data is not None:
+            c_sensor = SensorInC()
+            c_sensor.J = as_c_table(jacobian)
+            compute = self._load_c_function("gensensor")
+            compute(ctypes.byref(c_sensor), self.shared_data.address, joint)
+            return np.array(c_sensor.P[1:]), np.array(c_sensor.R).reshape(4, 4)[1:, 1:]
+        sensor = MbsSensor(self.data)
+        for name in ("P", "R", "V", "OM", "A", "OMP"):
+            setattr(sensor, name, getattr(sensor, name).astype(self.dtype))
+        sensor.J = jacobian
+        sensor.comp_gen_sensor(joint)
+        return sensor.P[1:], sensor.R[1:, 1:]
+
+    def _find_place(self, place: str | tuple[str, str]) -> tuple[str | None, Any]:
+        """Find a place.
+
+        Returns:
+            The body (None: the base), and the point in its frame (m).
+
+        Raises:
+            ValueError: The model has no such place, or several.
+        """
         data = self.data
         if place in data.body_id:
             return str(place), np.zeros(3)
-        found = [
+        matches = [
             (body, number)
             for body, numbers in data.points_id.items()
             for name, number in numbers.items()
             if place in (name, (body, name))
         ]
-        if len(found) != 1:
-            if found:
-                raise ValueError(f"the model has {len(found)} points '{place}': give (body, point)")
-            known = ", ".join(self.bodies)
-            raise ValueError(f"the model has no body and no point '{place}'; its bodies: {known}")
-        body, number = found[0]
+        if len(matches) > 1:
+            raise ValueError(f"the model has {len(matches)} points '{place}': give (body, point)")
+        if not matches:
+            bodies = ", ".join(self.bodies)
+            raise ValueError(f"the model has no body and no point '{place}'; its bodies: {bodies}")
+        body, number = matches[0]
         return None if body == BASE else body, data.dpt[1:, number].copy()
 
 
 def _keep_forces(data: MbsData, tsim: float) -> None:
-    """Leave the forces of the joints as they are given, where no user function computes them."""
+    """Replace user_JointForces: the forces of the joints stay as they are given."""

@@ -1,4 +1,4 @@
-"""Robotran's own steps, those of its option ``RK4``: what repeats results that it has written."""
+"""The steps of Robotran's option ``RK4``, which repeat results that Robotran has written."""
 
 from __future__ import annotations
 
@@ -7,38 +7,44 @@ from typing import Any
 
 
 class RungeKutta4:
-    """The classical steps of order 4, all of one length, with the interface of scipy's solvers.
+    """The classical Runge-Kutta method of order 4, with the interface of scipy's solvers.
 
-    No error is estimated: where forces are stiff, or a wheel turns far in a step, they are wrong.
+    All steps have one length, and no error is estimated: where forces are stiff, or a wheel turns
+    far in a step, the results are wrong.
     """
 
     def __init__(
-        self, fun: Callable[[float, Any], Any], t0: float, y0: Any, t_bound: float, *,
-        first_step: float, **_: Any,
-    ) -> None:  # fmt: skip
+        self,
+        fun: Callable[[float, Any], Any],
+        t0: float,
+        y0: Any,
+        t_bound: float,
+        *,
+        first_step: float,
+    ) -> None:
         self.fun, self.t, self.y, self.t_bound = fun, t0, y0, t_bound
-        self.start, self.length, self.count = t0, first_step, 0
-        self.before = t0, y0
-        self.t_old = t0
+        self.start_time, self.step_length, self.step_count = t0, first_step, 0
+        self.t_old, self.y_old = t0, y0
         self.status = "running"
 
     def step(self) -> None:
-        self.before = t, y = self.t, self.y
-        self.t_old = t
-        self.count += 1
-        self.t = self.start + self.count * self.length  # which does not add up roundings
-        if self.t > self.t_bound - 1e-9 * self.length:
+        """Take one step; the last one ends at ``t_bound``."""
+        self.t_old, self.y_old = t, y = self.t, self.y
+        self.step_count += 1
+        # not t + h: rounding errors would add up
+        self.t = self.start_time + self.step_count * self.step_length
+        if self.t > self.t_bound - 1e-9 * self.step_length:
             self.t, self.status = self.t_bound, "finished"
         h = self.t - t
-        a = self.fun(t, y)
-        b = self.fun(t + h / 2, y + h / 2 * a)
-        c = self.fun(t + h / 2, y + h / 2 * b)
-        d = self.fun(self.t, y + h * c)
-        self.y = y + h / 6 * (a + 2 * (b + c) + d)
+        k1 = self.fun(t, y)
+        k2 = self.fun(t + h / 2, y + h / 2 * k1)
+        k3 = self.fun(t + h / 2, y + h / 2 * k2)
+        k4 = self.fun(self.t, y + h * k3)
+        self.y = y + h / 6 * (k1 + 2 * (k2 + k3) + k4)
 
     def dense_output(self) -> Any:
-        """The state at a time of the last step: a cubic of its ends and their slopes."""
+        """Return the state in the last step as a function: a cubic of its ends and derivatives."""
         from scipy.interpolate import CubicHermiteSpline
 
-        (t, y), fun = self.before, self.fun
-        return CubicHermiteSpline([t, self.t], [y, self.y], [fun(t, y), fun(self.t, self.y)])
+        times, states = [self.t_old, self.t], [self.y_old, self.y]
+        return CubicHermiteSpline(times, states, [*map(self.fun, times, states)])

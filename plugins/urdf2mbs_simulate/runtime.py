@@ -1,4 +1,4 @@
-"""What ``urdf2mbs.runtime`` has: the names of MBsysPy."""
+"""The names of MBsysPy, as ``urdf2mbs.runtime`` offers them to user code."""
 
 from urdf2mbs_simulate import names as mbs_utilities
 from urdf2mbs_simulate.data import MbsSensor
@@ -19,8 +19,21 @@ from urdf2mbs_simulate.results import Results
 from urdf2mbs_simulate.trajectory import MbsInvdyn, MbsSolvekin
 
 __all__ = [
-    "MbsData", "MbsDirdyn", "MbsEquil", "MbsInvdyn", "MbsModal", "MbsPart", "MbsSensor",
-    "MbsSolvekin", "Results",
-    "define_output_vector", "matrix_product", "matrix_vector_product", "mbs_utilities",
-    "set_output", "set_output_vector", "transpose", "vector_cross_product",
-]  # fmt: skip
+    "MbsData",
+    "MbsDirdyn",
+    "MbsEquil",
+    "MbsInvdyn",
+    "MbsModal",
+    "MbsPart",
+    "MbsSensor",
+    "MbsSolvekin",
+    "Results",
+    "define_output_vector",
+    "matrix_product",
+    "matrix_vector_product",
+    "mbs_utilities",
+    "set_output",
+    "set_output_vector",
+    "transpose",
+    "vector_cross_product",
+]

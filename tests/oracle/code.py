@@ -15,8 +15,8 @@ from oracle.case import Case
 from urdf2mbs.conversion import Conversion
 from urdf2mbs_project.simulation import CONTACT_STATES, get_force_name
 from urdf2mbs_simulate.c_code import CCode
-from urdf2mbs_simulate.memory import SensorInC, vector
-from urdf2mbs_simulate.python_code import PythonEquations, loaded
+from urdf2mbs_simulate.memory import SensorInC, as_c_vector
+from urdf2mbs_simulate.python_code import PythonEquations, user_code
 from urdf2mbs_simulate.runtime import MbsData
 
 #: The folders of a project that hold code.
@@ -55,7 +55,7 @@ def prove_code(
             file.write_bytes(content)
         data = MbsData(next(Path(folder).glob("dataR/*.mbs")))
         try:
-            with loaded(data):
+            with user_code(data):
                 case = Case(conversion, data, PythonEquations(data))
                 found = case.found
                 case.has_equations = in_c or any(data.symbolic_path.glob("mbs_accelred_*.py"))
@@ -77,7 +77,7 @@ def _compare_c(case: Case) -> None:
         q, qd = joints.state(case, side, fast)
         data.q[:], data.qd[:], data.Qq[:], data.ux[:] = q, qd, 1e3, python.ux
         python.uxd[:] = data.uxd[:] = 0.0
-        code.library.user_JointForces(code.at, user)
+        code.library.user_JointForces(code.run_address, user)
         case.compare_joints("its force in C", case.joint_forces(q, qd), [0.0, *data.Qq[1:]])
         case.compare("the rates of bristles in C", python.uxd, data.uxd, "m/s or rad/s")
     times = {t for m in python.user_model.values() if "stop" in m for t in (m["start"], m["stop"])}
@@ -87,9 +87,9 @@ def _compare_c(case: Case) -> None:
         qd *= pace
         for each in (python, data):
             each.q[:], each.qd[:], each.qdd[:], each.tsim = q, qd, qdd, time
-        if case.code.solve():
+        if case.code.compute_accelerations():
             continue
-        if code.solve():
+        if code.compute_accelerations():
             case.differ("accelerations in C", "the loops cannot be closed, as Python closes them")
             continue
         for name in ("q", "qd", "qdd"):
@@ -113,7 +113,9 @@ def _compare_c(case: Case) -> None:
         for k, axis in enumerate(place.R, start=1):
             measured.R[4 * k + 1 : 4 * k + 4] = axis
         given = np.zeros((2, 4))
-        read(ctypes.byref(measured), data.sensor_id[name], code.at, *map(vector, given))
+        read(
+            ctypes.byref(measured), data.sensor_id[name], code.run_address, *map(as_c_vector, given)
+        )
         should = np.concatenate(case.imu(sensor.name, place))
         case.compare(f"sensor '{sensor.name}' in C", should, given[:, 1:].ravel(), "", 1.0)
 
@@ -132,7 +134,7 @@ def _compare_ground(case: Case, code: CCode) -> None:
             for k, axis in enumerate(touch.axes, start=1):
                 motion.R[4 * k + 1 : 4 * k + 4] = axis
             parts = (getattr(motion, name) for name in ("P", "R", "V", "OM", "A", "OMP"))
-            code.library.user_ExtForces(*parts, code.at, ctypes.c_double(0.0), number)
+            code.library.user_ExtForces(*parts, code.run_address, ctypes.c_double(0.0), number)
             case.compare(f"force '{force}' in C", should, data.SWr[number][1:], "N, N m, m")
             rates = python.uxd[states], data.uxd[states]
             case.compare("the rates of bristles in C", *rates, "m/s or rad/s")

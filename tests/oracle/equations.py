@@ -29,7 +29,7 @@ def _prove_motion(case: Case, q: Any, qd: Any, rules: Any) -> None:
     """A state, with its accelerations, obeys the equations of motion."""
     data = case.data
     data.q[:], data.qd[:], data.qdd[:] = q, qd, 0.0
-    if case.code.solve():
+    if case.code.compute_accelerations():
         case.differ("accelerations", "none can be found near the start")
         return
     q, qd, qdd = data.q.copy(), data.qd.copy(), data.qdd.copy()
@@ -37,7 +37,7 @@ def _prove_motion(case: Case, q: Any, qd: Any, rules: Any) -> None:
     matrix, bias = case.ours.equations()
     should = matrix @ qdd + bias - _external(case, qdd)
     scale = np.abs(matrix) @ np.abs(qdd) + np.abs(bias) + np.abs(should)
-    given, own = case.code.inverse(), np.zeros(len(q))
+    given, own = case.code.compute_inverse_dynamics(), np.zeros(len(q))
     own[case.moving] = given[case.moving]
     case.compare_joints("inverse dynamics", should, own, scale)
     # each constraint: how far it is open, its derivatives, and how it accelerates

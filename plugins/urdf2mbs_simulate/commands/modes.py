@@ -1,8 +1,10 @@
-"""`modes`: how a model swings about its equilibrium."""
+"""`modes`: compute the modes of a model about its equilibrium."""
 
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 from urdf2mbs.plugin import (
     ALONE,
@@ -16,6 +18,9 @@ from urdf2mbs.plugin import (
 )
 from urdf2mbs_simulate.commands.simulate import is_page, make_project
 
+if TYPE_CHECKING:
+    from urdf2mbs_simulate.modal import Modes
+
 EXAMPLES = (
     "urdf2mbs modes robot.yaml",
     "urdf2mbs modes project -o mode.html --mode 2",
@@ -24,17 +29,23 @@ EXAMPLES = (
 
 
 def add_options(command: argparse.ArgumentParser) -> None:
+    """Add the options of the command."""
     add_printing(command)
     add_running(command)
     command.add_argument(
-        "config", type=path, metavar="SOURCE",
+        "config",
+        type=path,
+        metavar="SOURCE",
         help="a project's folder, an .mbs, a CONFIG.yaml, or a .urdf or .xacro file",
-    )  # fmt: skip
+    )
     command.add_argument(
-        "-o", "--output", type=path, metavar="DIR|PAGE.html",
+        "-o",
+        "--output",
+        type=path,
+        metavar="DIR|PAGE.html",
         help="the folder of the project that a robot becomes (default: NAME_robotran); or a page "
-        "on which a mode swings",
-    )  # fmt: skip
+        "that animates a mode",
+    )
     command.add_argument(
         "--drawn", action="store_true", help="the modes about the drawn pose, not an equilibrium"
     )
@@ -50,6 +61,7 @@ def add_options(command: argparse.ArgumentParser) -> None:
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
+    """Compute the modes, write them, and print the table; return the exit code."""
     from urdf2mbs.plugin import Progress, model_of, write_files
     from urdf2mbs_report.page import make_model_page
     from urdf2mbs_simulate.project import modes
@@ -57,29 +69,48 @@ def carry_out(arguments: argparse.Namespace) -> int:
     model = model_of(arguments.config) or make_project(arguments)
     with Progress(arguments) as progress:
         progress.at = "looking for an equilibrium"
-        found = modes(model, drawn=arguments.drawn, language=arguments.language)
-    data, count = found.data, len(found.modes)
+        results = modes(model, drawn=arguments.drawn, language=arguments.language)
+    data, count = results.data, len(results.modes)
     if not 1 <= arguments.mode <= max(count, 1):
         raise ConfigError("usage", f"--mode {arguments.mode}: the model has {count} modes")
-    files = found.write(arguments.mode, force=arguments.force)
+    files = results.write(arguments.mode, force=arguments.force)
     if is_page(arguments.output) and count:
         page = make_model_page(data._run.mbs, model, files[1].name)
         write_files({arguments.output: page.data}, force=arguments.force)
         files.insert(0, arguments.output)
     if arguments.json:
-        rows = [
-            {"frequency": mode.frequency, "damping": mode.damping, "value": [mode.value.real,
-             mode.value.imag], "joints": [list(data.joint_id)[k - 1] for k in mode.joints()]}
-            for mode in found.modes
-        ]  # fmt: skip
-        print_json({"model": data.mbs_name, "modes": rows, "stable": found.stable,
-                    "files": [str(file) for file in files]})  # fmt: skip
-        return 0
-    print(f"{data.mbs_name}: {count} modes")
-    for line in (*data._run.notes, *found.lines(), *map(near, files)):
-        print(f"  {line}")
-    see = (
-        f"open {near(files[0])}" if is_page(files[0]) else "add '-o PAGE.html' to see a mode swing"
-    )
-    print(f"Next: {see}")
+        print_json(_describe_modes(results, files))
+    else:
+        _print_modes(results, files)
     return 0
+
+
+def _describe_modes(results: Modes, files: list[Path]) -> dict[str, object]:
+    """Return the modes as data for --json."""
+    names = list(results.data.joint_id)
+    rows = [
+        {
+            "frequency": mode.frequency,
+            "damping": mode.damping,
+            "value": [mode.value.real, mode.value.imag],
+            "joints": [names[number - 1] for number in mode.joints()],
+        }
+        for mode in results.modes
+    ]
+    return {
+        "model": results.data.mbs_name,
+        "modes": rows,
+        "stable": results.stable,
+        "files": [str(file) for file in files],
+    }
+
+
+def _print_modes(results: Modes, files: list[Path]) -> None:
+    data = results.data
+    print(f"{data.mbs_name}: {len(results.modes)} modes")
+    for line in (*data._run.notes, *results.lines(), *map(near, files)):
+        print(f"  {line}")
+    if is_page(files[0]):
+        print(f"Next: open {near(files[0])}")
+    else:
+        print("Next: add '-o PAGE.html' to see a mode swing")

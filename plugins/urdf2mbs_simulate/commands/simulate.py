@@ -1,4 +1,4 @@
-"""`simulate`: let a robot move, and write Robotran's result files.
+"""`simulate`: simulate a robot, and write Robotran's result files.
 
 Makes a project of the robot if there is none, computes the motion from the
 start position, and writes the project's resultsR/*.csv, animationR/*.anim.
@@ -38,8 +38,7 @@ from urdf2mbs.plugin import (
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from urdf2mbs.plugin import Config, Conversion, Mbs, Progress
-    from urdf2mbs.plugin import MbsJoint as Joint
+    from urdf2mbs.plugin import Config, Conversion, Mbs, MbsJoint, Progress
     from urdf2mbs_simulate.results import Results
 
 EXAMPLES = (
@@ -48,35 +47,42 @@ EXAMPLES = (
     "urdf2mbs simulate robot.urdf -o robot_project --language python",
 )
 
-#: How insert-base calls the joint of a floating base; a number ends it where the name is taken.
+#: How insert-base names the joints of a floating base; a number follows where the name is taken.
 INSERTED_BASE = "floating_base"
-
-
-#: So many files are compiled without a word.
+#: Up to this many files are compiled without a message.
 FEW_FILES = 8
 
 
 def add_options(command: argparse.ArgumentParser) -> None:
+    """Add the options of the command."""
     add_printing(command)
     add_running(command)
     command.add_argument(
-        "config", type=path, metavar="SOURCE",
+        "config",
+        type=path,
+        metavar="SOURCE",
         help="a project's folder, an .mbs, a CONFIG.yaml, or a .urdf or .xacro file with the "
         "options below",
-    )  # fmt: skip
+    )
     command.add_argument(
-        "-o", "--output", type=path, metavar="DIR|PAGE.html",
+        "-o",
+        "--output",
+        type=path,
+        metavar="DIR|PAGE.html",
         help="the folder of the project that a robot becomes (default: NAME_robotran), or an "
-        ".mbs outside a project; or a page that plays the motion, where the robot lives with the "
-        "extra 'live'",
-    )  # fmt: skip
+        ".mbs outside a project; or a page that plays the motion, and is interactive with the "
+        "package ziglang",
+    )
     command.add_argument(
         "--time", type=float, default=2.0, metavar="S", help="the time to simulate (2 s)"
     )
     command.add_argument(
-        "--push", action="append", default=[], metavar="LINK:FX,FY,FZ@T1..T2",
+        "--push",
+        action="append",
+        default=[],
+        metavar="LINK:FX,FY,FZ@T1..T2",
         help="a force (N) on a link, in the axes of the base, from T1 to T2 (s)",
-    )  # fmt: skip
+    )
     command.add_argument(
         "--equilibrium", action="store_true", help="start where nothing accelerates, at rest"
     )
@@ -85,7 +91,7 @@ def add_options(command: argparse.ArgumentParser) -> None:
         choices=("Rosenbrock", "Radau", "DOP853", "RK4"),
         help="Rosenbrock: our own (default); Radau (implicit) and DOP853 (explicit): scipy's, for "
         "a second opinion; RK4: Robotran's, with the TIME_STEP of the project",
-    )  # fmt: skip
+    )
     command.add_argument(
         "--tolerance",
         type=float,
@@ -103,29 +109,61 @@ def add_options(command: argparse.ArgumentParser) -> None:
     add_fields(command, *ALONE)
 
 
+class _Clock:
+    """Measures how long a command loads and compiles, and how long it computes."""
+
+    def __init__(self) -> None:
+        self.begin = perf_counter()
+        self.compiled: float | None = None
+
+    def note_step(self) -> float:
+        """Return how long the steps have been computed (s)."""
+        if self.compiled is None:  # the first step: all files are compiled
+            self.compiled = perf_counter()
+        return perf_counter() - self.compiled
+
+    def stop(self) -> tuple[float, float]:
+        """Return the seconds of loading and compiling, and of computing."""
+        end = perf_counter()
+        compiled = self.begin if self.compiled is None else self.compiled
+        return compiled - self.begin, end - compiled
+
+
 def carry_out(arguments: argparse.Namespace) -> int:
-    from urdf2mbs.plugin import Progress, model_of, project_of
-    from urdf2mbs_simulate.project import simulate
+    """Simulate, write the results, and print a summary; return the exit code."""
+    from urdf2mbs.plugin import model_of, project_of
     from urdf2mbs_simulate.results import check_results
 
-    _check(arguments)
+    _check_numbers(arguments)
     model = model_of(arguments.config)
     if model is None:
         model = make_project(arguments)
     elif arguments.output is not None and not is_page(arguments.output):
-        model = _copied(model, arguments)
+        model = _copy_model(model, arguments)
     if not arguments.force:
         check_results(project_of(model))
-    begin, moves = perf_counter(), list[float]()
+    clock = _Clock()
+    results = _simulate(model, arguments, clock)
+    compiling, computing = clock.stop()
+    files = _write_results(model, results, arguments)
+    if arguments.json:
+        print_json(_describe_results(results, files, compiling + computing))
+    else:
+        _print_summary(results, files, compiling, computing)
+    return 1 if results.stopped else 0
+
+
+def _simulate(model: Path, arguments: argparse.Namespace, clock: _Clock) -> Results:
+    from urdf2mbs.plugin import Progress
+    from urdf2mbs_simulate.project import simulate
+
     with Progress(arguments) as progress:
 
         def watch(time: float) -> None:
-            if not moves:  # all is compiled
-                moves.append(perf_counter())
-            progress.at = describe_progress(time, arguments.time, perf_counter() - moves[0])
+            progress.at = describe_progress(time, arguments.time, clock.note_step())
 
         progress.at = "loading"
-        results = simulate(
+        return simulate(
             model,
             time=arguments.time,
             push=arguments.push,
@@ -135,29 +173,29 @@ def carry_out(arguments: argparse.Namespace) -> int:
             rate=arguments.rate,
             rtol=arguments.tolerance,
             equilibrium=arguments.equilibrium,
-            on_compile=tell_compiling(progress, "the simulation"),
+            on_compile=report_compiling(progress, "the simulation"),
         )
-    end = perf_counter()
+
+
+def _write_results(model: Path, results: Results, arguments: argparse.Namespace) -> list[Path]:
+    """Write the results, and the page if one is asked for; return the files."""
+    from urdf2mbs.plugin import Progress
+
     files = results.write(force=arguments.force)
     if results.equilibrium is not None:
         results.data._run.notes += results.equilibrium.lines()
-        equil = results.equilibrium.results.write("equil", force=arguments.force)
-        files[:0] = [file for file in equil if file.suffix == ".res"]
+        pose_files = results.equilibrium.results.write("equil", force=arguments.force)
+        files[:0] = [file for file in pose_files if file.suffix == ".res"]
     if is_page(arguments.output):
         with Progress(arguments) as progress:
             progress.at = "writing the page"
-            on_compile = tell_compiling(progress, "the robot of the page")
+            on_compile = report_compiling(progress, "the robot of the page")
             files.insert(0, _write_page(model, results, arguments, on_compile))
-    if arguments.json:
-        print_json(_described(results, files, end - begin))
-    else:
-        start = moves[0] if moves else begin
-        _tell(results, files, start - begin, end - start)
-    return 1 if results.stopped else 0
+    return files
 
 
-def _copied(model: Path, arguments: argparse.Namespace) -> Path:
-    """The .mbs in the project of its own that ``-o`` names."""
+def _copy_model(model: Path, arguments: argparse.Namespace) -> Path:
+    """Copy the .mbs to the project that ``-o`` names."""
     from urdf2mbs.plugin import read_model, write_files
 
     if model.parent.name == "dataR":
@@ -168,31 +206,43 @@ def _copied(model: Path, arguments: argparse.Namespace) -> Path:
 
 
 def is_page(output: Path | None) -> bool:
+    """Return True if an output is a page, and not a project's folder."""
     return output is not None and output.suffix.lower() == ".html"
 
 
-def describe_progress(time: float, end: float, passed: float) -> str:
-    """Return how far a run is, and how long it still takes."""
+def describe_progress(time: float, end: float, elapsed: float) -> str:
+    """Describe how far a run is, and how long it still takes.
+
+    Args:
+        time: The simulated time (s).
+        end: Its end (s).
+        elapsed: How long the run takes already (s).
+    """
     text = f"{time:.3g} of {end:g} s"
-    if time > 0.0 and passed > 1.0:
-        text += f", about {passed * (end / time - 1.0):.0f} s to go"
+    if time > 0.0 and elapsed > 1.0:
+        text += f", about {elapsed * (end / time - 1.0):.0f} s to go"
     return text
 
 
-def tell_compiling(progress: Progress, what: str) -> Callable[[int, int], None]:
-    """Return what says once that the first compilation takes long, and how far it is."""
+def report_compiling(progress: Progress, subject: str) -> Callable[[int, int], None]:
+    """Return a function that shows the progress of a compilation.
+
+    Args:
+        progress: Where it is shown.
+        subject: What is compiled.
+    """
     begin = perf_counter()
 
-    def tell(done: int, total: int) -> None:
-        text = f"compiling {what}: {done} of {total} files"
+    def report(done: int, total: int) -> None:
+        text = f"compiling {subject}: {done} of {total} files"
         if done == 0 and total > FEW_FILES:
-            progress.say(f"compiling {what}, {total} files: only the first time, up to a minute")
+            progress.say(f"compiling {subject}, {total} files: only the first time, up to a minute")
         elif done:
-            left = (perf_counter() - begin) / done * (total - done)
-            text += f", about {left:.0f} s to go"
+            remaining = (perf_counter() - begin) / done * (total - done)
+            text += f", about {remaining:.0f} s to go"
         progress.at = text
 
-    return tell
+    return report
 
 
 def _write_page(
@@ -201,7 +251,7 @@ def _write_page(
     arguments: argparse.Namespace,
     on_compile: Callable[[int, int], None],
 ) -> Path:
-    """Write the page of the model; it plays the results that were just written."""
+    """Write the page of the model, which plays the results that were just written."""
     from urdf2mbs.plugin import write_files
     from urdf2mbs_report.page import make_model_page
     from urdf2mbs_simulate.live import make_live
@@ -218,92 +268,105 @@ def _write_page(
     return Path(arguments.output)
 
 
-def _check(arguments: argparse.Namespace) -> None:
+def _check_numbers(arguments: argparse.Namespace) -> None:
     for name in ("time", "rate", "tolerance"):
         value = getattr(arguments, name)
         if value is not None and not 0.0 < value < 1e9:
-            raise ConfigError("usage", f"--{name} {value:g}: a number above 0 is wanted")
+            raise ConfigError("usage", f"--{name} {value:g}: expected a number above 0")
 
 
 def make_project(arguments: argparse.Namespace) -> Path:
-    """The project of a robot or of a config; gives its .mbs.
+    """Make the project of a robot or of a config, and return its .mbs.
 
-    A robot alone is converted, and stands, as ``init`` proposes.
+    A robot without a config is converted as ``init`` proposes: on its feet.
     """
-    from urdf2mbs.plugin import Progress, absolute, stem
-    from urdf2mbs_project.facts import find_robot_facts
-    from urdf2mbs_simulate.project import make, with_project
+    from urdf2mbs.plugin import Progress, stem
+    from urdf2mbs_simulate.project import with_project, write_project
 
     config, lines = robot_or_config(arguments)
-    alone = config.output is None and not config.passes
-    named = None if is_page(arguments.output) else arguments.output
-    folder = named or Path(f"{stem(Path(config.source))}_robotran")
-    before = None
+    is_plain = config.output is None and not config.passes
+    output = None if is_page(arguments.output) else arguments.output
+    folder = output or Path(f"{stem(Path(config.source))}_robotran")
+    converted = None
     with Progress(arguments) as progress:
 
         def run(
             config: Config, before: Conversion | None = None, *, fresh: bool = False
         ) -> Conversion:
-            installed = not arguments.no_plugins
-            converter = Pipeline(config, lines, installed_plugins=installed, fresh=fresh)
-            converter.watch(progress)
-            return converter.run(before=before)
+            with_plugins = not arguments.no_plugins
+            pipeline = Pipeline(config, lines, installed_plugins=with_plugins, fresh=fresh)
+            pipeline.watch(progress)
+            return pipeline.run(before=before)
 
-        if alone:
-            if "pipeline" not in choose_fields(arguments, ALONE):
-                config = msgspec.structs.replace(config, pipeline="compact")
-            # an .mbs that lies beside the robot is neither read nor written
-            model = absolute(folder) / "dataR" / f"{stem(Path(config.source))}.mbs"
-            before = run(msgspec.structs.replace(config, output=str(model)), fresh=True)
-            found = find_robot_facts(before)
-            config = msgspec.structs.replace(config, passes=found.passes)
-            if found.feet and not arguments.json:
-                print(f"the robot stands on {', '.join(found.feet)}, as init proposes")
-            elif "contacts" in found.passes and not arguments.json:
-                print(f"no feet: {found.why_no_feet}; all that is solid touches the ground")
-            elif found.why_no_feet and not arguments.json:
-                print(f"the robot has no ground, and drops: {found.why_no_feet}")
-        conversion = run(with_project(config, folder), before)
-    if not arguments.json and (alone or arguments.verbose):  # of a config, 'run' tells them
+        if is_plain:
+            config = _choose_pipeline(config, arguments, folder)
+            converted = run(config, fresh=True)
+            config = _add_proposed_passes(config, converted, quiet=arguments.json)
+        conversion = run(with_project(config, folder), converted)
+    if not arguments.json and (is_plain or arguments.verbose):  # of a config, 'run' prints them
         tell_diagnostics(conversion.diagnostics, arguments.verbose)
-    return make(conversion, force=arguments.force)
+    return write_project(conversion, force=arguments.force)
 
 
-def _described(results: Results, files: list[Path], seconds: float) -> dict[str, object]:
+def _choose_pipeline(config: Config, arguments: argparse.Namespace, folder: Path) -> Config:
+    """Return the config that converts a robot to an .mbs in the folder of its project.
+
+    An .mbs that lies beside the robot is neither read nor written.
+    """
+    from urdf2mbs.plugin import absolute, stem
+
+    if "pipeline" not in choose_fields(arguments, ALONE):
+        config = msgspec.structs.replace(config, pipeline="compact")
+    model = absolute(folder) / "dataR" / f"{stem(Path(config.source))}.mbs"
+    return msgspec.structs.replace(config, output=str(model))
+
+
+def _add_proposed_passes(config: Config, converted: Conversion, *, quiet: bool) -> Config:
+    """Add the passes that ``init`` proposes, and print how the robot starts."""
+    from urdf2mbs_project.facts import find_robot_facts
+
+    proposal = find_robot_facts(converted)
+    if proposal.feet and not quiet:
+        print(f"the robot stands on {', '.join(proposal.feet)}, as init proposes")
+    elif "contacts" in proposal.passes and not quiet:
+        print(f"no feet: {proposal.why_no_feet}; all that is solid touches the ground")
+    elif proposal.why_no_feet and not quiet:
+        print(f"the robot has no ground, and drops: {proposal.why_no_feet}")
+    return msgspec.structs.replace(config, output=None, passes=proposal.passes)
+
+
+def _describe_results(results: Results, files: list[Path], seconds: float) -> dict[str, object]:
+    """Return the summary as data for --json."""
     story = results.story()
     return {
-        "model": results.data.mbs_name, "language": results.language, "stopped": results.stopped,
-        "time": float(results.time[-1]), "frames": len(results.time), "wall_time": seconds,
-        "files": [str(file) for file in files], "partition": results.data._run.notes,
+        "model": results.data.mbs_name,
+        "language": results.language,
+        "stopped": results.stopped,
+        "time": float(results.time[-1]),
+        "frames": len(results.time),
+        "wall_time": seconds,
+        "files": [str(file) for file in files],
+        "partition": results.data._run.notes,
         "fell": story and story.fell,
         "events": [event._asdict() for event in story.events] if story else [],
-    }  # fmt: skip
+    }
 
 
-def _tell(results: Results, files: list[Path], preparing: float, moving: float) -> None:
-    """What moved, how fast it was computed (s), and where the motion is."""
-
+def _print_summary(results: Results, files: list[Path], compiling: float, computing: float) -> None:
+    """Print what moved, how fast it was computed (s), and where the motion is."""
     data, time = results.data, float(results.time[-1])
     joints = counted(data.nqu, "independent joint")
-    print(f"{data.mbs_name}: {time:g} s of {joints} simulated in {moving:.2f} s")
-    compiled = f", after {preparing:.0f} s of loading and compiling" if preparing > 1.0 else ""
+    print(f"{data.mbs_name}: {time:g} s of {joints} simulated in {computing:.2f} s")
+    compiled = f", after {compiling:.0f} s of loading and compiling" if compiling > 1.0 else ""
     print(f"  computed in {results.language}{compiled}")
     if not data.user_path.is_dir():
         print("  no user functions: gravity alone moves it")
-    for said in data._run.notes:
-        print(f"  {said}")
+    for note in data._run.notes:
+        print(f"  {note}")
     if results.stopped:
         print(f"a user function has stopped the run at {time:g} s (flag_stop)", file=sys.stderr)
-    moved = abs(results.q[:, 1:] - results.q[0, 1:]).max(axis=0)
-    if story := results.story():
-        print(f"  {story.words}")
-    elif moved.size:
-        name = results.joints[int(moved.argmax())]
-        joint = data._run.mbs.joints()[name]
-        unit = "m" if joint.type.startswith("T") else "rad"
-        print(f"  joint '{name}' moved most: {moved.max():.3g} {unit}")
-        if joint in find_floating_base(data._run.mbs) and not data.extforce_id:
-            print(f"  nothing holds it: {_what_holds(joint)}")
+    for line in _describe_motion(results):
+        print(f"  {line}")
     for file in files:
         if file.suffix in (".csv", ".anim", ".html") and "equil" not in file.name:
             print(f"  {near(file)}")
@@ -313,11 +376,28 @@ def _tell(results: Results, files: list[Path], preparing: float, moving: float) 
     print(f"      other results are in {os.path.relpath(files[-1].parent)}")
 
 
-def find_floating_base(model: Mbs) -> list[Joint]:
-    """Return the six free joints of a base that nothing holds; none of a base that is held.
+def _describe_motion(results: Results) -> list[str]:
+    """Describe the fall of a robot; of a model that does not stand, what moved most."""
+    if story := results.story():
+        return [story.words]
+    data = results.data
+    moved = abs(results.q[:, 1:] - results.q[0, 1:]).max(axis=0)
+    if not moved.size:
+        return []
+    name = results.joints[int(moved.argmax())]
+    joint = data._run.mbs.joints()[name]
+    unit = "m" if joint.type.startswith("T") else "rad"
+    lines = [f"joint '{name}' moved most: {moved.max():.3g} {unit}"]
+    if joint in find_floating_base(data._run.mbs) and not data.extforce_id:
+        lines.append(f"nothing holds it: {_propose_support(joint)}")
+    return lines
 
-    A floating base is a body on the ground with three shifts and three turns.  A cut, or a force
-    element, between the ground and another body holds it.
+
+def find_floating_base(model: Mbs) -> list[MbsJoint]:
+    """Return the six joints of a floating base; none if something holds it.
+
+    A floating base is a body on the ground with three translations and three rotations.  A cut, or
+    a force element, between the ground and another body holds it.
     """
     for connection in (*model.cuts, *model.links):
         if None in (connection.endpoint1[0], connection.endpoint2[0]):
@@ -325,15 +405,15 @@ def find_floating_base(model: Mbs) -> list[Joint]:
     for body in model.bodies:
         joints = [joint for joint in body.joints if joint.nature != "driven"][:6]
         kinds = sorted(joint.type[0] for joint in joints)
-        free = all(joint.nature == "independent" for joint in joints)
-        if body.parent is None and free and kinds == ["R", "R", "R", "T", "T", "T"]:
+        is_free = all(joint.nature == "independent" for joint in joints)
+        if body.parent is None and is_free and kinds == ["R", "R", "R", "T", "T", "T"]:
             return joints
     return []
 
 
-def _what_holds(joint: Joint) -> str:
-    """Return what a config can say to hold a base; ``joint`` is one of its joints."""
+def _propose_support(joint: MbsJoint) -> str:
+    """Say how a config can hold a floating base, of which ``joint`` is one of the joints."""
     ground = "'passes: {contacts: {links: [FOOT]}}' gives it a ground"
-    # only a base that insert-base has put in is an option of the config
-    inserted = re.fullmatch(rf"{INSERTED_BASE}(_\d+)?_[TR]\d", joint.name)
-    return f"'base: fixed' bolts it down, {ground}" if inserted else ground
+    # an option of the config can fix only a base that insert-base has made
+    is_inserted = re.fullmatch(rf"{INSERTED_BASE}(_\d+)?_[TR]\d", joint.name)
+    return f"'base: fixed' bolts it down, {ground}" if is_inserted else ground

@@ -173,7 +173,7 @@ def test_loops_are_closed() -> None:
     free, dependent = data.qu[1:] - 1, data.qv[1:] - 1
     assert len(dependent) == 5
     assert robot.code is not None
-    jac = robot.code.constraints()[1][:, 1:]
+    jac = robot.code.compute_constraints()[1][:, 1:]
     turn = np.zeros((n, len(free)))
     turn[free] = np.eye(len(free))
     turn[dependent] = -np.linalg.solve(jac[:, dependent], jac[:, free])

@@ -15,8 +15,8 @@ import numpy as np
 from urdf2mbs import convert
 from urdf2mbs_simulate import runtime
 from urdf2mbs_simulate.c_code import CCode
-from urdf2mbs_simulate.dirdyn import close
-from urdf2mbs_simulate.python_code import load, loaded
+from urdf2mbs_simulate.dirdyn import solve_start_state
+from urdf2mbs_simulate.python_code import load_module, user_code
 
 
 class From1(np.ndarray):
@@ -76,14 +76,14 @@ class RungeKutta:
 
     def __init__(self, code: CCode) -> None:
         self.code, self.data, self.time = code, code.data, 0.0
-        assert close(code.data, code)
-        self.y = code.state()
+        assert solve_start_state(code.data, code)
+        self.y = code.get_state()
 
     def run(self, seconds: float, step: float) -> None:
         """Steps of about this length."""
         slope, count = self.code.accelerate, round(seconds / step)
         step = seconds / count
-        with loaded(self.data):
+        with user_code(self.data):
             for _ in range(count):
                 t, y = self.time, self.y
                 k1 = slope(t, y)
@@ -108,8 +108,8 @@ def user_functions(project: Path) -> Iterator[dict[str, ModuleType]]:
     """The modules in a project's userfctR, each loaded from its file as the runtime does it."""
     (model,) = project.glob("dataR/*.mbs")
     data = runtime.MbsData(model)
-    with loaded(data):
-        yield {file.stem: load(file) for file in sorted(data.user_path.glob("user_*.py"))}
+    with user_code(data):
+        yield {file.stem: load_module(file) for file in sorted(data.user_path.glob("user_*.py"))}
 
 
 def without_meshes(name: str) -> list[str]:

@@ -15,8 +15,8 @@ from plugins.project.passes.test_time_step import joint, link
 from plugins.project.standin import make, user_functions
 from urdf2mbs import simulate
 from urdf2mbs.testing import TINY, convert_text
-from urdf2mbs_simulate.dirdyn import choose_code
-from urdf2mbs_simulate.python_code import loaded
+from urdf2mbs_simulate.dirdyn import load_code
+from urdf2mbs_simulate.python_code import user_code
 from urdf2mbs_simulate.runtime import MbsData, MbsDirdyn
 
 LANGUAGES = [
@@ -205,11 +205,11 @@ def test_a_robot_at_rest_takes_long_steps(tmp_path: Path) -> None:
     simulate(project, time=20.0, language="python", method="Radau", watch=times.append)
     assert len(times) < 1500
     data = MbsData(project / "dataR" / "robot.mbs")
-    with loaded(data):
+    with user_code(data):
         found = []
         for language in ("python", "c") if shutil.which("cc") else ("python", "python"):
-            code = choose_code(data, language)
-            found.append(code.slopes(0.0, np.full(2 + data.Nux, 1e-3)))
+            code = load_code(data, language)
+            found.append(code.differentiate(0.0, np.full(2 + data.Nux, 1e-3)))
     assert np.abs(found[0]).max() > 1e3
     assert np.allclose(*found, rtol=0, atol=1e-6 * np.abs(found[0]).max())
 

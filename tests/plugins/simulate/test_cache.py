@@ -3,7 +3,7 @@
 import threading
 from pathlib import Path
 
-from urdf2mbs_simulate.equations import keep
+from urdf2mbs_simulate.equations import write_to_cache
 
 
 def test_threads_that_keep_one_file_all_succeed(tmp_path: Path) -> None:
@@ -14,7 +14,7 @@ def test_threads_that_keep_one_file_all_succeed(tmp_path: Path) -> None:
         start.wait()
         try:
             for _ in range(20):
-                keep(tmp_path / "cache" / "code.so", b"%d" % number * 10**5)
+                write_to_cache(tmp_path / "cache" / "code.so", b"%d" % number * 10**5)
         except OSError as error:
             failures.append(error)
 

@@ -23,7 +23,7 @@ from urdf2mbs.mbs.model import BASE, Parameter, UserModel
 from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.mbs.writer import write
 from urdf2mbs_simulate.compiler import compiler
-from urdf2mbs_simulate.dirdyn import closed_code
+from urdf2mbs_simulate.dirdyn import load_closed_code
 from urdf2mbs_simulate.modal import find_modes
 from urdf2mbs_simulate.project import find_equilibrium
 from urdf2mbs_simulate.runtime import MbsData, MbsDirdyn, MbsEquil, MbsModal, MbsPart
@@ -132,9 +132,17 @@ def test_a_double_mode_does_not_swing(tmp_path: Path) -> None:
     """Rounding splits the value of critical damping into two with an imaginary part."""
     project = make(tmp_path, SLIDER, base="fixed", language="python")
     data, _ = found(model(project))
-    code = closed_code(data, "python")
+    code = load_closed_code(data, "python")
     modes = find_modes(code, np.array([[-5.0, 1e-5], [-1.5e-8, -5.0]])).modes
     assert [mode.value.imag for mode in modes] == [0.0, 0.0]
+
+
+def test_a_mode_without_damping_has_a_frequency_and_no_time(tmp_path: Path) -> None:
+    project = make(tmp_path, SLIDER, base="fixed", language="python")
+    code = load_closed_code(found(model(project))[0], "python")
+    modes = find_modes(code, np.array([[0.0, 1.0], [-((2.0 * np.pi) ** 2), 0.0]]))
+    assert modes.modes[0].value.real == 0.0
+    assert modes.lines()[1].split()[1:3] == ["1", "0"]
 
 
 def test_a_parameter_is_found_for_a_joint_that_stays(tmp_path: Path) -> None:
@@ -188,7 +196,7 @@ def test_what_falls_has_no_equilibrium_and_is_named(
     assert "joint 'bob_1' still has -9.81 rad/s^2 or m/s^2" in said
     assert main(["modes", str(file), "--drawn"]) == 0
     assert (
-        "rigid-body motion, which nothing pulls back: bob_0, bob_1\n  stable"
+        "rigid-body motion, without a restoring force: bob_0, bob_1\n  stable"
         in capsys.readouterr().out
     )
 
@@ -335,7 +343,7 @@ def test_zero_modes_are_named_apart(tmp_path: Path) -> None:
         "def user_derivatives(mbs_data):\n    mbs_data.uxd[1] = -mbs_data.ux[1]\n"
     )
     *_, drifts, stops, states, stable = modes_of(MbsData(file)).lines()
-    assert drifts == "rigid-body motion, which nothing pulls back: bob_0"
+    assert drifts == "rigid-body motion, without a restoring force: bob_0"
     assert stops == "friction or damping holds these where they are: bob_1"
     assert (states, stable) == ("user states that keep their values: memory.at", "stable")
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from urdf2mbs_simulate.python_code import loaded
+from urdf2mbs_simulate.python_code import user_code
 
 
 def project(folder: Path, text: str) -> Any:
@@ -25,15 +25,15 @@ def test_each_project_has_its_own_modules(tmp_path: Path, monkeypatch: pytest.Mo
     monkeypatch.setitem(sys.modules, "helper", foreign)
     path = list(sys.path)
     one, two = project(tmp_path / "one", "at = 1"), project(tmp_path / "two", "at = 2")
-    with loaded(one):
+    with user_code(one):
         helper().at += 10
-        with loaded(two):
+        with user_code(two):
             assert helper().at == 2
-        with loaded(one):
+        with user_code(one):
             assert helper().at == 11
         assert helper().at == 11
     assert helper() is foreign
     assert sys.path == path
     assert "MBsysPy" not in sys.modules
-    with loaded(one):
+    with user_code(one):
         assert helper().at == 11

@@ -25,10 +25,11 @@ from urdf2mbs_simulate import dirdyn as runs
 from urdf2mbs_simulate.c_code import CCode
 from urdf2mbs_simulate.compiler import compiler
 from urdf2mbs_simulate.data import MbsSensor
-from urdf2mbs_simulate.dirdyn import METHODS, ROBOTRAN, choose_code, integrate
-from urdf2mbs_simulate.memory import RunInC, SensorInC, vector
-from urdf2mbs_simulate.python_code import default, loaded
+from urdf2mbs_simulate.dirdyn import integrate, load_code
+from urdf2mbs_simulate.memory import RunInC, SensorInC, as_c_vector
+from urdf2mbs_simulate.python_code import USER_FUNCTIONS, get_default_function, user_code
 from urdf2mbs_simulate.runtime import MbsData, MbsDirdyn, MbsPart
+from urdf2mbs_simulate.solvers import METHODS, ROBOTRAN_METHODS
 
 pytestmark = pytest.mark.skipif(compiler() is None, reason="there is no C compiler")
 #: Of the user functions.
@@ -71,7 +72,7 @@ def falls(time: Any) -> tuple[Any, Any]:
 
 
 @LANGUAGES
-@pytest.mark.parametrize("method", [*METHODS, *ROBOTRAN])
+@pytest.mark.parametrize("method", [*METHODS, *ROBOTRAN_METHODS])
 def test_a_slider_swings_and_comes_to_rest(slider: Path, method: str, language: str) -> None:
     times: list[float] = []
     results = simulate(
@@ -99,15 +100,15 @@ def test_a_slider_swings_and_comes_to_rest(slider: Path, method: str, language: 
 @LANGUAGES
 def test_slopes_are_those_of_the_slider(slider: Path, language: str) -> None:
     data = MbsData(model(slider))
-    with loaded(data):
-        code = choose_code(data, language)
+    with user_code(data):
+        code = load_code(data, language)
         should = [-0.3, -9.81 - (STIFFNESS * 0.2 - DAMPING * 0.3) / MASS]
         found = code.accelerate(0.5, np.array([0.2, -0.3]))
         assert np.allclose(found, should, rtol=0, atol=1e-12)
         assert data.tsim == 0.5
         for y in ([0.2, -0.3], [-4.0, 30.0]):
             should = [[0.0, 1.0], [-STIFFNESS / MASS, -DAMPING / MASS]]
-            assert np.allclose(code.slopes(0.0, np.array(y)), should, rtol=0, atol=1e-5)
+            assert np.allclose(code.differentiate(0.0, np.array(y)), should, rtol=0, atol=1e-5)
 
 
 @LANGUAGES
@@ -116,16 +117,16 @@ def test_what_constraints_and_drives_do_is_what_is_left_of_the_forces(
 ) -> None:
     """M qdd + c = Qq + Jac' Lambda, and Qc in driven joints; Jac is that of h, by differences."""
     data = MbsData(model(rich))
-    with loaded(data):
-        code = choose_code(data, language)
-        cuts, user = code.rows
+    with user_code(data):
+        code = load_code(data, language)
+        cuts, user = code.row_counts
         assert (cuts, user) == (1, 2)
         data.qd[data.qu[1:]] = np.linspace(-1.0, 1.0, data.nqu)
-        assert not code.solve()
-        code.react()
-        jac = code.constraints()[1]
-        rest = code.inverse() - data.Qq - jac.T @ data.Lambda[1:]
-        scale = 1e-9 * np.abs(code.inverse()).max()
+        assert not code.compute_accelerations()
+        code.compute_reactions()
+        jac = code.compute_constraints()[1]
+        rest = code.compute_inverse_dynamics() - data.Qq - jac.T @ data.Lambda[1:]
+        scale = 1e-9 * np.abs(code.compute_inverse_dynamics()).max()
         assert np.allclose(rest[data.qc[1:]], data.Qc[data.qc[1:]], rtol=0, atol=scale)
         rest[data.qc[1:]] = 0.0
         assert np.abs(rest[1:]).max() < scale
@@ -166,7 +167,7 @@ def test_all_that_a_run_has_computed_is_kept_and_written(rich: Path, tmp_path: P
                         "linkF"}  # fmt: skip
     kept = {"linkZ": "Z", "linkZD": "Zd", "linkF": "Fl"}
     for name, file in names.items():
-        assert np.array_equal(np.loadtxt(file), results.kept[kept.get(name, name)])
+        assert np.array_equal(np.loadtxt(file), results.frames[kept.get(name, name)])
         assert np.array_equal(np.loadtxt(file)[:, 0], results.time)
     assert [file.name for file in (tmp_path / "a").glob("*.anim")] == ["mine_q.anim"]
     columns, n = results.columns(), len(data.joint_id)
@@ -180,7 +181,7 @@ def test_all_that_a_run_has_computed_is_kept_and_written(rich: Path, tmp_path: P
     one, two = (np.array([columns[f"{rope}.{kind}"] for kind in ("Z", "Zd")])[:, k] for k in (1, 2))
     assert (two[0] - one[0]) / 0.0005 == pytest.approx((one[1] + two[1]) / 2, abs=1e-3)
     for name, number in forces.items():
-        assert columns[f"{name}.Fz"].tolist() == results.kept["SWr"][:, number, 3].tolist()
+        assert columns[f"{name}.Fz"].tolist() == results.frames["SWr"][:, number, 3].tolist()
         assert columns[f"{name}.dx"].tolist() == results.external[name][:, 6].tolist()
     first, second = (f"push{k}.{body}" for k, body in ((1, "of_arm"), (2, "trunk")))
     acts = np.array([0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0])  # from 0.001 s until 0.002 s
@@ -215,7 +216,7 @@ def test_a_push_does_the_work_of_its_point(rich: Path) -> None:
         q, force = data.q[1:].copy(), chance.uniform(-1.0, 1.0, 3)
         data._run.pushes = [Push(link, tuple(force), 1.0, 2.0)]
         data.user_JointForces = lambda mbs_data, tsim: mbs_data.Qq.fill(0.5)
-        with loaded(data):
+        with user_code(data):
             code = CCode(data)
         jac = robot.jacobian(place, q)
         if link == place:  # at the centre of mass
@@ -223,7 +224,7 @@ def test_a_push_does_the_work_of_its_point(rich: Path) -> None:
             jac[:3] += np.cross(jac[3:].T, arm).T
         should = (jac[:3].T @ force)[free - 1]
         for time, acts in ((0.99, 0.0), (1.0, 1.0), (1.5, 1.0), (2.0, 0.0)):
-            code.library.user_call_JointForces(code.at, ctypes.c_double(time))
+            code.library.user_call_JointForces(code.run_address, ctypes.c_double(time))
             assert np.allclose(data.Qq[free], 0.5 + acts * should, rtol=0, atol=1e-12), (link, time)
 
 
@@ -241,8 +242,8 @@ def test_no_step_goes_over_the_begin_or_end_of_a_force(rich: Path) -> None:
     force = (1.0, 0.0, 0.0)
     data._run.pushes = [Push("trunk", force, 0.2, 0.7), Push("trunk", force, 0.1)]
     data.user_model["of_a_user"] = {"start": 0.3, "other": 0.4}
-    assert runs._breaks(data, 0.0, 9.0) == [0.1, 0.2, 0.5, 0.7, 1.5]
-    assert runs._breaks(data, 0.1, 0.7) == [0.2, 0.5]
+    assert runs._list_discontinuities(data, 0.0, 9.0) == [0.1, 0.2, 0.5, 0.7, 1.5]
+    assert runs._list_discontinuities(data, 0.1, 0.7) == [0.2, 0.5]
 
 
 @pytest.mark.parametrize(
@@ -257,9 +258,9 @@ def test_the_language_of_user_functions(
         file = project / "userfctR" / "user_JointForces.py"
         file.write_text(file.read_text() + "\nmine = 1\n")
     data = MbsData(model(project))
-    with loaded(data):
-        code = choose_code(data, language)
-    assert code.in_c is user_in_c
+    with user_code(data):
+        code = load_code(data, language)
+    assert code.has_user_c is user_in_c
     assert code.name == ("C" if user_in_c else "C, user functions in Python")
 
 
@@ -291,7 +292,7 @@ def test_a_run_from_a_later_time_calls_the_user_after_each_step(slider: Path) ->
                 lambda d, _, name=name: calls.append((name, d.tsim)))  # fmt: skip
     dirdyn = MbsDirdyn(data)
     dirdyn.set_options(t0=1.0, tf=1.1, dt_max=0.02, framerate=100, language="python")
-    with loaded(data):
+    with user_code(data):
         results = integrate(data, CCode(data), dirdyn.options, dirdyn)
     assert np.allclose(results.q[:, 1], falls(results.time - 1.0)[0], rtol=0, atol=1e-5)
     assert np.allclose(results.time, np.linspace(1.0, 1.1, 11), rtol=0, atol=1e-14)
@@ -353,29 +354,30 @@ def test_the_joint_and_the_force_that_are_named_are_the_largest(rich: Path) -> N
         Push("trunk", (3.0, 0.0, 4.0), 0.5, 1.0),
         Push("of_arm", (9.0, 0.0, 0.0), 1.0),
     ]
-    code: Any = SimpleNamespace(accelerate=lambda *_: None)
-    said = runs._stuck(data, code, 0.5, np.zeros(0), "no").message
+    code: Any = SimpleNamespace(data=data, accelerate=lambda *_: None)
+    said = runs._make_step_error(code, 0.5, np.zeros(0), "no").message
     joint = list(data.joint_id)[2]
     assert f"joint '{joint}' has 7 rad/s or m/s and -60 rad/s^2 or m/s^2" in said
     assert "its force is 8 N m or N" in said
     assert f"'{force}' with 50 N; the push on 'trunk' is 5 N" in said
     assert "of_arm" not in said
-    assert "push on 'of_arm' is 9 N" in runs._stuck(data, code, 1.0, np.zeros(0), "no").message
+    assert "push on 'of_arm' is 9 N" in runs._make_step_error(code, 1.0, np.zeros(0), "no").message
 
 
 def test_what_the_user_has_not_gives_what_is_there(rich: Path) -> None:
     data = MbsData(model(rich))
     data.SWr[:] = np.arange(data.SWr.size).reshape(data.SWr.shape)
     data.l3DWr = np.arange(30.0).reshape(3, 10)
-    assert default(data, "user_ExtForces")(data, 0.0, 1).tolist() == data.SWr[1].tolist()
-    assert default(data, "user_Link3DForces")(data, 0.0, 2).tolist() == data.l3DWr[2].tolist()
-    assert default(data, "user_LinkForces")(1.0, 2.0, data, 0.0, 1) == 0.0
-    assert default(data, "user_JointForces")(data, 0.0) is None
+    functions = {name: get_default_function(data, name) for name in USER_FUNCTIONS}
+    assert functions["user_ExtForces"](data, 0.0, 1).tolist() == data.SWr[1].tolist()
+    assert functions["user_Link3DForces"](data, 0.0, 2).tolist() == data.l3DWr[2].tolist()
+    assert functions["user_LinkForces"](1.0, 2.0, data, 0.0, 1) == 0.0
+    assert functions["user_JointForces"](data, 0.0) is None
 
 
 @pytest.mark.parametrize("call", [
-    lambda code, y: code.accelerate(0.0, y), lambda code, y: code.slopes(0.0, y),
-    lambda code, _: code.solve(), lambda code, _: code.constraints(),
+    lambda code, y: code.accelerate(0.0, y), lambda code, y: code.differentiate(0.0, y),
+    lambda code, _: code.compute_accelerations(), lambda code, _: code.compute_constraints(),
 ])  # fmt: skip
 def test_what_python_raises_comes_through_c(rich: Path, call: Any) -> None:
     data = MbsData(model(rich))
@@ -384,10 +386,10 @@ def test_what_python_raises_comes_through_c(rich: Path, call: Any) -> None:
         raise ZeroDivisionError
 
     data.user_cons_hJ = fails
-    with loaded(data):
+    with user_code(data):
         code = CCode(data, user_in_c=False)
         with pytest.raises(ZeroDivisionError):
-            call(code, code.state())
+            call(code, code.get_state())
 
 
 def test_the_language_of_equations(slider: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -456,13 +458,13 @@ def test_the_motion_of_each_body_is_that_of_its_equations(rich: Path) -> None:
     moves = np.flatnonzero([nature != "driven" for nature in data._run.natures]) + 1
     for row in (data.q, data.qd, data.qdd):
         row[moves] = rng.normal(size=len(moves))
-    with loaded(data):
+    with user_code(data):
         code = CCode(data)
-        frame = SensorInC.from_buffer(code.buffer.data, ctypes.sizeof(RunInC))
+        frame = SensorInC.from_buffer(code.run_memory.data, ctypes.sizeof(RunInC))
         for joint in data.body_id.values():
             should = MbsSensor(data)
             should.comp_gen_sensor(joint)
-            code.library.compute_frame(code.at, joint, vector(np.zeros(4)))
+            code.library.compute_frame(code.run_address, joint, as_c_vector(np.zeros(4)))
             for name in ("P", "V", "OM", "A", "OMP"):
                 found = np.array(getattr(frame, name))
                 assert np.allclose(found[1:], getattr(should, name)[1:], rtol=0, atol=1e-12)

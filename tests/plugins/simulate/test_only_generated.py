@@ -18,9 +18,9 @@ from urdf2mbs.config.load import parse
 from urdf2mbs.mbs.kinematics import compute_placement
 from urdf2mbs.testing import TINY
 from urdf2mbs_project.places import compute_point_position
-from urdf2mbs_simulate.dirdyn import choose_code, close
-from urdf2mbs_simulate.push import parse as parse_push
-from urdf2mbs_simulate.python_code import changes, loaded
+from urdf2mbs_simulate.dirdyn import load_code, solve_start_state
+from urdf2mbs_simulate.push import parse_push
+from urdf2mbs_simulate.python_code import has_user_changes, user_code
 from urdf2mbs_simulate.runtime import MbsData, MbsDirdyn, Results
 
 pin = pytest.importorskip("pinocchio")
@@ -188,10 +188,10 @@ def test_a_loop_stays_closed_and_keeps_its_energy(tmp_path: Path, language: str)
 def test_a_loop_that_cannot_be_closed_leaves_no_trace(tmp_path: Path, language: str) -> None:
     """A trial state of the integrator may be far away: the next one does not start from it."""
     data = MbsData(make(tmp_path, LAMP) / "dataR" / "robot.mbs")
-    with loaded(data):
-        code = choose_code(data, language)
-        assert close(data, code)
-        y = code.state()
+    with user_code(data):
+        code = load_code(data, language)
+        assert solve_start_state(data, code)
+        y = code.get_state()
         near = code.accelerate(0.0, y)
         assert np.isfinite(near).all()
         for away in (1.0, 2.0, 3.0, 1e9):
@@ -253,12 +253,12 @@ def test_a_robot_without_a_config_stands(tmp_path: Path, capsys: Any) -> None:
 
 
 def test_what_is_compiled_is_kept_and_never_half(tmp_path: Path) -> None:
-    from urdf2mbs_simulate.equations import cache_folder, keep
+    from urdf2mbs_simulate.equations import get_cache_folder, write_to_cache
 
-    assert str(cache_folder()).endswith("urdf2mbs")
+    assert str(get_cache_folder()).endswith("urdf2mbs")
     file = tmp_path / "folder" / "file"
-    keep(file, b"one")
-    keep(file, b"two")
+    write_to_cache(file, b"one")
+    write_to_cache(file, b"two")
     assert file.read_bytes() == b"two"
     assert [path.name for path in file.parent.iterdir()] == ["file"]
 
@@ -397,6 +397,6 @@ def test_comments_of_another_version_are_no_code_of_the_user(
     suffix = {"python": "py", "c": "c"}[language]
     file = project / "userfctR" / f"user_dirdyn.{suffix}"
     file.write_text(comment + file.read_text())
-    assert not changes(data, language, file.name)
+    assert not has_user_changes(data, language, file.name)
     file.write_text(file.read_text() + "int more;\n")
-    assert changes(data, language, file.name)
+    assert has_user_changes(data, language, file.name)

@@ -276,10 +276,10 @@ def test_a_joint_without_mass_is_held_or_refused(tmp_path: Path) -> None:
         )
         file = made(tmp_path, bob, end)
         held = simulate(file, time=0.3, language="python", **TIGHT)
-        assert held.data._run.notes == ["held, since they move nothing that has mass: end_0, end_1"]
+        assert held.data._run.notes == ["locked, since they move no mass: end_0, end_1"]
         assert np.allclose(held.q[:, 1], alone.q[:, 1], rtol=0, atol=1e-8)
         assert np.ptp(held.q[:, 2:], axis=0).max() == 0.0
-        with pytest.raises(ConversionError, match="joint 'end_0', which moves nothing") as caught:
+        with pytest.raises(ConversionError, match="joint 'end_0', which moves no mass") as caught:
             simulate(file, time=0.3, language="python", push=["tip:4,0,4@0.1..0.2"])
         assert caught.value.code == "joint-without-mass"
         assert 0.1 <= float(str(caught.value).partition("at ")[2].split(" s ")[0]) < 0.12
@@ -301,7 +301,7 @@ def test_a_rod_on_two_balls_turns_about_itself(
         rod.inertia = (xx, 0.0, 0.0, yy, 0.0, 1 / 12)
         runs.append(simulate(made(tmp_path, rod), time=0.5, language="python", **TIGHT))
     assert runs[1].data._run.notes == [
-        f"held, since they move nothing that has mass: rod_{[*start].index(about)}"
+        f"locked, since they move no mass: rod_{[*start].index(about)}"
     ]
     assert np.allclose(runs[0].energy(), runs[1].energy(), rtol=0, atol=1e-7)
 

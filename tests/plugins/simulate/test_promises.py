@@ -142,7 +142,7 @@ def test_a_spring_between_two_joints_is_exact_and_fast(
 
     def count(solver: Rosenbrock) -> None:
         step(solver)
-        taken[0] += solver.taken
+        taken[0] += solver.steps_taken
 
     monkeypatch.setattr(Rosenbrock, "step", count)
     found = simulate(pendulum, time=2.0, language="c")
@@ -382,7 +382,8 @@ from urdf2mbs_simulate import compiler
 compiler.FLAGS += ("-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-g")
 make = compiler.Build.make
 def with_checks(build, sources):
-    build.link_flags = [*build.link_flags, "-fsanitize=address,undefined"]
+    link = [*build.flags.link, "-fsanitize=address,undefined"]
+    build.flags = build.flags._replace(link=link)
     return make(build, sources)
 compiler.Build.make = with_checks
 for project in sys.argv[1:]:

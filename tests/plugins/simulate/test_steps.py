@@ -14,7 +14,8 @@ from plugins.project.standin import make
 from plugins.simulate.test_motions import DAMPING, MASS, SLIDER, STIFFNESS, falls
 from urdf2mbs import ConversionError, simulate
 from urdf2mbs.engine.output import write
-from urdf2mbs_simulate.c_code import SOURCES, CCode
+from urdf2mbs_simulate.c_code import CCode
+from urdf2mbs_simulate.c_sources import SOURCES
 from urdf2mbs_simulate.compiler import HERE, compiler
 from urdf2mbs_simulate.equations import HEADERS
 from urdf2mbs_simulate.runtime import MbsData, MbsDirdyn
@@ -56,7 +57,7 @@ def test_steps_are_implicit_where_a_joint_is_stiff(
 
     def count(solver: Rosenbrock) -> None:
         step(solver)
-        taken[0] += solver.taken
+        taken[0] += solver.steps_taken
 
     monkeypatch.setattr(Rosenbrock, "step", count)
     project = make(tmp_path, text, base="fixed", language="both")

@@ -109,7 +109,7 @@ def test_what_cannot_touch_goes_under_the_ground_and_is_named(tmp_path: Path) ->
 
 def test_what_tips_with_its_mass_over_its_feet_has_not_left_them(post: Path) -> None:
     results = simulate(post, time=0.1, language="python")
-    assert _Motion(results).leaves("post", 5).words == "it tipped over"
+    assert _Motion(results).find_tipping("post", 5).words == "it tipped over"
 
 
 def test_what_is_bolted_down_has_no_story(tmp_path: Path) -> None:

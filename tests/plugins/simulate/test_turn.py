@@ -12,7 +12,8 @@ from plugins.project.standin import make
 from urdf2mbs.mbs.model import Connection
 from urdf2mbs.mbs.reader import read_mbs_file
 from urdf2mbs.mbs.writer import write
-from urdf2mbs_simulate.c_code import TURNED, can_turn
+from urdf2mbs_simulate.c_code import TURNED_NOTE, can_turn
+from urdf2mbs_simulate.model_code import RowCounts
 from urdf2mbs_simulate.runtime import MbsData, MbsDirdyn
 
 in_c = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
@@ -77,7 +78,7 @@ def test_a_body_that_tumbles_keeps_its_momentum(
             momentum = turned @ MOMENTS @ turned.T @ _rates(q) @ qd
             assert momentum == pytest.approx(first, abs=1e-6)
     assert found.q[-1, 1:4] == pytest.approx([1.0, 2.0, 5.0 - 9.81 / 2], abs=1e-7)
-    assert found.data._run.notes == [TURNED]
+    assert found.data._run.notes == [TURNED_NOTE]
     assert np.abs(np.diff(found.q[:, 1:4], axis=0)).max() < 0.06
 
 
@@ -220,7 +221,7 @@ def test_drives_and_links_see_the_base_in_its_own_axes(
         file.write_text(text)
     rates = [0.0, 0.0, 0.0, 0.0, 6.0, 0.0, 0.0]
     found = thrown(project, [0.0] * 7, rates, 1.0, language, driven=7, dt_max=0.01)
-    assert found.data._run.notes == [TURNED]
+    assert found.data._run.notes == [TURNED_NOTE]
     assert found.q[:, 5] == pytest.approx(6.0 * found.time, abs=1e-4)
     assert found.q[1:, 7] == pytest.approx(found.q[1:, 5], abs=1e-9)
     for name in ("link", "link3D"):
@@ -229,7 +230,7 @@ def test_drives_and_links_see_the_base_in_its_own_axes(
 
 def test_a_base_that_a_link_ties_to_the_ground_keeps_its_axes(tmp_path: Path) -> None:
     data = [MbsData(with_lid(tmp_path, "python", end) / "dataR/robot.mbs") for end in ("box", None)]
-    assert [can_turn(one, (0, 0)) for one in data] == [True, False]
+    assert [can_turn(one, RowCounts(0, 0)) for one in data] == [True, False]
 
 
 @LANGUAGES

@@ -33,12 +33,12 @@ WRONG_FILES: dict[str, tuple[str, str, str, str, str, str]] = {
         "c", f"{FORCES}.c", "", "int x = nothing;\n", "not-compiled", "nothing"),
     "C of MBsysC": (
         "c", f"{FORCES}.c", "", '#include "mbs_matrix.h"\n', "not-compiled",
-        "mbs_matrix.h.*\n.* it is of Robotran's MBsysC"),
+        "mbs_matrix.h.*\n.* it belongs to Robotran's MBsysC"),
     "C of an add-on": (
         "c", f"{FORCES}.c", "", '#include "tgc_car.h"\n', "not-compiled", "tyres on the ground"),
     "an add-on": (
         "python", f"{FORCES}.py", r"(?s)\A.*\Z", "import mbs_rwc\n", "user-function-failed",
-        "for wheels on rails, which is not here"),
+        "for wheels on rails, which is not available"),
     "a module elsewhere": (
         "python", f"{FORCES}.py", r"(?s)\A.*\Z", "import user_DrivenJoints\nimport accelred\n",
         "user-function-failed", "in .*elsewhere: add this folder to PYTHONPATH"),
@@ -117,7 +117,7 @@ def test_numbers_that_make_no_run(tmp_path: Path, capsys: Any) -> None:
     project = make(tmp_path, TINY)
     for option in ("--time=0", "--time=nan", "--time=inf", "--rate=0", "--tolerance=nan"):
         assert main(["simulate", str(project), option]) == 2
-        assert "a number above 0 is wanted" in capsys.readouterr().err
+        assert "expected a number above 0" in capsys.readouterr().err
     data = MbsData(project / "dataR" / "robot.mbs")
     for values in (data.q, data.qd):
         values[2] = np.nan
@@ -180,7 +180,7 @@ def test_an_absurd_push_ends_in_a_bounded_number_of_steps(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """1e9 N on the biped ran for 425 s without a word."""
-    monkeypatch.setattr("urdf2mbs_simulate.dirdyn.STEPS", 50)
+    monkeypatch.setattr("urdf2mbs_simulate.dirdyn.MAX_STEPS", 50)
     times: list[float] = []
     with pytest.raises(ConversionError, match=r"50 steps lead from 0\.\S+ s to 0\.\S+ s only: "
                        r"joint '\w+' has .*the push on 'arm' is 1e\+09 N") as caught:  # fmt: skip
@@ -248,7 +248,7 @@ def test_robotrans_equations_without_accelred_get_one(tmp_path: Path, language: 
     ("old", "said"),
     [
         ("//\t==> Number of joints : 21\n", ", of a model with 21 joints"),
-        ('#include "mbs_message.h"\n', " that want mbs_message.h of another Robotran"),
+        ('#include "mbs_message.h"\n', " that include mbs_message.h of another Robotran"),
     ],
     ids=["joints", "header"],
 )
@@ -268,7 +268,7 @@ def test_equations_of_robotrans_that_cannot_run_are_not_used(
 def test_what_cannot_be_simulated_is_told(tmp_path: Path) -> None:
     (tmp_path / "dataR").mkdir()
     (tmp_path / "dataR" / "arm.rejected.mbs").write_text("")
-    with pytest.raises(ConversionError, match=r"its dataR has 0 models") as caught:
+    with pytest.raises(ConversionError, match=r"expected 1 model .* in its dataR, got 0") as caught:
         simulate(tmp_path)
     assert (caught.value.code, caught.value.exit_code) == ("project-unknown", 2)
     with pytest.raises(ConversionError, match="there is no integrator 'Euler'"):
@@ -310,5 +310,5 @@ def test_user_states_are_integrated(tmp_path: Path, language: str) -> None:
         "    mbs_data.uxd[u] = -3.0 * mbs_data.ux[u]\n"
     )
     results = simulate(project, time=0.5, language=language, **TIGHT)
-    u = results.kept["ux"][:, 1]
+    u = results.frames["ux"][:, 1]
     assert np.allclose(u, 2.0 * np.exp(-3.0 * results.time), rtol=0, atol=1e-8)

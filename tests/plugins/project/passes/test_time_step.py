@@ -24,7 +24,7 @@ from urdf2mbs_project.passes.time_step import _describe_duration, _round_down
 from urdf2mbs_project.simulation import Simulation
 from urdf2mbs_project.stability import compute_longest_steps, compute_reduction
 from urdf2mbs_simulate.c_code import CCode
-from urdf2mbs_simulate.python_code import loaded
+from urdf2mbs_simulate.python_code import user_code
 from urdf2mbs_simulate.runtime import MbsData
 
 pin = pytest.importorskip("pinocchio")
@@ -103,9 +103,9 @@ def test_the_step_is_that_of_the_derivatives_of_the_accelerations(tmp_path: Path
     }
     project = make(tmp_path, text, passes=passes)
     data = MbsData(project / "dataR" / "robot.mbs")
-    with loaded(data):
+    with user_code(data):
         code, tiny = CCode(data), 1e-7
-        y = code.state()
+        y = code.get_state()
         still = code.accelerate(0.0, y)
         ways = np.eye(len(y))
         system = np.array([(code.accelerate(0.0, y + tiny * w) - still) / tiny for w in ways]).T
