@@ -41,9 +41,15 @@ NUMBERS = ('value="2.5"', 'ixx="1"', 'izz="2"')
 VECTORS = ('xyz="0 0 1"', 'xyz="0 0 3"', 'rpy="0 1 0"', 'xyz="0 1 0"')
 #: Where a number stands that the .mbs does not need.
 OPTIONAL = (
-    'lower="-1"', 'effort="6"', 'damping="8"', 'radius="4"', 'xyz="0 0 2"', 'rpy="0 0 1"',
-    'size="1 2 3"', 'rgba="1 0 0 1"',
-)  # fmt: skip
+    'lower="-1"',
+    'effort="6"',
+    'damping="8"',
+    'radius="4"',
+    'xyz="0 0 2"',
+    'rpy="0 0 1"',
+    'size="1 2 3"',
+    'rgba="1 0 0 1"',
+)
 
 
 def changed(old: str, new: str) -> bytes:
@@ -68,36 +74,57 @@ PASSWORDS = '"file:///etc/passwd"'
 BYTES: dict[str, list[bytes]] = {
     "file-empty": [b"", b" \n\t\r\n", b"\xef\xbb\xbf", b"\0" * 100],
     "not-xml": [
-        b"robot", b'{"robot": {}}', b"robot:\n  name: r\n",
-        b"\x89PNG\r\n\x1a\n" + bytes(range(256)), b"PK\x03\x04" + bytes(100),
+        b"robot",
+        b'{"robot": {}}',
+        b"robot:\n  name: r\n",
+        b"\x89PNG\r\n\x1a\n" + bytes(range(256)),
+        b"PK\x03\x04" + bytes(100),
     ],
     "wrong-root": [b"<mujoco/>", b"<html><body/></html>", GOOD.replace("robot", "Robot").encode()],
     "xml-entity": [
-        doctype(LAUGHS, "&l11;"), doctype(LAUGHS + '<!ATTLIST robot x CDATA "&l11;">'),
+        doctype(LAUGHS, "&l11;"),
+        doctype(LAUGHS + '<!ATTLIST robot x CDATA "&l11;">'),
         doctype(f'<!ENTITY a "{"a" * 10000}">', "&a;" * 1000),
         doctype(f"<!ENTITY e SYSTEM {PASSWORDS}>", "&e;"),
-        doctype('<!ENTITY e SYSTEM "http://127.0.0.1:9/">', "&e;"), doctype('<!ENTITY e "x">'),
-        doctype(f"<!ENTITY % p SYSTEM {PASSWORDS}>%p;"), doctype('<!ENTITY e "&e;">', "&e;"),
+        doctype('<!ENTITY e SYSTEM "http://127.0.0.1:9/">', "&e;"),
+        doctype('<!ENTITY e "x">'),
+        doctype(f"<!ENTITY % p SYSTEM {PASSWORDS}>%p;"),
+        doctype('<!ENTITY e "&e;">', "&e;"),
     ],
     "xml-syntax": [
-        changed("2.5", "&e;"), changed('"j"', '"j\0k"'), changed('"j"', '"&#0;"'),
-        changed('"j"', '"&#xD800;"'), changed('"j"', '"\x1b[2J"'), changed('"j"', '"\ud800"'),
-        GOOD.replace('"j"', '"é"').encode("latin-1"), changed('"1.0"', '"1.0" encoding="klingon"'),
-        end("</robot><robot/>"), changed('"j"', "j"), changed('name="j"', 'name="j" name="k"'),
-        changed("</joint>", "</link>"), changed('"j"', '"j<k"'), changed('"j"', '"j&k"'),
+        changed("2.5", "&e;"),
+        changed('"j"', '"j\0k"'),
+        changed('"j"', '"&#0;"'),
+        changed('"j"', '"&#xD800;"'),
+        changed('"j"', '"\x1b[2J"'),
+        changed('"j"', '"\ud800"'),
+        GOOD.replace('"j"', '"é"').encode("latin-1"),
+        changed('"1.0"', '"1.0" encoding="klingon"'),
+        end("</robot><robot/>"),
+        changed('"j"', "j"),
+        changed('name="j"', 'name="j" name="k"'),
+        changed("</joint>", "</link>"),
+        changed('"j"', '"j<k"'),
+        changed('"j"', '"j&k"'),
     ],
     "xml-truncated": [
-        end("<![CDATA[</robot>"), end("<!-- </robot>"), end(f"<!--{'x' * 21_000_000}-->"),
+        end("<![CDATA[</robot>"),
+        end("<!-- </robot>"),
+        end(f"<!--{'x' * 21_000_000}-->"),
         *(GOOD.encode()[:cut] for cut in range(30, len(GOOD.rstrip()) - 1, 41)),
     ],
     "xml-too-large": [
         b'<robot name="r">' + b"<a>" * 100_000 + b"</a>" * 100_000 + b"</robot>",
-        b'<robot name="r">' + b"<a>" * 100_000, end(f"<{'x' * 60_000}/>"),
-        end("x" * 11_000_000 + "</robot>"), changed('"j"', f'"{"j" * 11_000_000}"'),
+        b'<robot name="r">' + b"<a>" * 100_000,
+        end(f"<{'x' * 60_000}/>"),
+        end("x" * 11_000_000 + "</robot>"),
+        changed('"j"', f'"{"j" * 11_000_000}"'),
     ],
     "xml-mended": [
-        end(f"<!--{'x' * 21_000_000}--></robot>"), changed('"1.0"', '"2.0"'),
-        end("<!-- a -- b --></robot>"), b"\n" + GOOD.encode(),
+        end(f"<!--{'x' * 21_000_000}--></robot>"),
+        changed('"1.0"', '"2.0"'),
+        end("<!-- a -- b --></robot>"),
+        b"\n" + GOOD.encode(),
     ],
     "xml-namespace": [end("<x:y/></robot>")],
     "merge-conflict": [changed("  <link", "<<<<<<< HEAD\n  <link")],
@@ -106,7 +133,7 @@ BYTES: dict[str, list[bytes]] = {
         for place in OPTIONAL
         for word in ("", "x", "nan", "1 2 3 4 5")
     ],
-}  # fmt: skip
+}
 CASES = [(code, data) for code, several in BYTES.items() for data in several]
 for places, wrong in ((NUMBERS, NO_NUMBER), (VECTORS, NO_VECTOR)):
     CASES += [
@@ -117,7 +144,7 @@ for places, wrong in ((NUMBERS, NO_NUMBER), (VECTORS, NO_VECTOR)):
     ]
 
 
-def said(data: bytes) -> list[Diagnostic]:
+def list_messages(data: bytes) -> list[Diagnostic]:
     """All that is said of a file, and the error at the end."""
     try:
         return parse_urdf(data, "r.urdf")[1]
@@ -126,19 +153,19 @@ def said(data: bytes) -> list[Diagnostic]:
 
 
 def test_the_good_one_is_good() -> None:
-    assert said(GOOD.encode()) == []
+    assert list_messages(GOOD.encode()) == []
 
 
 @pytest.mark.parametrize(
     ("code", "data"), CASES, ids=[f"{c}-{n}" for n, (c, _) in enumerate(CASES)]
 )
 def test_a_bad_file(code: str, data: bytes) -> None:
-    found = [one for one in said(data) if one.code == code]
-    assert found, [str(one) for one in said(data)]
-    assert found[0].file == "r.urdf"
-    assert found[0].message
-    assert len(str(found[0])) < 2000, "an error is for a person"
-    assert found[0].line or code == "file-empty", "which line?"
+    matching = [diagnostic for diagnostic in list_messages(data) if diagnostic.code == code]
+    assert matching, [str(diagnostic) for diagnostic in list_messages(data)]
+    assert matching[0].file == "r.urdf"
+    assert matching[0].message
+    assert len(str(matching[0])) < 2000, "an error is for a person"
+    assert matching[0].line or code == "file-empty", "which line?"
 
 
 def test_errors_are_told_together_in_their_order() -> None:
@@ -159,17 +186,21 @@ def test_errors_are_told_together_in_their_order() -> None:
             [(13 + n, "number-invalid") for n in range(MAX_ERRORS)],
         ),
     ):
-        assert [(one.line, one.code) for one in said(text.encode())] == wanted
-    assert "there may be more" in str(said(text.encode())[-1])
+        assert [
+            (diagnostic.line, diagnostic.code) for diagnostic in list_messages(text.encode())
+        ] == wanted
+    assert "there may be more" in str(list_messages(text.encode())[-1])
 
 
 def test_a_name_of_millions_of_letters(tmp_path: Path) -> None:
     """It is cut in a message, and goes through all of the conversion."""
     name = "x" * 2_000_000
-    found = said(GOOD.replace('<parent link="a"/>', f'<parent link="{name}"/>').encode())
-    assert [one.code for one in found] == ["link-unknown"]
-    assert name in found[0].message
-    assert len(str(found[0])) < 5000
+    matching = list_messages(
+        GOOD.replace('<parent link="a"/>', f'<parent link="{name}"/>').encode()
+    )
+    assert [diagnostic.code for diagnostic in matching] == ["link-unknown"]
+    assert name in matching[0].message
+    assert len(str(matching[0])) < 5000
     (tmp_path / "r.urdf").write_text(GOOD.replace('"j"', f'"{name}"'))
     result = convert(tmp_path / "r.urdf")
     assert list(result.robot.joints)[-1] == name

@@ -24,7 +24,7 @@ ENDLESS = {
     '<link name="${a}"/>',
     "deep expression": f'<link name="${{{"(" * 5000}{")" * 5000}}}"/>',
     "long expression": f'<link name="${{{"-" * 50_000}1}}"/>',
-}  # fmt: skip
+}
 #: A file is made by Python's ``os``, which xacro's own check of names does not see.
 ATTACK = (
     "${(lambda: [k for k in ().__class__.__base__.__subclasses__() if k.__name__ == '_wrap_close']"
@@ -42,7 +42,7 @@ COMMANDS = (
 
 
 @pytest.fixture
-def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "tiny.urdf").write_text(TINY)
     (tmp_path / "tiny.mbs").write_bytes(convert("tiny.urdf").data)
@@ -55,26 +55,26 @@ def write(inside: str) -> None:
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-def test_an_attack_through_every_command(command: str, here: Path, capsys: Any) -> None:
+def test_an_attack_through_every_command(command: str, folder: Path, capsys: Any) -> None:
     """Refused; with --trust-xacro it does what it says, and the robot is converted."""
     write(f'<link name="{ATTACK}"/>')
-    before = sorted(here.iterdir())
+    before = sorted(folder.iterdir())
     assert main(command.split()) == 1
     assert "r.xacro:2: error[xacro-expression]: a lambda is not allowed" in capsys.readouterr().err
-    assert sorted(here.iterdir()) == before
+    assert sorted(folder.iterdir()) == before
     main([*command.split(), "--trust-xacro"])
-    assert (here / "attacked").exists()
+    assert (folder / "attacked").exists()
 
 
 @pytest.mark.parametrize("command", ["convert robots -o out", "run sweep.yaml", "convert -"])
 def test_an_attack_through_a_folder_a_sweep_and_standard_input(
-    command: str, here: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any
+    command: str, folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any
 ) -> None:
     """A plain URDF is data, however it comes in; --trust-xacro lets the attack through."""
     text = f'<robot name="r">\n<link name="{ATTACK}"/>\n</robot>\n'
-    (here / "robots").mkdir()
-    (here / "robots" / "r.urdf").write_text(text)
-    (here / "sweep.yaml").write_text(
+    (folder / "robots").mkdir()
+    (folder / "robots" / "r.urdf").write_text(text)
+    (folder / "sweep.yaml").write_text(
         "source: robots/r.urdf\noutput: out/{a}.mbs\nsweep: {xacro_args: {a: [1]}}\n"
     )
 
@@ -83,15 +83,15 @@ def test_an_attack_through_a_folder_a_sweep_and_standard_input(
         return main([*command.split(), *more])
 
     assert run() == 1
-    said = capsys.readouterr().err
-    assert ":2: error[xacro-expression]: a lambda is not allowed" in said
-    assert not (here / "attacked").exists()
+    output = capsys.readouterr().err
+    assert ":2: error[xacro-expression]: a lambda is not allowed" in output
+    assert not (folder / "attacked").exists()
     run("--trust-xacro")
-    assert (here / "attacked").exists()
+    assert (folder / "attacked").exists()
 
 
 @pytest.mark.parametrize("kind", ENDLESS)
-def test_what_has_no_end(kind: str, here: Path) -> None:
+def test_what_has_no_end(kind: str, folder: Path) -> None:
     write(ENDLESS[kind])
     with pytest.raises(ConversionError) as caught:
         convert("r.xacro")
@@ -99,10 +99,10 @@ def test_what_has_no_end(kind: str, here: Path) -> None:
     assert len(str(caught.value)) < 5000
 
 
-def test_init_writes_trust_down(here: Path) -> None:
+def test_init_writes_trust_down(folder: Path) -> None:
     Path("r.xacro").write_text(TINY.replace("<robot ", '<robot xmlns:xacro="x" ', 1))
     assert main(["init", "r.xacro", "-o", "new.yaml", "--trust-xacro"]) == 0
-    assert "\ntrust_xacro: true" in (here / "new.yaml").read_text()
+    assert "\ntrust_xacro: true" in (folder / "new.yaml").read_text()
 
 
 @pytest.mark.parametrize(
@@ -114,7 +114,7 @@ def test_init_writes_trust_down(here: Path) -> None:
     ids=["include", "yaml"],
 )
 def test_included_files_are_bounded(
-    inside: str, here: Path, monkeypatch: pytest.MonkeyPatch
+    inside: str, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     write(inside)
     Path("large.xacro").write_text("<robot>" + " " * 5000 + "</robot>")

@@ -20,9 +20,12 @@ from urdf2mbs.urdf.model import (
 from urdf2mbs.urdf.reader import parse_urdf
 
 TEXT = robot(
-    link("a", SOLID, BOX), link("b", SOLID), link("c"), joint("a", "b", name="one"),
+    link("a", SOLID, BOX),
+    link("b", SOLID),
+    link("c"),
+    joint("a", "b", name="one"),
     joint("b", "c", name="two").replace("</joint>", '<mimic joint="one" multiplier="2"/></joint>'),
-)  # fmt: skip
+)
 
 
 def made() -> Robot:
@@ -85,20 +88,20 @@ CASES: list[tuple[Any, str]] = [
 ]
 
 
-@pytest.mark.parametrize(("change", "said"), CASES)
-def test_changes_in_words(change: Any, said: str) -> None:
+@pytest.mark.parametrize(("change", "expected"), CASES)
+def test_changes_in_words(change: Any, expected: str) -> None:
     before, after = made(), made()
     change(after)
-    assert describe_changes(find_changes(encode(before), encode(after))) == said
+    assert describe_changes(find_changes(encode(before), encode(after))) == expected
 
 
 def test_each_change_has_its_values() -> None:
     before, after = made(), made()
     with_values(after)
-    found = find_changes(encode(before), encode(after))
-    assert found[:2] == [Change("name", "", "r", "s"), Change("mass", "a", 2.0, 3.0)]
-    assert Change("mass", "c", None, 2.0) in found
-    assert Change("axis", "one", (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)) in found
+    changes = find_changes(encode(before), encode(after))
+    assert changes[:2] == [Change("name", "", "r", "s"), Change("mass", "a", 2.0, 3.0)]
+    assert Change("mass", "c", None, 2.0) in changes
+    assert Change("axis", "one", (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)) in changes
     renamed(after := made(), b="y")
     assert find_changes(encode(before), encode(after)) == [Change("link-renamed", "b", "b", "y")]
 

@@ -26,7 +26,7 @@ def model(*joints: tuple[str, ...]) -> str:
     )
 
 
-def found(*joints: tuple[str, ...]) -> list[str]:
+def describe_locked(*joints: tuple[str, ...]) -> list[str]:
     parsed, _ = parse_urdf(model(*joints).encode(), "r.urdf")
     return [locked.describe(parsed) for locked in find_locked_joints(parsed)]
 
@@ -86,7 +86,7 @@ LEAD = ("lead", ONE)
     ],
 )
 def test_limits_that_lock(joints: list[tuple[str, ...]], message: str) -> None:
-    assert found(*joints) == [message]
+    assert describe_locked(*joints) == [message]
 
 
 @pytest.mark.parametrize(
@@ -108,7 +108,7 @@ def test_limits_that_lock(joints: list[tuple[str, ...]], message: str) -> None:
     ],
 )
 def test_limits_that_leave_a_motion(joints: list[tuple[str, ...]]) -> None:
-    assert found(*joints) == []
+    assert describe_locked(*joints) == []
 
 
 @pytest.mark.parametrize("project", [False, True])

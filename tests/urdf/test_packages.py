@@ -57,19 +57,19 @@ def test_the_table_comes_first(tmp_path: Path) -> None:
 )
 def test_a_workspace(tmp_path: Path, folder: str, name: str, mark: str) -> None:
     (tmp_path / mark).mkdir()
-    there = package(tmp_path / folder, name)
+    expected = package(tmp_path / folder, name)
     below = tmp_path / "ws" / ("checkout" if folder == "ws/checkout" else "arm")
-    assert of(below / "urdf" / "arms").find(name) == there
+    assert of(below / "urdf" / "arms").find(name) == expected
 
 
 @pytest.mark.parametrize("folder", ["src/hand", "src/other", "src/stack/other"])
 def test_src_of_a_workspace_that_was_never_built(tmp_path: Path, folder: str) -> None:
     package(tmp_path / "src" / "arm")
-    there = package(tmp_path / folder, "hand")
+    expected = package(tmp_path / folder, "hand")
     package(tmp_path / "hand")
     packages = of(tmp_path / "src" / "arm" / "urdf")
     assert workspace(packages.source) == tmp_path / "src"
-    assert packages.find("hand") == there
+    assert packages.find("hand") == expected
 
 
 @pytest.mark.parametrize(
@@ -139,10 +139,10 @@ def test_a_home_under_git_is_no_workspace(tmp_path: Path, monkeypatch: pytest.Mo
 def test_a_folder_of_that_name_is_not_enough_where_there_is_a_package(tmp_path: Path) -> None:
     (tmp_path / ".git").touch()
     (tmp_path / "ws" / "arm" / "hand").mkdir(parents=True)
-    there = package(tmp_path / "ws" / "hand")
-    assert of(tmp_path / "ws" / "arm" / "urdf").find("hand") == there
+    expected = package(tmp_path / "ws" / "hand")
+    assert of(tmp_path / "ws" / "arm" / "urdf").find("hand") == expected
     package(tmp_path / "ws" / "arm" / "hand", "other")
-    assert of(tmp_path / "ws" / "arm" / "urdf").find("hand") == there
+    assert of(tmp_path / "ws" / "arm" / "urdf").find("hand") == expected
 
 
 def test_without_any_package_xml(tmp_path: Path) -> None:
@@ -156,7 +156,7 @@ def test_without_any_package_xml(tmp_path: Path) -> None:
 
 
 def test_the_ros_environment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    at = source(tmp_path / "home")
+    robot = source(tmp_path / "home")
     itself = package(tmp_path / "ros" / "one")
     beside = package(tmp_path / "src" / "two")
     deep = package(tmp_path / "src" / "stack" / "folder" / "three_checkout", "three")
@@ -168,7 +168,7 @@ def test_the_ros_environment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     share.mkdir(parents=True)
     monkeypatch.setenv("ROS_PACKAGE_PATH", f"{itself}:{tmp_path / 'src'}:{tmp_path / 'none'}:")
     monkeypatch.setenv("AMENT_PREFIX_PATH", f"{tmp_path / 'none'}:{tmp_path / 'opt'}")
-    packages = Packages({}, at)
+    packages = Packages({}, robot)
     assert packages.find("one") == itself
     assert packages.find("two") == beside
     assert packages.find("three") == deep
@@ -186,18 +186,22 @@ def test_a_package_that_is_nowhere(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     error = caught.value
     assert (error.code, error.exit_code) == ("package-not-found", 1)
     for word in (
-        str(tmp_path / "home"), "ROS_PACKAGE_PATH=/some/where", "AMENT_PREFIX_PATH=(not set)",
-        "table of packages (nowhere_description)", "'nowhere_description'?",
-        "packages: {nowhere: DIR}", "--package nowhere=DIR",
-    ):  # fmt: skip
+        str(tmp_path / "home"),
+        "ROS_PACKAGE_PATH=/some/where",
+        "AMENT_PREFIX_PATH=(not set)",
+        "table of packages (nowhere_description)",
+        "'nowhere_description'?",
+        "packages: {nowhere: DIR}",
+        "--package nowhere=DIR",
+    ):
         assert word in f"{error.message} {error.hint}"
 
 
 def test_the_nearest_of_two_packages_counts(tmp_path: Path) -> None:
     (tmp_path / ".git").mkdir()
-    near, far = (package(tmp_path / folder / "hand") for folder in ("stack/in", "away/in"))
-    assert of(tmp_path / "stack" / "arm").find("hand") == near
-    assert of(tmp_path / "away" / "arm").find("hand") == far
+    first, second = (package(tmp_path / folder / "hand") for folder in ("stack/in", "away/in"))
+    assert of(tmp_path / "stack" / "arm").find("hand") == first
+    assert of(tmp_path / "away" / "arm").find("hand") == second
     with pytest.raises(ConversionError, match=r"the table of packages \(empty\)"):
         of(tmp_path).find("foot")
 

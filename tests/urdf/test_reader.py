@@ -116,13 +116,25 @@ BAD: list[tuple[str | bytes, str, int | None, str]] = [
     # macros
     ('<robot name="r">\n<macro name="m"/></robot>', "no-links", 1, ""),
     # names
-    ('<robot>\n<link name="a"/>\n<link name="a"><visual/></link></robot>', "name-doubled", 3,
-     "'a'.*line 2"),
-    (tree("a>b", "a>b").replace("</joint>\n</robot>", "<axis/></joint>\n</robot>"), "name-doubled",
-     7, "'a_b'.*line 6"),
+    (
+        '<robot>\n<link name="a"/>\n<link name="a"><visual/></link></robot>',
+        "name-doubled",
+        3,
+        "'a'.*line 2",
+    ),
+    (
+        tree("a>b", "a>b").replace("</joint>\n</robot>", "<axis/></joint>\n</robot>"),
+        "name-doubled",
+        7,
+        "'a_b'.*line 6",
+    ),
     *(  # a joint that another element names
-        (tree("a>b", "b>c").replace('"b_c"', '"a_b"').replace("</robot>", f"{naming}</robot>"),
-         "name-doubled", 7, "'a_b'.*line 6")
+        (
+            tree("a>b", "b>c").replace('"b_c"', '"a_b"').replace("</robot>", f"{naming}</robot>"),
+            "name-doubled",
+            7,
+            "'a_b'.*line 6",
+        )
         for naming in ('<gazebo reference="a_b"/>', "<plugin><joint> a_b </joint></plugin>")
     ),
     ('<robot name="r"></robot>', "no-links", 1, ""),
@@ -154,7 +166,7 @@ BAD: list[tuple[str | bytes, str, int | None, str]] = [
     (arm(inertial("heavy")), "number-invalid", 6, "'tip'.*heavy"),
     (arm(joint='<axis xyz="0 0 0"/>'), "axis-zero", 9, "'turn'"),
     (arm(joint='<axis xyz="0 -0 0"/>', kind="planar"), "axis-zero", 9, "'turn'"),
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize(("text", "code", "line", "words"), BAD)
@@ -316,16 +328,25 @@ def test_the_joints_stand_one_branch_after_the_other(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "number"),
     [
-        ("1e-3", 1e-3), ("+1", 1.0), (".5", 0.5), ("5.", 5.0), ("-0", 0.0), ("1E+2", 100.0),
-        ("007", 7.0), ("1.7976931348623157e308", 1.7976931348623157e308), ("1e-400", 0.0),
+        ("1e-3", 1e-3),
+        ("+1", 1.0),
+        (".5", 0.5),
+        ("5.", 5.0),
+        ("-0", 0.0),
+        ("1E+2", 100.0),
+        ("007", 7.0),
+        ("1.7976931348623157e308", 1.7976931348623157e308),
+        ("1e-400", 0.0),
         ("0.1234567890123456789", 0.1234567890123456789),
     ],
-)  # fmt: skip
+)
 @pytest.mark.parametrize("around", ["{}", " {}", "{}\n", "\t {}\r\n "])
 def test_forms_of_numbers(tmp_path: Path, text: str, number: float, around: str) -> None:
     word = around.format(text)
-    robot, _ = read(tmp_path, arm(f'<inertial><mass value="{word}"/></inertial>',
-                                  f'<origin xyz="{word} 1\n2"/>'))  # fmt: skip
+    robot, _ = read(
+        tmp_path,
+        arm(f'<inertial><mass value="{word}"/></inertial>', f'<origin xyz="{word} 1\n2"/>'),
+    )
     part = robot.links["tip"].inertial
     assert part is not None
     assert part.mass == number
@@ -354,11 +375,11 @@ def test_forms_of_numbers(tmp_path: Path, text: str, number: float, around: str)
             "utf-16-le"
         ),
     ],
-)  # fmt: skip
+)
 def test_forms_of_files(tmp_path: Path, text: bytes) -> None:
     robot, diagnostics = read(tmp_path, text)
     assert (robot.name, list(robot.links)) == ("r", ["ä"])
-    assert [found for found in diagnostics if found.level != "note"] == []
+    assert [diagnostic for diagnostic in diagnostics if diagnostic.level != "note"] == []
 
 
 def test_comments_and_instructions_anywhere(tmp_path: Path) -> None:
@@ -389,7 +410,11 @@ def test_undeclared_prefixes_of_other_programs(tmp_path: Path) -> None:
     robot, diagnostics = read(tmp_path, text)
     assert "<sensor:camera/>" in robot.extensions[0].xml
     assert robot.extensions[1].xml == "<a:b/>"
-    warnings = [(one.code, one.line) for one in diagnostics if one.level == "warning"]
+    warnings = [
+        (diagnostic.code, diagnostic.line)
+        for diagnostic in diagnostics
+        if diagnostic.level == "warning"
+    ]
     assert warnings == [("xml-namespace", 12)] * 2 + [("mechanics-unread", 12)]
 
 
@@ -401,7 +426,11 @@ def test_joints_of_other_elements_are_not_the_robots(tmp_path: Path) -> None:
     )
     robot, _ = read(tmp_path, text)
     assert list(robot.joints) == ["turn"]
-    assert [one.tag for one in robot.extensions] == ["transmission", "gazebo", "ros2_control"]
+    assert [diagnostic.tag for diagnostic in robot.extensions] == [
+        "transmission",
+        "gazebo",
+        "ros2_control",
+    ]
 
 
 def shaped(geometry: str, more: str = "") -> str:
@@ -424,10 +453,16 @@ IN_LINK = [
     ('<spring k="0"><rest/></spring>', "mechanics-unread", "<spring>"),
     ('<origin xyz="0 0 0"/>', "unknown-element", "<origin> in <link>"),
     ("<self_filter><a/></self_filter>", "unknown-element", "<self_filter>.*<link>"),
-    (inertial().replace("<inertial", '<inertial height="1"'), "mechanics-unread",
-     "'height' of <inertial> is"),
-    (shaped('<sphere radius="1"/>').replace("<geometry", '<geometry name="1"'),
-     "unknown-attribute", "'name' of <geometry> is"),
+    (
+        inertial().replace("<inertial", '<inertial height="1"'),
+        "mechanics-unread",
+        "'height' of <inertial> is",
+    ),
+    (
+        shaped('<sphere radius="1"/>').replace("<geometry", '<geometry name="1"'),
+        "unknown-attribute",
+        "'name' of <geometry> is",
+    ),
     (shaped(BOX, '<material name="re"/>'), "material-undefined", "'re'"),
     *(
         (shaped(BOX, f'<material name="a"><color rgba="{rgba}"/></material>'), "color-range", "")
@@ -443,17 +478,26 @@ IN_LINK = [
     (shaped(BOX, '<origin rpy="0 0 pi"/>'), "number-left-out", "rpy"),
     (shaped("<box/>"), "number-left-out", "size"),
     (shaped("<sphere/>"), "number-left-out", "radius"),
-    (shaped('<mesh filename="m" scale="1e-3"/>').replace("visual", "collision"), "mesh-scale",
-     "1e-3"),
-    (shaped(BOX, '<origin rpy="0 0 0 1"/>').replace("visual", "collision"), "number-left-out",
-     "a <collision>"),
-]  # fmt: skip
+    (
+        shaped('<mesh filename="m" scale="1e-3"/>').replace("visual", "collision"),
+        "mesh-scale",
+        "1e-3",
+    ),
+    (
+        shaped(BOX, '<origin rpy="0 0 0 1"/>').replace("visual", "collision"),
+        "number-left-out",
+        "a <collision>",
+    ),
+]
 #: The same in the joint 'turn'.
 IN_JOINT = [
     ('<axis xyz="1 0 0" rpy="0 0 0"/>', "unknown-attribute", "'rpy'.*<axis>"),
     ('<axis xyz="1 0 0" rpy="0 1 0"/>', "mechanics-unread", "'rpy'.*<axis>"),
-    ('<dynamics mu_viscous="3" D="1" K="7000"/>', "mechanics-unread",
-     "'mu_viscous', 'D', 'K' of <dynamics> are"),
+    (
+        '<dynamics mu_viscous="3" D="1" K="7000"/>',
+        "mechanics-unread",
+        "'mu_viscous', 'D', 'K' of <dynamics> are",
+    ),
     ('<origin quat_xyzw="0 0 0 1"/>', "mechanics-unread", "quat_xyzw"),
     ('<limits lower="1"/>', "misspelt", "<limits>"),
     ('<limit lower="-1" upper="1" velocty="1"/>', "misspelt", "'velocty'"),
@@ -470,7 +514,7 @@ IN_JOINT = [
     ('<limit lower="-1" upper="1" velocity="nan"/>', "number-left-out", "velocity"),
     ('<dynamics friction="low"/>', "number-left-out", "'low'"),
     ('<safety_controller k_position="0"/>', "number-left-out", "k_velocity"),
-]  # fmt: skip
+]
 #: The same after the joint, in the robot; of an inertia (kg m^2); and in other robots, with the
 #: line, the link and the joint.
 IN_ROBOT = [
@@ -484,8 +528,11 @@ IN_ROBOT = [
 INERTIAS = [
     ({"ixx": "1", "iyy": "1", "izz": "2.001"}, "inertia-triangle", r"2\.001"),
     ({"ixx": "2", "iyy": "2", "izz": "1", "ixy": "1.5"}, "inertia-triangle", r"0\.5, 1, 3\.5"),
-    ({"ixx": "1", "iyy": "1", "izz": "1", "ixy": ".3", "ixz": ".3", "iyz": ".3"},
-     "inertia-triangle", r"0\.7, 0\.7, 1\.6"),
+    (
+        {"ixx": "1", "iyy": "1", "izz": "1", "ixy": ".3", "ixz": ".3", "iyz": ".3"},
+        "inertia-triangle",
+        r"0\.7, 0\.7, 1\.6",
+    ),
     *(
         (values, "inertia-indefinite", "principal moments.*kg m")
         for values in (
@@ -501,7 +548,7 @@ INERTIAS = [
             {"ixx": "2", "iyy": "2", "izz": "-2"},
         )
     ),
-]  # fmt: skip
+]
 LIMIT = '<limit lower="1" upper="-1" effort="1" velocity="1"/>'
 TURN_2 = '<joint name="turn" type="fixed"><parent link="tip"/><child link="end"/></joint>'
 WARNED: list[tuple[str, str, str, int, str | None, str | None]] = [
@@ -515,51 +562,111 @@ WARNED: list[tuple[str, str, str, int, str | None, str | None]] = [
         (arm(inertial(inertia=moments(**values))), code, words, 7, "tip", None)
         for values, code, words in INERTIAS
     ),
-    (arm(inertial(inertia=UNIT.replace('iyz="0"', ""))), "inertia-incomplete", "iyz", 7, "tip",
-     None),
+    (
+        arm(inertial(inertia=UNIT.replace('iyz="0"', ""))),
+        "inertia-incomplete",
+        "iyz",
+        7,
+        "tip",
+        None,
+    ),
     (arm(inertial("-1e-3")), "mass-negative", "-0.001 kg", 6, "tip", None),
     (arm(f"{inertial('1')}\n{inertial('2')}"), "doubled-element", "inertial", 8, "tip", None),
-    (arm(shaped(f'<sphere radius="1"/>\n{BOX}')), "doubled-element", "one shape in <geometry>", 6,
-     "tip", None),
-    (arm(shaped(f'{BOX}\n<origin xyz="1 0 0"/>')), "mechanics-unread", "<origin> in <geometry>", 6,
-     "tip", None),
-    (arm(shaped(f'<material name="x"/>\n{BOX}')), "unknown-element", "<material> in <geometry>", 5,
-     "tip", None),
+    (
+        arm(shaped(f'<sphere radius="1"/>\n{BOX}')),
+        "doubled-element",
+        "one shape in <geometry>",
+        6,
+        "tip",
+        None,
+    ),
+    (
+        arm(shaped(f'{BOX}\n<origin xyz="1 0 0"/>')),
+        "mechanics-unread",
+        "<origin> in <geometry>",
+        6,
+        "tip",
+        None,
+    ),
+    (
+        arm(shaped(f'<material name="x"/>\n{BOX}')),
+        "unknown-element",
+        "<material> in <geometry>",
+        5,
+        "tip",
+        None,
+    ),
     (arm(joint='<origin/>\n<origin xyz="1 1 1"/>'), "doubled-element", "origin", 10, None, "turn"),
     (arm(joint=LIMIT, kind="revolute"), "limit-order", r"1\.0.*-1\.0", 9, None, "turn"),
     (arm(kind="revolute"), "joint-limit-missing", "revolute", 7, None, "turn"),
     (arm(kind="prismatic"), "joint-limit-missing", "", 7, None, "turn"),
     (arm(kind="Continuous"), "joint-type-spelling", "", 7, None, "turn"),
-    (arm().replace("<joint", '<joint id="1"'), "unknown-attribute", "'id' of <joint> is", 7, None,
-     "turn"),
-    (arm().replace('<link name="tip"', '<link name="tip" type="1"'), "unknown-attribute",
-     "'type' of <link> is", 4, "tip", None),
-    (arm().replace("</robot>", f'{TURN_2}<link name="end"/></robot>'), "joint-renamed", "'turn'",
-     11, None, "turn_2"),
+    (
+        arm().replace("<joint", '<joint id="1"'),
+        "unknown-attribute",
+        "'id' of <joint> is",
+        7,
+        None,
+        "turn",
+    ),
+    (
+        arm().replace('<link name="tip"', '<link name="tip" type="1"'),
+        "unknown-attribute",
+        "'type' of <link> is",
+        4,
+        "tip",
+        None,
+    ),
+    (
+        arm().replace("</robot>", f'{TURN_2}<link name="end"/></robot>'),
+        "joint-renamed",
+        "'turn'",
+        11,
+        None,
+        "turn_2",
+    ),
     (arm().replace(' name="arm"', ""), "robot-unnamed", "", 2, None, None),
-    (arm(shaped(BOX, '<material name="red"/>')).replace(
-        "</robot>", '<material name="red"><color rgba="x"/></material></robot>'
-     ), "number-left-out", "'red'", 11, None, None),
+    (
+        arm(shaped(BOX, '<material name="red"/>')).replace(
+            "</robot>", '<material name="red"><color rgba="x"/></material></robot>'
+        ),
+        "number-left-out",
+        "'red'",
+        11,
+        None,
+        None,
+    ),
     (tree("a >b", links="ab").replace('name="a"', 'name="a "'), "name-blank", "", 2, "a ", None),
-    ('<robot name="r">\n<link name="a"/>\n<link name="a">\n</link></robot>', "doubled-element", "",
-     3, "a", None),
+    (
+        '<robot name="r">\n<link name="a"/>\n<link name="a">\n</link></robot>',
+        "doubled-element",
+        "",
+        3,
+        "a",
+        None,
+    ),
     (tree("a>b", links="abc"), "link-unattached", "", 4, "c", None),
     (tree("world>a", links="a"), "world-implied", "", 3, None, "world_a"),
     (mimics("b>x"), "mimic-left-out", "'x'", 3, None, "b"),
     (mimics("b>b"), "mimic-left-out", "", 3, None, "b"),
     (arm(joint="<mimic/>"), "mimic-left-out", "names no joint", 7, None, "turn"),
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize(("text", "code", "words", "line", "link", "joint"), WARNED)
 def test_what_is_only_warned_of(
     tmp_path: Path, text: str, code: str, words: str, line: int, link: str | None, joint: str | None
 ) -> None:
-    (one,) = read(tmp_path, text)[1]
-    assert (one.code, one.line, one.link, one.joint) == (code, line, link, joint)
-    assert (one.file, one.level) == (str(tmp_path / "robot.urdf"), DEFAULTS[code])
-    assert re.search(words, one.message, re.DOTALL)
-    assert (link or joint or "") in one.message
+    (diagnostic,) = read(tmp_path, text)[1]
+    assert (diagnostic.code, diagnostic.line, diagnostic.link, diagnostic.joint) == (
+        code,
+        line,
+        link,
+        joint,
+    )
+    assert (diagnostic.file, diagnostic.level) == (str(tmp_path / "robot.urdf"), DEFAULTS[code])
+    assert re.search(words, diagnostic.message, re.DOTALL)
+    assert (link or joint or "") in diagnostic.message
 
 
 @pytest.mark.parametrize(
@@ -569,7 +676,9 @@ def test_what_is_only_warned_of(
         *map(
             arm,
             (
-                "{}", "<inertial>{}<mass value='0'/></inertial>", "<visual>{}</visual>",
+                "{}",
+                "<inertial>{}<mass value='0'/></inertial>",
+                "<visual>{}</visual>",
                 "<visual><geometry>{}</geometry></visual>",
                 "<visual><material name='m'>{}</material></visual>",
                 "<collision>{}</collision>",
@@ -577,10 +686,10 @@ def test_what_is_only_warned_of(
         ),
         arm(joint="{}"),
     ],
-)  # fmt: skip
+)
 def test_what_xacro_left_is_named_wherever_it_stands(tmp_path: Path, text: str) -> None:
     for element, code in (("xacro:m", "xacro-left"), ("macro", "xacro-legacy")):
-        codes = [one.code for one in read(tmp_path, text.format(f"<{element}/>"))[1]]
+        codes = [diagnostic.code for diagnostic in read(tmp_path, text.format(f"<{element}/>"))[1]]
         assert codes.count(code) == 1
 
 
@@ -604,31 +713,33 @@ def test_the_same_warning_is_said_once(tmp_path: Path) -> None:
         for n in range(1, 9)
     )
     _, diagnostics = read(tmp_path, f'<robot name="r">{links}{joints}</robot>')
-    (one,) = diagnostics
-    assert one.message.endswith("link 'l0', link 'l1', link 'l2', link 'l3' and 5 more")
-    assert one.link is None
+    (diagnostic,) = diagnostics
+    assert diagnostic.message.endswith("link 'l0', link 'l1', link 'l2', link 'l3' and 5 more")
+    assert diagnostic.link is None
 
 
 def test_joints_that_mimic_one_another_are_free(tmp_path: Path) -> None:
     for pairs, free in ((("a>b", "b>c", "c>a"), "abc"), (("a>b", "b>c", "c>b"), "bc")):
-        robot, (one,) = read(tmp_path, mimics(*pairs))
-        assert one.code == "mimic-left-out"
+        robot, (diagnostic,) = read(tmp_path, mimics(*pairs))
+        assert diagnostic.code == "mimic-left-out"
         assert [name for name, joint in robot.joints.items() if joint.mimic is None] == list(free)
 
 
 def test_an_element_without_the_prefix_is_an_error_that_can_be_lowered(tmp_path: Path) -> None:
-    robot, (one,) = read(tmp_path, '<robot name="r"><link name="a"/>\n<macro name="m"/></robot>')
-    assert (one.level, one.code, one.line) == ("error", "xacro-legacy", 2)
-    assert "xmlns:xacro" in (one.hint or "")
+    robot, (diagnostic,) = read(
+        tmp_path, '<robot name="r"><link name="a"/>\n<macro name="m"/></robot>'
+    )
+    assert (diagnostic.level, diagnostic.code, diagnostic.line) == ("error", "xacro-legacy", 2)
+    assert "xmlns:xacro" in (diagnostic.hint or "")
     assert list(robot.links) == ["a"]
 
 
 def test_the_limits_that_can_be_read_stay(tmp_path: Path) -> None:
     limit = '<limit lower="-pi/2" upper="1" effort="inf" velocity="2"/>'
-    robot, (said,) = read(tmp_path, arm(joint=limit, kind="revolute"))
+    robot, (reported,) = read(tmp_path, arm(joint=limit, kind="revolute"))
     assert robot.joints["turn"].limit == Limit(None, 1.0, None, 2.0)
-    assert "joint 'turn' (lower of <limit> is '-pi/2'" in said.message
-    assert "; effort of <limit> is 'inf'" in said.message
+    assert "joint 'turn' (lower of <limit> is '-pi/2'" in reported.message
+    assert "; effort of <limit> is 'inf'" in reported.message
 
 
 def test_harmless_slips_of_xml(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -649,23 +760,27 @@ def test_harmless_slips_of_xml(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
         (b"<!-- 90\xb0 -->" + link.encode(), 1),
         (link.encode() + b"\r\n\0\0", 1),
     ):
-        robot, (one,) = read(tmp_path, text)
-        assert (one.code, one.line, list(robot.links)) == ("xml-mended", line, ["ä"])
+        robot, (diagnostic,) = read(tmp_path, text)
+        assert (diagnostic.code, diagnostic.line, list(robot.links)) == ("xml-mended", line, ["ä"])
         assert (len(fix_slips(text)[0]) == len(text)) == (text[1:] != latin), (
             "all stays at its place"
         )
     for more in (0, 1):  # libxml2 reads comments of so many letters
         assert len(parse_urdf(f"<!--{'x' * (10**7 + more)}-->{link}".encode(), "r")[1]) == more
     monkeypatch.setattr("urdf2mbs.urdf.xml._MAX_COMMENT", 3)
-    _, said = read(tmp_path, f'<!--\n\nlong-->\n<?xml version="1.0"?>{link}')
-    assert [(one.line, "10,000,000" in one.message) for one in said] == [(4, False), (1, True)]
-    for before, what in (("\n ", "there are blanks"), ("<!-- -->", "there is something")):
-        _, (one,) = read(tmp_path, f'{before}<?xml version="1.0"?>{link}')
-        assert what in one.message
+    _, reported = read(tmp_path, f'<!--\n\nlong-->\n<?xml version="1.0"?>{link}')
+    assert [(diagnostic.line, "10,000,000" in diagnostic.message) for diagnostic in reported] == [
+        (4, False),
+        (1, True),
+    ]
+    for before, words in (("\n ", "there are blanks"), ("<!-- -->", "there is something")):
+        _, (diagnostic,) = read(tmp_path, f'{before}<?xml version="1.0"?>{link}')
+        assert words in diagnostic.message
     # what is mended does not hide what is not
     for text, code, line in (
-        ("<link>\n</joint></robot>", "xml-syntax", 5), ("</robot><!-- a -\n", "xml-truncated", 5),
-    ):  # fmt: skip
+        ("<link>\n</joint></robot>", "xml-syntax", 5),
+        ("</robot><!-- a -\n", "xml-truncated", 5),
+    ):
         with pytest.raises(ConversionError) as caught:
             read(tmp_path, f'\n<?xml version="1.0"?>\n<robot>\n{text}')
         assert (caught.value.code, caught.value.line) == (code, line)
@@ -724,9 +839,10 @@ def test_materials_of_the_robot(tmp_path: Path) -> None:
         ),
     )
     assert robot.materials == {"a": Material("a", (0.0, 0.0, 0.0, 1.0))}
-    assert [(one.code, one.line) for one in diagnostics] == [
-        ("material-unnamed", 11), ("doubled-element", 13),
-    ]  # fmt: skip
+    assert [(diagnostic.code, diagnostic.line) for diagnostic in diagnostics] == [
+        ("material-unnamed", 11),
+        ("doubled-element", 13),
+    ]
 
 
 @pytest.mark.parametrize(
@@ -748,7 +864,9 @@ def test_materials_of_the_robot(tmp_path: Path) -> None:
 )
 def test_inertias_that_are_all_right(tmp_path: Path, values: dict[str, str]) -> None:
     _, diagnostics = read(tmp_path, arm(inertial(inertia=moments(**values))))
-    assert [one.code for one in diagnostics if one.code != "inertia-triangle"] == []
+    assert [
+        diagnostic.code for diagnostic in diagnostics if diagnostic.code != "inertia-triangle"
+    ] == []
     if values.get("izz") != "-1e-12":
         assert diagnostics == []
 
@@ -758,16 +876,18 @@ def test_quaternions_of_newer_files(tmp_path: Path) -> None:
     half = 0.5**0.5
     turns = [Rotation.from_euler("xyz", turn) for turn in ((0.3, -0.4, 0.5), (-1.2, 0.7, 2.0))]
     for turn in (
-        (0.0, 0.0, half, half), (2.0, 0.0, 0.0, 0.0), (0.0, half, 0.0, half),
+        (0.0, 0.0, half, half),
+        (2.0, 0.0, 0.0, 0.0),
+        (0.0, half, 0.0, half),
         *(turn.as_quat().tolist() for turn in turns),
-    ):  # fmt: skip
+    ):
         text = " ".join(map(repr, turn))
         origin = f'<origin xyz="1 2 3" quat_xyzw="{text}"/>'
         robot, diagnostics = read(tmp_path, arm(joint=origin, robot=' version="1.1"'))
-        found = robot.joints["turn"].origin
-        assert (diagnostics, found.xyz) == ([], (1.0, 2.0, 3.0))
+        origin = robot.joints["turn"].origin
+        assert (diagnostics, origin.xyz) == ([], (1.0, 2.0, 3.0))
         wanted = Rotation.from_quat(turn).as_matrix().ravel()
-        np.testing.assert_allclose(found.pose.rot, wanted, rtol=0, atol=1e-15)
+        np.testing.assert_allclose(origin.pose.rot, wanted, rtol=0, atol=1e-15)
     for wrong in ('quat_xyzw="0 0 0 0"', 'quat_xyzw="0 0 0 1" rpy="0 0 0"', 'quat_xyzw="0 0 1"'):
         with pytest.raises(ConversionError, match="quat_xyzw"):
             read(tmp_path, arm(joint=f"<origin {wrong}/>", robot=' version="1.2"'))
@@ -782,7 +902,7 @@ def test_arguments_for_a_plain_file_are_warned_of(tmp_path: Path) -> None:
     source = tmp_path / "robot.urdf"
     source.write_text(arm())
     _, diagnostics = read_robot(source, Packages({}, source), {"b": "1", "a": "2"})
-    assert [one.code for one in diagnostics] == ["xacro-unused-arg"]
+    assert [diagnostic.code for diagnostic in diagnostics] == ["xacro-unused-arg"]
     assert "a, b" in diagnostics[0].message
 
 

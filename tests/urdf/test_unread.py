@@ -37,7 +37,7 @@ def read(
 
 def read_warning(**parts: str) -> Diagnostic:
     """Read a robot that has one warning, and return it."""
-    (warning,) = [found for found in read(**parts)[1] if found.level == "warning"]
+    (warning,) = [diagnostic for diagnostic in read(**parts)[1] if diagnostic.level == "warning"]
     return warning
 
 
@@ -110,22 +110,22 @@ def test_words_in_a_link(words: str, message: str) -> None:
 
 @pytest.mark.parametrize(("words", "message"), IN_ROBOT)
 def test_words_in_the_robot(words: str, message: str) -> None:
-    warnings = [found for found in read(robot=words)[1] if found.level == "warning"]
-    told = [found for found in warnings if found.code != "xml-namespace"]
-    assert [found.code for found in told] == ["mechanics-unread"]
-    assert message in told[0].message
+    warnings = [diagnostic for diagnostic in read(robot=words)[1] if diagnostic.level == "warning"]
+    reported = [diagnostic for diagnostic in warnings if diagnostic.code != "xml-namespace"]
+    assert [diagnostic.code for diagnostic in reported] == ["mechanics-unread"]
+    assert message in reported[0].message
 
 
 def test_the_words_of_a_limit_and_of_an_inertia() -> None:
     """Such elements lack their attributes, too, which is said in true words."""
-    found = read(joint="<limit><lower>-1</lower><upper>1</upper></limit>")[1]
-    assert [one.code for one in found] == ["mechanics-unread", "limit-zero"]
-    assert found[0].message.startswith("<lower>, <upper> in <limit> are not read")
+    diagnostics = read(joint="<limit><lower>-1</lower><upper>1</upper></limit>")[1]
+    assert [diagnostic.code for diagnostic in diagnostics] == ["mechanics-unread", "limit-zero"]
+    assert diagnostics[0].message.startswith("<lower>, <upper> in <limit> are not read")
     inertial = '<inertial><mass value="1"/><inertia><ixx>1</ixx></inertia></inertial>'
-    found = read(link=inertial)[1]
-    told = {one.code: one.message for one in found}
-    assert "<ixx> in <inertia> is not read" in told["mechanics-unread"]
-    assert "<inertial> without the attributes of <inertia>" in told["inertial-incomplete"]
+    diagnostics = read(link=inertial)[1]
+    reported = {diagnostic.code: diagnostic.message for diagnostic in diagnostics}
+    assert "<ixx> in <inertia> is not read" in reported["mechanics-unread"]
+    assert "<inertial> without the attributes of <inertia>" in reported["inertial-incomplete"]
 
 
 def test_the_words_of_a_mimic() -> None:
@@ -201,8 +201,8 @@ HARMLESS = [
 
 @pytest.mark.parametrize(("link", "joint", "robot"), HARMLESS)
 def test_what_says_nothing_of_the_mechanics_is_a_note(link: str, joint: str, robot: str) -> None:
-    found = read(link, LIMIT + joint, robot)[1]
-    assert {one.level for one in found} == {"note"}
+    diagnostics = read(link, LIMIT + joint, robot)[1]
+    assert {diagnostic.level for diagnostic in diagnostics} == {"note"}
 
 
 @pytest.mark.parametrize(
@@ -231,8 +231,10 @@ def test_each_kind_is_said_once_with_its_places() -> None:
         TURN.replace("turn", "twist").replace("base", "arm").replace('"arm"/>{axis}', '"tip"/>')
     )
     second = second.format(kind="continuous", more='<dynamics K="2"/>')
-    found = read(joint=f'{LIMIT}<dynamics K="1"/>', robot=f'<link name="tip"/>{second}')[1]
-    assert [one.message.partition(": ")[2] for one in found] == ["joint 'turn', joint 'twist'"]
+    diagnostics = read(joint=f'{LIMIT}<dynamics K="1"/>', robot=f'<link name="tip"/>{second}')[1]
+    assert [diagnostic.message.partition(": ")[2] for diagnostic in diagnostics] == [
+        "joint 'turn', joint 'twist'"
+    ]
 
 
 @pytest.mark.parametrize(
@@ -278,11 +280,11 @@ def test_a_continuous_joint_needs_no_limits() -> None:
 
 def test_bounds_of_urdf_1_2_and_of_drake_are_read() -> None:
     rates = 'drake:acceleration="2" deceleration="3" jerk="4"'
-    robot, found = read(
+    robot, diagnostics = read(
         joint=LIMIT.replace("velocity", f"{rates} velocity"),
         attributes=' xmlns:drake="http://drake.mit.edu"',
     )
-    assert not found
+    assert not diagnostics
     limit = robot.joints["turn"].limit
     assert limit is not None
     assert (limit.acceleration, limit.deceleration, limit.jerk) == (2.0, 3.0, 4.0)
@@ -290,20 +292,24 @@ def test_bounds_of_urdf_1_2_and_of_drake_are_read() -> None:
 
 def test_the_harmless_list_has_its_limits() -> None:
     still = '<joint name="j" type="fixed"><parent link="arm"/><child link="b"/></joint>'
-    told = read_warning(robot=f'<link name="b" type="static"/>{still}')
-    assert "the attribute 'type' of <link>" in told.message
-    found = read(robot="<author>x</author><date>y</date><meta><a/></meta>")[1]
-    assert [(one.level, one.code) for one in found] == [("note", "unknown-element")]
+    reported = read_warning(robot=f'<link name="b" type="static"/>{still}')
+    assert "the attribute 'type' of <link>" in reported.message
+    diagnostics = read(robot="<author>x</author><date>y</date><meta><a/></meta>")[1]
+    assert [(diagnostic.level, diagnostic.code) for diagnostic in diagnostics] == [
+        ("note", "unknown-element")
+    ]
 
 
 @pytest.mark.parametrize("words", [words for words, _ in IN_JOINT if "stray" not in words])
 def test_a_comment_changes_no_message(words: str) -> None:
     """Wherever it stands: behind each opening tag, or before each closing tag."""
-    plain = [(one.code, one.message) for one in read(joint=LIMIT + words)[1]]
+    plain = [(diagnostic.code, diagnostic.message) for diagnostic in read(joint=LIMIT + words)[1]]
     opened = re.sub(r"(<\w[^<>]*[^/<>]>)", r"\1<!-- c -->", words)
     closed = re.sub(r"(</)", r"<!-- c -->\1", words)
     for text in (opened, closed):
-        assert [(one.code, one.message) for one in read(joint=LIMIT + text)[1]] == plain
+        assert [
+            (diagnostic.code, diagnostic.message) for diagnostic in read(joint=LIMIT + text)[1]
+        ] == plain
 
 
 DRAKE = (
@@ -337,6 +343,6 @@ def test_other_joints_with_a_prefix_are_errors(kind: str, prefix: str) -> None:
     with pytest.raises(ConversionError) as caught:
         parse_urdf(DRAKE.replace("http://drake.mit.edu", prefix).format(kind).encode(), "r.urdf")
     errors = [*caught.value.earlier, caught.value.diagnostic()]
-    (error,) = [one for one in errors if one.code == "joint-type-unknown"]
+    (error,) = [diagnostic for diagnostic in errors if diagnostic.code == "joint-type-unknown"]
     assert f"<drake:joint> 'turn' of the type '{kind}' joins" in error.message
     assert "'base' and 'arm'" in error.message

@@ -151,8 +151,8 @@ class Packages:
 
     def list_found(self) -> dict[str, Path]:
         """Return the packages that ``find`` has found, and those of the table, by name."""
-        found = {name: folder for name, folder in self._cache.items() if folder is not None}
-        return dict(sorted({**self.table, **found}.items()))
+        packages = {name: folder for name, folder in self._cache.items() if folder is not None}
+        return dict(sorted({**self.table, **packages}.items()))
 
     def _explain_missing(self, name: str) -> ConversionError:
         """Return the error for a package that was not found."""

@@ -38,7 +38,7 @@ STRAY_TEXTS = " | ".join(
 TRANSPOSED = {"iyx": "ixy", "izx": "ixz", "izy": "iyz"}
 #: Elements with a name, which messages are about.
 OWNERS = ("link", "joint", "material")
-#: A name that is so like a known one is misspelt (``jiont``); the measure is difflib's.
+#: A name that is so like a readable one is misspelt (``jiont``); the measure is difflib's.
 SIMILARITY = 0.75
 #: Words for a position or a rotation; in URDF, only ``<origin>`` states them.
 PLACES = frozenset(
@@ -64,7 +64,7 @@ class Unread(msgspec.Struct):
     """The code of a note about them."""
     message: str
     names: list[str]
-    known: Iterable[str]
+    readable: Iterable[str]
     """The names that are read in their place."""
     element: Any
     """The element of lxml, or the first of them."""
@@ -83,12 +83,12 @@ def report_unknown_attributes(
         also_read: Attributes that are read beside those of ``ELEMENTS``.
     """
     tag = plain(element.tag)
-    known = {*ELEMENTS[tag].attributes, *also_read}
-    missing = known - set(element.keys())  # a name whose like is stated, too, is not misspelt
+    readable = {*ELEMENTS[tag].attributes, *also_read}
+    missing = readable - set(element.keys())  # a name whose like is stated, too, is not misspelt
     names_by_meaning: dict[Meaning, list[str]] = {}
     for attribute, text in element.items():
         name, namespace = split_tag(attribute)
-        if attribute in known or (is_drake(attribute) and name in known):
+        if attribute in readable or (is_drake(attribute) and name in readable):
             continue
         is_harmless = harmless.is_harmless_attribute(tag, name, namespace.strip("{}:"), text)
         if is_harmless or (name in TRANSPOSED and text == element.get(TRANSPOSED[name])):
@@ -108,7 +108,7 @@ def report_unknown_attributes(
 
 
 def report_unknown_children(
-    messages: Messages, parent: str, children: Iterable[Any], known: Iterable[str]
+    messages: Messages, parent: str, children: Iterable[Any], readable: Iterable[str]
 ) -> None:
     """Report the children of an element that are not read, in one message for all of a meaning.
 
@@ -116,7 +116,7 @@ def report_unknown_children(
         messages: The messages about the file.
         parent: The tag of their parent.
         children: The elements of lxml; comments are passed over.
-        known: The tags that are read in this parent.
+        readable: The tags that are read in this parent.
     """
     children_by_meaning: dict[Meaning, list[Any]] = {}
     for child in children:
@@ -124,14 +124,14 @@ def report_unknown_children(
         if not isinstance(child.tag, str):
             continue
         if not (report_xacro(messages, child) if parent in ELEMENTS else is_xacro(child)):
-            meaning = _find_meaning(parent, child, known)
+            meaning = _find_meaning(parent, child, readable)
             children_by_meaning.setdefault(meaning, []).append(child)
     for meaning, elements in children_by_meaning.items():
         names = list(dict.fromkeys(_write_name(child, child.tag) for child in elements))
         have = "is not read, and has" if len(names) == 1 else "are not read, and have"
         listed = some(f"<{name}>" for name in names)
         message = f"{listed} in <{parent}> {have} no effect"
-        unread = Unread("unknown-element", message, names, known, elements[0], parent)
+        unread = Unread("unknown-element", message, names, readable, elements[0], parent)
         _report(messages, meaning, unread)
 
 
@@ -139,7 +139,7 @@ def _report(messages: Messages, meaning: Meaning, unread: Unread) -> None:
     """Report elements or attributes: as a warning, or as a note if they are harmless."""
     line = unread.element.sourceline
     if meaning == "misspelt":
-        like = (unread.names[0].lower(), unread.known)
+        like = (unread.names[0].lower(), unread.readable)
         messages.warn("misspelt", unread.message, line, like=like)
     elif meaning == "harmless":
         messages.warn(unread.code, unread.message, line, level="note")
@@ -156,7 +156,7 @@ def report_stray_texts(messages: Messages, root: Any) -> None:
         ancestors = [parent, *parent.iterancestors()]
         if any(ancestor.tag not in ELEMENTS for ancestor in ancestors):
             continue  # an element that is not read is reported with all that is in it
-        owner = next((e for e in ancestors if e.tag in OWNERS and e.get("name")), root)
+        owner = next((a for a in ancestors if a.tag in OWNERS and a.get("name")), root)
         messages.owner = ("robot", "") if owner is root else (owner.tag, owner.get("name"))
         quoted = quote(str(text))
         message = f"the text {quoted} in <{plain(parent.tag)}> is not read, and has no effect"
@@ -187,12 +187,12 @@ def report_xacro(messages: Messages, element: Any) -> bool:
     return tag in LEGACY
 
 
-def _find_meaning(parent: str, child: Any, known: Iterable[str]) -> Meaning:
+def _find_meaning(parent: str, child: Any, readable: Iterable[str]) -> Meaning:
     """Return the likely meaning of a child that is not read."""
     name, namespace = split_tag(child.tag)
     if harmless.is_harmless_child(parent, name, namespace.strip("{}:")):
         return "harmless"
-    if not namespace and _is_misspelt(name, tuple(sorted(known))):
+    if not namespace and _is_misspelt(name, tuple(sorted(readable))):
         return "misspelt"
     return "harmless" if _is_default(child) else "mechanics"
 
@@ -211,16 +211,16 @@ def _is_default(element: Any) -> bool:
     )
 
 
-@cache  # a name that is not known is in most elements of its kind
-def _is_misspelt(name: str, known: tuple[str, ...]) -> bool:
-    """Return True if a name is nearly one that is known."""
+@cache  # a name that is not read is in most elements of its kind
+def _is_misspelt(name: str, readable: tuple[str, ...]) -> bool:
+    """Return True if a name is nearly a readable one."""
     if name.lower() in PLACES:
         return False
-    if name.lower() in known:  # in capital letters
+    if name.lower() in readable:  # in capital letters
         return True
     from difflib import get_close_matches
 
-    return bool(get_close_matches(name, known, n=1, cutoff=SIMILARITY))
+    return bool(get_close_matches(name, readable, n=1, cutoff=SIMILARITY))
 
 
 def _suggest(names: list[str], parent: str) -> str | None:

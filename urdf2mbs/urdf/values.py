@@ -88,19 +88,19 @@ class Reading(Messages):
     def parts(self, element: Any) -> dict[str, Any]:
         """Return the children of an element by tag, the first of each; report the others."""
         tag = element.tag
-        known = ELEMENTS[tag].children
+        readable = ELEMENTS[tag].children
         parts: dict[str, Any] = {}
         unknown: list[Any] = []
         for child in element[:]:  # faster than its iterator
             name = child.tag
-            if name not in known:
+            if name not in readable:
                 unknown.append(child)
             elif name in parts:
                 self.warn_of_double(tag, child)
             else:
                 parts[name] = child
         if unknown:
-            self.unknown_children(tag, unknown, known)
+            self.unknown_children(tag, unknown, readable)
         return parts
 
     def values(self, element: Any, lenient: str = "") -> dict[str, Any]:
@@ -115,17 +115,17 @@ class Reading(Messages):
             ConversionError: A number is missing, or cannot be read.
         """
         tag = element.tag
-        known, required, children, _ = ELEMENTS[tag]
+        counts, required, children, _ = ELEMENTS[tag]
         values: dict[str, Any] = {}
         stated: list[tuple[str, str]] = element.items()
         for attribute, text in stated:
             name = attribute
-            if name not in known:
+            if name not in counts:
                 name = split_tag(name)[0]
-                if not is_drake(attribute) or name not in known:
+                if not is_drake(attribute) or name not in counts:
                     continue
             try:
-                values[name] = self._convert(element, name, text, known[name])
+                values[name] = self._convert(element, name, text, counts[name])
             except ConversionError as error:
                 if not lenient:
                     raise
@@ -137,7 +137,7 @@ class Reading(Messages):
             self.unknown_children(tag, element, ())
         for name in required:
             if name not in values:
-                self.fail_number(element, name, None, known[name])
+                self.fail_number(element, name, None, counts[name])
         return values
 
     def _convert(self, element: Any, attribute: str, text: str, count: int) -> Any:
@@ -246,15 +246,17 @@ class Reading(Messages):
         """Report the attributes of an element that are not read."""
         report_unknown_attributes(self, element, also_read)
 
-    def unknown_children(self, parent: str, children: Iterable[Any], known: Iterable[str]) -> None:
+    def unknown_children(
+        self, parent: str, children: Iterable[Any], readable: Iterable[str]
+    ) -> None:
         """Report the children of an element that are not read.
 
         Args:
             parent: The tag of their parent.
             children: The elements of lxml; comments are passed over.
-            known: The tags that are read in this parent.
+            readable: The tags that are read in this parent.
         """
-        report_unknown_children(self, parent, children, known)
+        report_unknown_children(self, parent, children, readable)
 
     def report_xacro(self, element: Any) -> bool:
         """Return True, after a message, if an element is one of xacro that was not expanded."""

@@ -116,5 +116,5 @@ def test_the_line_that_writes_a_name(
 ) -> None:
     file = tmp_path / "a.xacro"
     file.write_text(written)
-    found = find_declaration("joint", joint, [str(file)])
-    assert found == (None if line is None else (str(file), line))
+    place = find_declaration("joint", joint, [str(file)])
+    assert place == (None if line is None else (str(file), line))

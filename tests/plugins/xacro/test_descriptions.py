@@ -48,8 +48,8 @@ def test_the_arguments_of_an_xacro_robot(tmp_path: Path, monkeypatch: pytest.Mon
     assert described.xacro_args["ur_type"] == "ur5e"
     result = convert("robot_descriptions:ur5e_description", base="fixed")
     assert "ur5e" in result.robot.links
-    other = convert("robot_descriptions:ur5e_description", xacro_args={"ur_type": "mine"})
-    assert "mine" in other.robot.links
+    second = convert("robot_descriptions:ur5e_description", xacro_args={"ur_type": "mine"})
+    assert "mine" in second.robot.links
 
 
 @pytest.mark.parametrize(
@@ -90,8 +90,8 @@ OURS = {
 def test_our_configs_run_by_name(
     name: str, shared: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    repository, file, here = OURS[name]
-    robot = shared / "robots" / here.format(file)
+    repository, file, part = OURS[name]
+    robot = shared / "robots" / part.format(file)
     stand_in(monkeypatch, tmp_path, repository, {file: robot})
     conversion = Pipeline(*load(CONFIGS / f"{name}.yaml")).run()
     assert conversion.checked.proof is not None
@@ -112,9 +112,9 @@ def test_our_configs_run_by_a_variable(
 ) -> None:
     monkeypatch.delenv(variable, raising=False)
     assert main(["explain", str(CONFIGS / f"{name}.yaml")]) == 2
-    said = capsys.readouterr().err
-    assert "error[variable-unset]" in said
-    assert f"export {variable}=" in said
+    output = capsys.readouterr().err
+    assert "error[variable-unset]" in output
+    assert f"export {variable}=" in output
     monkeypatch.setenv(variable, str(shared / "robots" / folder))
     conversion = Pipeline(*load(CONFIGS / f"{name}.yaml")).run()
     assert conversion.checked.proof is not None

@@ -206,9 +206,9 @@ def test_what_python_tidies_up_is_no_warning_of_a_robot(
 @pytest.mark.parametrize("expression", HARMLESS)
 def test_what_robots_need_has_the_value_that_xacro_gives(tmp_path: Path, expression: str) -> None:
     source = robot(tmp_path, link(expression))
-    here = expand(source, Packages({}, source), {})
-    there = expand(source, Packages({}, source), {}, trust=True)
-    assert here == there
+    restricted = expand(source, Packages({}, source), {})
+    trusted = expand(source, Packages({}, source), {}, trust=True)
+    assert restricted == trusted
 
 
 @pytest.mark.parametrize("expression", REFUSED)
@@ -443,19 +443,19 @@ def test_a_pipe_is_no_file(tmp_path: Path, name: str) -> None:
     """Nobody writes into it, and nobody waits for it."""
     os.mkfifo(tmp_path / "pipe")
     source = tmp_path / "pipe" if name == "source" else robot(tmp_path, NAMED[name])
-    said: list[str] = []
+    messages: list[str] = []
 
     def run() -> None:
         try:
-            said.extend(map(str, convert(source).diagnostics))
+            messages.extend(map(str, convert(source).diagnostics))
         except ConversionError as error:
-            said.append(str(error))
+            messages.append(str(error))
 
     thread = threading.Thread(target=run, daemon=True)
     thread.start()
     thread.join(60)
     assert not thread.is_alive()
-    assert any("pipe" in one for one in said)
+    assert any("pipe" in message for message in messages)
 
 
 def test_a_quote_that_is_not_closed_in_parameters(tmp_path: Path) -> None:
@@ -471,7 +471,7 @@ def test_a_file_outside(tmp_path: Path) -> None:
     (tmp_path / "secret.xacro").write_text('<robot><link name="hush"/></robot>')
     (tmp_path / "r" / ".hidden").mkdir()
     (tmp_path / "r" / ".hidden" / "x.yaml").write_text("word: hush")
-    ways = [
+    attempts = [
         link("xacro.load_yaml('../secret.yaml')['word']"),
         link(f"xacro.load_yaml('{tmp_path}/secret.yaml')['word']"),
         link("xacro.load_yaml('.hidden/x.yaml')['word']"),
@@ -483,11 +483,14 @@ def test_a_file_outside(tmp_path: Path) -> None:
     ]
     if sys.platform != "win32":
         (tmp_path / "r" / "link.xacro").symlink_to(tmp_path / "secret.xacro")
-        ways += ['<xacro:include filename="link.xacro"/>', '<xacro:include filename="li*.xacro"/>']
-    for way in ways:
-        error = failure(tmp_path / "r", "\n" + way)
-        assert error.code == "xacro-file", way
-        assert error.file == str(tmp_path / "r" / "r.urdf.xacro"), way
+        attempts += [
+            '<xacro:include filename="link.xacro"/>',
+            '<xacro:include filename="li*.xacro"/>',
+        ]
+    for attempt in attempts:
+        error = failure(tmp_path / "r", "\n" + attempt)
+        assert error.code == "xacro-file", attempt
+        assert error.file == str(tmp_path / "r" / "r.urdf.xacro"), attempt
         assert "packages: {NAME:" in (error.hint or "")
         assert "trust_xacro: true" in (error.hint or "")
 
@@ -505,8 +508,10 @@ def test_what_allows_a_file_outside(tmp_path: Path) -> None:
         expand(source, Packages({}, source), {})
     given = {"file": str(tmp_path / "more" / "values.yaml")}
     for packages, args, trust in (
-        ({"more": tmp_path / "more"}, {}, False), ({}, given, False), ({}, {}, True),
-    ):  # fmt: skip
+        ({"more": tmp_path / "more"}, {}, False),
+        ({}, given, False),
+        ({}, {}, True),
+    ):
         made = expand(source, Packages(packages, source), args, trust=trust)
         assert b'"open"' in made.text
 

@@ -10,50 +10,59 @@ from urdf2mbs_xacro import has_xacro
 
 
 @pytest.mark.parametrize(
-    ("text", "code", "said"),
+    ("text", "code", "words"),
     [
         (
             '<robot>\n<link name="a"/><joint name="j" type="$${x}"/></robot>',
-            "xacro-unexpanded", "type='${x}' of joint 'j' was left by xacro\n  joint 'j' is in ",
+            "xacro-unexpanded",
+            "type='${x}' of joint 'j' was left by xacro\n  joint 'j' is in ",
         ),
         (
             f'<robot {XMLNS}><xacro:macro name="arm"/><xacro:macro name="hand"/></robot>',
-            "no-links", "defines the macro(s) 'arm, hand' and calls none\n  convert the file that ",
+            "no-links",
+            "defines the macro(s) 'arm, hand' and calls none\n  convert the file that ",
         ),
         (
             '<robot>\n<link name="a"><inertial><mass value="$${m}"/></inertial></link></robot>',
-            "xacro-unexpanded", "value='${m}' of link 'a' was left by xacro",
+            "xacro-unexpanded",
+            "value='${m}' of link 'a' was left by xacro",
         ),
         (
             f'<robot {XMLNS}><xacro:macro name="arm"/><link/></robot>',
-            "name-missing", "a link without a name\n",
+            "name-missing",
+            "a link without a name\n",
         ),
         (
             f'<robot {XMLNS}><xacro:macro name="arm"><a/></xacro:macro><xacro:arm/></robot>',
-            "no-links", "the robot has no links\n  ",
+            "no-links",
+            "the robot has no links\n  ",
         ),
     ],
-)  # fmt: skip
-def test_what_is_wrong_after_xacro(tmp_path: Path, text: str, code: str, said: str) -> None:
+)
+def test_what_is_wrong_after_xacro(tmp_path: Path, text: str, code: str, words: str) -> None:
     with pytest.raises(ConversionError) as caught:
         read(tmp_path, text)
     error = caught.value
     assert (error.code, error.file) == (code, f"{tmp_path / 'robot.urdf'} (expanded)")
-    assert said in str(error)
+    assert words in str(error)
 
 
-def test_what_xacro_says_stands_before_what_the_reader_says(tmp_path: Path) -> None:
-    said = "${xacro.warning('low')}<link name='a'><visual/></link>"
-    _, told = read(tmp_path, f"<robot {XMLNS}><xacro:if value='0'/>{said}</robot>")
-    assert [one.code for one in told] == ["xacro-warning", "geometry-unknown", "robot-unnamed"]
+def test_messages_of_xacro_come_before_those_of_the_reader(tmp_path: Path) -> None:
+    inside = "${xacro.warning('low')}<link name='a'><visual/></link>"
+    _, reported = read(tmp_path, f"<robot {XMLNS}><xacro:if value='0'/>{inside}</robot>")
+    assert [diagnostic.code for diagnostic in reported] == [
+        "xacro-warning",
+        "geometry-unknown",
+        "robot-unnamed",
+    ]
     with pytest.raises(ConversionError) as caught:
-        read(tmp_path, f"<robot {XMLNS}><xacro:if value='0'/>{said}<link/><link/></robot>")
-    codes = [one.code for one in caught.value.earlier]
+        read(tmp_path, f"<robot {XMLNS}><xacro:if value='0'/>{inside}<link/><link/></robot>")
+    codes = [diagnostic.code for diagnostic in caught.value.earlier]
     assert codes == ["xacro-warning", "geometry-unknown", "name-missing"]
 
 
 @pytest.mark.parametrize(
-    ("text", "there"),
+    ("text", "expected"),
     [
         (f'<robot {XMLNS}><xacro:if value="1"/></robot>', True),
         ('<robot><xacro:if value="1"/></robot>', True),
@@ -70,5 +79,5 @@ def test_what_xacro_says_stands_before_what_the_reader_says(tmp_path: Path) -> N
         ('<robot name="xacro"><link name="xacro"/><!-- <xacro:if/> --></robot>', False),
     ],
 )
-def test_whether_there_is_xacro(text: str, there: bool) -> None:
-    assert has_xacro(text.encode(), "r.urdf") is there
+def test_whether_there_is_xacro(text: str, expected: bool) -> None:
+    assert has_xacro(text.encode(), "r.urdf") is expected

@@ -44,7 +44,7 @@ def test_real_robot(shared: Path, robot: str, entry: dict[str, Any], table: bool
     read, diagnostics = read_robot(source, packages, entry.get("args", {}))
     assert f"links {len(read.links)} joints {len(read.joints)}" == entry["result"]
     assert len(read.depth_first()) == len(read.joints)
-    assert not [one for one in diagnostics if one.code.startswith("xacro")]
+    assert not [message for message in diagnostics if message.code.startswith("xacro")]
     assert len(diagnostics) < 12
     if "expanded" in entry:
         expected, _ = parse_urdf((folder / entry["expanded"]).read_bytes(), "")
@@ -62,8 +62,8 @@ def plain(robot: Robot) -> tuple[object, ...]:
     for joint in robot.joints.values():
         joint.line = None
     materials = {
-        name: (one.color, one.texture and one.texture.rpartition("/")[2])
-        for name, one in robot.materials.items()
+        name: (material.color, material.texture and material.texture.rpartition("/")[2])
+        for name, material in robot.materials.items()
     }
-    kept = [(one.tag, one.reference) for one in robot.extensions]
+    kept = [(extension.tag, extension.reference) for extension in robot.extensions]
     return (robot.name, robot.links, robot.joints, materials, kept)

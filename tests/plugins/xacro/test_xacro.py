@@ -175,16 +175,19 @@ def test_what_xacro_says_is_kept_and_not_printed(
     )
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # whatever the program shows of Python's warnings
-        told = run(source).warnings
-    said = [(one.level, one.code, one.message, one.file) for one in told]
+        messages = run(source).warnings
+    reported = [
+        (diagnostic.level, diagnostic.code, diagnostic.message, diagnostic.file)
+        for diagnostic in messages
+    ]
     sub, main = str(tmp_path / "sub.xacro"), str(source)
-    assert said[:4] == [
+    assert reported[:4] == [
         ("warning", "xacro-warning", "xacro:property: unknown attribute(s): colour", sub),
         ("warning", "xacro-warning", "low", sub),
         ("warning", "xacro-warning", "high", sub),
         ("note", "xacro-message", "hello", main),
     ]
-    (python,) = said[4:]  # whose words differ from version to version
+    (python,) = reported[4:]  # whose words differ from version to version
     assert "Warning: invalid escape sequence" in python[2] or "is an invalid" in python[2]
     with pytest.raises(ConversionError):
         run(write(tmp_path, "${nothing}"))
@@ -196,11 +199,11 @@ def test_an_argument_without_effect(tmp_path: Path) -> None:
         tmp_path,
         '<xacro:arg name="side" default="left"/><link name="$(arg side)$(arg undeclared)"/>',
     )
-    said = run(source, side="a", undeclared="b").warnings
-    assert said == []
-    (one,) = run(source, undeclared="b", sidee="right").warnings
-    assert (one.code, one.hint) == ("xacro-unused-arg", "did you mean 'side'?")
-    assert "'sidee'" in one.message
+    reported = run(source, side="a", undeclared="b").warnings
+    assert reported == []
+    (diagnostic,) = run(source, undeclared="b", sidee="right").warnings
+    assert (diagnostic.code, diagnostic.hint) == ("xacro-unused-arg", "did you mean 'side'?")
+    assert "'sidee'" in diagnostic.message
 
 
 #: name: main, code, file, line, words of the message
@@ -210,95 +213,161 @@ BAD: dict[str, tuple[str, str, str, int | None, tuple[str, ...]]] = {
     "syntax": ('<link name="${1 +}"/>', "xacro", "main.urdf", 2, ("1 +",)),
     "parameter": (
         '<xacro:macro name="leg" params="a b"/><xacro:leg a="1"/>',
-        "xacro", "main.urdf", 2, ("[b]", "in the macro 'leg'"),
+        "xacro",
+        "main.urdf",
+        2,
+        ("[b]", "in the macro 'leg'"),
     ),
     "in a macro": (
         '<xacro:macro name="leg" params="a">\n<link name="${a / 0}"/></xacro:macro>\n'
         '<xacro:macro name="legs"><xacro:leg a="1"/></xacro:macro>\n<xacro:legs/>',
-        "xacro", "main.urdf", 3, ("division by zero", "in the macro 'leg'"),
+        "xacro",
+        "main.urdf",
+        3,
+        ("division by zero", "in the macro 'leg'"),
     ),
     "macro without an end": (
         '<xacro:macro name="leg"><xacro:leg/></xacro:macro><xacro:leg/>',
-        "xacro", "main.urdf", 2, ("without an end", "in the macro 'leg'"),
+        "xacro",
+        "main.urdf",
+        2,
+        ("without an end", "in the macro 'leg'"),
     ),
     "include without an end": (
         '<xacro:include filename="main.urdf.xacro"/>',
-        "xacro", "main.urdf", None, ("without an end",),
+        "xacro",
+        "main.urdf",
+        None,
+        ("without an end",),
     ),
     "circle of properties": (
         '<xacro:property name="a" value="${b}"/><xacro:property name="b" value="${a}"/>${a}',
-        "xacro", "main.urdf", 2, ("circular", "a -> b -> a"),
+        "xacro",
+        "main.urdf",
+        2,
+        ("circular", "a -> b -> a"),
     ),
     "condition": ('<xacro:if value="maybe"/>', "xacro", "main.urdf", 2, ("maybe",)),
     "fatal": ('${xacro.fatal("stop")}', "xacro", "main.urdf", 2, ("stop",)),
     "include": ('\n<xacro:include filename="no.xacro"/>', "xacro", "main.urdf", 3, ("no.xacro",)),
     "include a folder": (
-        '<xacro:include filename="."/>', "xacro", "main.urdf", None, ("irectory",),
+        '<xacro:include filename="."/>',
+        "xacro",
+        "main.urdf",
+        None,
+        ("irectory",),
     ),
     "include of an include": (
         '\n<xacro:include filename="deep.xacro"/>',
-        "xacro", "deep", 4, ("no.xacro",),
+        "xacro",
+        "deep",
+        4,
+        ("no.xacro",),
     ),
     "include of what the main file has, too": (
         '<xacro:include filename="part.xacro"/>\n\n<link name="${x}"/>',
-        "xacro", "part", 2, ("'x' is not defined", "part.xacro"),
+        "xacro",
+        "part",
+        2,
+        ("'x' is not defined", "part.xacro"),
     ),
     "what a macro of an include has, too": (
         '<xacro:include filename="macro.xacro"/>\n<link name="${x}"/>',
-        "xacro", "main.urdf", 3, ("'x' is not defined",),
+        "xacro",
+        "main.urdf",
+        3,
+        ("'x' is not defined",),
     ),
     "malformed": ("<link>\n</lonk>", "xml-syntax", "main.urdf", 3, ("</lonk>",)),
     "malformed include": (
         '<xacro:include filename="bad.xacro"/>',
-        "xml-syntax", "bad", 2, ("</b>",),
+        "xml-syntax",
+        "bad",
+        2,
+        ("</b>",),
     ),
     "yaml": (
-        "${xacro.load_yaml('no.yaml')}", "xacro", "main.urdf", 2, ("no.yaml",),
+        "${xacro.load_yaml('no.yaml')}",
+        "xacro",
+        "main.urdf",
+        2,
+        ("no.yaml",),
     ),
     "malformed yaml": ("${xacro.load_yaml('bad.yaml')}", "xacro", "main.urdf", 2, ("bad.yaml",)),
     "environment": ('<a b="$(env URDF2MBS_NO)"/>', "xacro", "main.urdf", 2, ("URDF2MBS_NO",)),
     "command": ('<a b="$(frob x)"/>', "xacro", "main.urdf", 2, ("frob",)),
     "not text": (
         "<link name=\"${'\\ud800'}\"/>",
-        "xacro", "main.urdf", None, ("UnicodeEncodeError: ", "surrogate"),
+        "xacro",
+        "main.urdf",
+        None,
+        ("UnicodeEncodeError: ", "surrogate"),
     ),
     "argument": (
         '<material name="side"/>\n<link name="$(arg side)"/>',
-        "xacro-arg", "main.urdf", 3, ("'side'",),
+        "xacro-arg",
+        "main.urdf",
+        3,
+        ("'side'",),
     ),
     "argument too early": (
         '<link name="$(arg side)"/><xacro:arg name="side" default="1"/>',
-        "xacro-arg", "main.urdf", 2, ("'side' is used before its <xacro:arg>",),
+        "xacro-arg",
+        "main.urdf",
+        2,
+        ("'side' is used before its <xacro:arg>",),
     ),
     "argument asked": (
-        "\n<link name=\"${xacro.arg('side')}\"/>", "xacro-arg", "main.urdf", 3, ("'side'",),
+        "\n<link name=\"${xacro.arg('side')}\"/>",
+        "xacro-arg",
+        "main.urdf",
+        3,
+        ("'side'",),
     ),
     "package": (
         '\n<xacro:include filename="$(find no_such_pkg)/a.xacro"/>',
-        "package-not-found", "main.urdf", 3, ("no_such_pkg", "looked in"),
+        "package-not-found",
+        "main.urdf",
+        3,
+        ("no_such_pkg", "looked in"),
     ),
     "package of ROS": (
         '\n<xacro:include filename="package://arm/urdf/a.xacro"/>',
-        "xacro", "main.urdf", 3, ("write $(find arm)/urdf/a.xacro",),
+        "xacro",
+        "main.urdf",
+        3,
+        ("write $(find arm)/urdf/a.xacro",),
     ),
     "package in a property": (
         '<xacro:property name="p" value="$(find no_such_pkg)"/>\n'
         '<xacro:include filename="${p}/a.xacro"/>',
-        "package-not-found", "main.urdf", 2, ("no_such_pkg",),
+        "package-not-found",
+        "main.urdf",
+        2,
+        ("no_such_pkg",),
     ),
     "package in a pattern": (
         '<xacro:include filename="$(find no_such_pkg)/*.xacro"/>',
-        "package-not-found", "main.urdf", 2, ("no_such_pkg",),
+        "package-not-found",
+        "main.urdf",
+        2,
+        ("no_such_pkg",),
     ),
     "package in yaml": (
         "${xacro.load_yaml('$(find no_such_pkg)/a.yaml')}",
-        "package-not-found", "main.urdf", 2, ("no_such_pkg",),
+        "package-not-found",
+        "main.urdf",
+        2,
+        ("no_such_pkg",),
     ),
     "legacy": (
         '\n<property name="x" value="1"/>\n<link name="${x}"/>',
-        "xacro-legacy", "main.urdf", 3, ("<property>",),
+        "xacro-legacy",
+        "main.urdf",
+        3,
+        ("<property>",),
     ),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("name", BAD)
@@ -423,7 +492,9 @@ def test_macros_that_nobody_defines_are_left_out_and_listed(tmp_path: Path) -> N
     )
     robot, (hip, foot, _) = read(source)
     assert list(robot.links) == ["a"]
-    assert {(one.level, one.code) for one in (hip, foot)} == {("error", "xacro-macro-unknown")}
+    assert {(diagnostic.level, diagnostic.code) for diagnostic in (hip, foot)} == {
+        ("error", "xacro-macro-unknown")
+    }
     assert ("'hip'" in hip.message, hip.line) == (True, 2)
     assert ("'foot'" in foot.message, foot.line) == (True, 4)
 
@@ -434,9 +505,9 @@ def test_a_package_that_only_file_names_need(tmp_path: Path) -> None:
         '<link name="a"><visual><geometry><mesh filename="file://$(find gone)/m.stl"/></geometry>'
         '</visual></link><gazebo><material name="$(find gone)"/></gazebo>',
     )
-    robot, (one,) = read(source)
+    robot, (diagnostic,) = read(source)
     assert robot.links["a"].visuals[0].geometry == Mesh("package://gone/m.stl")
-    assert (one.level, one.code) == ("warning", "package-unresolved")
+    assert (diagnostic.level, diagnostic.code) == ("warning", "package-unresolved")
 
 
 def test_a_file_with_xacro_in_it_is_expanded_whatever_its_name(tmp_path: Path) -> None:
@@ -458,14 +529,20 @@ def test_a_file_with_xacro_in_it_is_expanded_whatever_its_name(tmp_path: Path) -
 def test_slips_of_xml_in_xacro_files(tmp_path: Path) -> None:
     source = write(tmp_path, '<xacro:include filename="part.xacro"/>')
     (tmp_path / "part.xacro").write_text(f'\n<?xml version="1.0"?>\n{HEAD}<link name="a"/></robot>')
-    robot, (one,) = read(source)
+    robot, (diagnostic,) = read(source)
     assert list(robot.links) == ["a"]
-    assert (one.code, one.file, one.line) == ("xml-mended", str(tmp_path / "part.xacro"), 2)
+    assert (diagnostic.code, diagnostic.file, diagnostic.line) == (
+        "xml-mended",
+        str(tmp_path / "part.xacro"),
+        2,
+    )
     (tmp_path / "part.xacro").write_text(f'{HEAD}<<<<<<< HEAD\n<link name="a"/></robot>')
     error = failure(source)
     assert (error.code, error.file, error.line) == (
-        "merge-conflict", str(tmp_path / "part.xacro"), 2,
-    )  # fmt: skip
+        "merge-conflict",
+        str(tmp_path / "part.xacro"),
+        2,
+    )
 
 
 def test_an_empty_file(tmp_path: Path) -> None:
@@ -518,21 +595,21 @@ def test_macros_and_properties_do_not_leak(tmp_path: Path) -> None:
 
 def test_two_at_once(tmp_path: Path) -> None:
     """Each finds its own package, whichever runs first."""
-    found: dict[str, list[list[str]]] = {"one": [], "two": []}
+    results: dict[str, list[list[str]]] = {"one": [], "two": []}
 
     def work(name: str) -> None:
         folder = tmp_path / name
         for _ in range(20):
-            found[name].append(links(folder / "main.urdf.xacro", {"p": folder}, a=name))
+            results[name].append(links(folder / "main.urdf.xacro", {"p": folder}, a=name))
 
-    for name in found:
+    for name in results:
         (tmp_path / name).mkdir()
         write(
             tmp_path / name,
             '<xacro:arg name="a" default=""/><xacro:include filename="$(find p)/part.xacro"/>',
             part=f'<link name="{name}_$(arg a)"/>',
         )
-    threads = [threading.Thread(target=work, args=(name,)) for name in found]
+    threads = [threading.Thread(target=work, args=(name,)) for name in results]
     interval = sys.getswitchinterval()
     sys.setswitchinterval(1e-5)
     try:
@@ -542,7 +619,7 @@ def test_two_at_once(tmp_path: Path) -> None:
             thread.join()
     finally:
         sys.setswitchinterval(interval)
-    assert found == {name: [[f"{name}_{name}"]] * 20 for name in found}
+    assert results == {name: [[f"{name}_{name}"]] * 20 for name in results}
 
 
 @pytest.mark.parametrize(
