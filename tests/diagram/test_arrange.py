@@ -1,4 +1,4 @@
-"""The diagram's styles: nothing overlaps, wires are short, and one sees the robot."""
+"""The styles of the diagram: nothing overlaps, wires are short, and the robot is recognised."""
 
 import copy
 import sys
@@ -20,16 +20,18 @@ from urdf2mbs.spatial import Vec
 eighty = settings(reproducible, max_examples=80)
 
 
-def grow(
+def add_body(
     mbs: Mbs, parent: Body | None, name: str, at: Vec = (0.0, 0.0, 0.0), joints: int = 1
 ) -> Body:
     """A body at a point of its own on its parent."""
     point = Point(f"to_{name}", at)
     (mbs.base.points if parent is None else parent.points).append(point)
     body = Body(
-        name, None if parent is None else parent.name, point.name,
+        name,
+        None if parent is None else parent.name,
+        point.name,
         [Joint(f"{name}_j{k}", "R1") for k in range(joints)],
-    )  # fmt: skip
+    )
     mbs.bodies.append(body)
     return body
 
@@ -41,16 +43,18 @@ def robots(draw: st.DrawFn) -> Mbs:
     spine: list[Body] = []
     for k in range(draw(st.integers(1, 4))):
         up = (0.0, 0.0, 0.3) if k else (0.0, 0.0, 0.0)
-        spine.append(grow(mbs, spine[-1] if k else None, f"spine{k}", up, draw(st.integers(1, 6))))
+        spine.append(
+            add_body(mbs, spine[-1] if k else None, f"spine{k}", up, draw(st.integers(1, 6)))
+        )
 
-    def limb(parent: Body, name: str, at: Vec, plan: list[Any], sign: float) -> None:
+    def add_limb(parent: Body, name: str, at: Vec, plan: list[Any], sign: float) -> None:
         for index, (joints, step, leaves, frames) in enumerate(plan):
-            body = grow(mbs, parent, f"{name}_{index}", (at[0], sign * at[1], at[2]), joints)
+            body = add_body(mbs, parent, f"{name}_{index}", (at[0], sign * at[1], at[2]), joints)
             body.points += [Point(f"f{k}") for k in range(frames)]
             for k in range(leaves):
-                leaf = grow(mbs, body, f"{name}_{index}_leaf{k}", (0.02 * k, 0.0, -0.1), 1)
+                leaf = add_body(mbs, body, f"{name}_{index}_leaf{k}", (0.02 * k, 0.0, -0.1), 1)
                 if k == 1:
-                    grow(mbs, leaf, f"{name}_{index}_tip{k}", (0.0, 0.0, -0.1), 1)
+                    add_body(mbs, leaf, f"{name}_{index}_tip{k}", (0.0, 0.0, -0.1), 1)
             parent, at = body, step
 
     steps = st.tuples(LENGTHS, LENGTHS, LENGTHS)
@@ -61,13 +65,16 @@ def robots(draw: st.DrawFn) -> Mbs:
         parent = draw(st.sampled_from(spine))
         at = (draw(LENGTHS), draw(st.sampled_from((0.1, 0.25))), draw(LENGTHS))
         plan = draw(st.lists(part, min_size=1, max_size=6))
-        limb(parent, f"left{number}", at, plan, 1.0)
-        limb(parent, f"right{number}", at, plan if draw(st.booleans()) else plan[:1], -1.0)
+        add_limb(parent, f"left{number}", at, plan, 1.0)
+        add_limb(parent, f"right{number}", at, plan if draw(st.booleans()) else plan[:1], -1.0)
     for number in range(draw(st.integers(0, 4))):
-        limb(
-            draw(st.sampled_from(spine)), f"odd{number}", draw(steps),
-            draw(st.lists(part, min_size=1, max_size=4)), 1.0,
-        )  # fmt: skip
+        add_limb(
+            draw(st.sampled_from(spine)),
+            f"odd{number}",
+            draw(steps),
+            draw(st.lists(part, min_size=1, max_size=4)),
+            1.0,
+        )
     return mbs
 
 
@@ -89,24 +96,24 @@ def test_no_fault_in_random_robots(mbs: Mbs) -> None:
 def humanoid() -> Mbs:
     """A pelvis, a chest, a head, two arms of four bodies and two legs of four."""
     mbs = Mbs("m")
-    pelvis = grow(mbs, None, "pelvis", joints=6)
-    chest = grow(mbs, pelvis, "chest", (0.0, 0.0, 0.3))
-    grow(mbs, chest, "head", (0.0, 0.0, 0.3))
+    pelvis = add_body(mbs, None, "pelvis", joints=6)
+    chest = add_body(mbs, pelvis, "chest", (0.0, 0.0, 0.3))
+    add_body(mbs, chest, "head", (0.0, 0.0, 0.3))
     for side, sign in (("left", 1.0), ("right", -1.0)):
-        arm = grow(mbs, chest, f"{side}_shoulder", (0.0, 0.2 * sign, 0.2))
+        arm = add_body(mbs, chest, f"{side}_shoulder", (0.0, 0.2 * sign, 0.2))
         for part in ("arm", "forearm", "hand"):
-            arm = grow(mbs, arm, f"{side}_{part}", (0.0, 0.0, -0.2))
-        leg = grow(mbs, pelvis, f"{side}_hip", (0.0, 0.1 * sign, -0.1))
+            arm = add_body(mbs, arm, f"{side}_{part}", (0.0, 0.0, -0.2))
+        leg = add_body(mbs, pelvis, f"{side}_hip", (0.0, 0.1 * sign, -0.1))
         for part in ("thigh", "shank", "foot"):
-            leg = grow(mbs, leg, f"{side}_{part}", (0.0, 0.0, -0.3))
+            leg = add_body(mbs, leg, f"{side}_{part}", (0.0, 0.0, -0.3))
     return mbs
 
 
 def centres(mbs: Mbs) -> dict[str, tuple[float, float]]:
-    return {b.what: ((b.left + b.right) / 2, (b.top + b.bottom) / 2) for b in boxes(mbs)}
+    return {b.name: ((b.left + b.right) / 2, (b.top + b.bottom) / 2) for b in boxes(mbs)}
 
 
-def test_one_sees_a_humanoid() -> None:
+def test_a_humanoid_is_drawn_as_it_stands() -> None:
     mbs = humanoid()
     assert arrange(mbs) == "robot"
     assert faults(mbs) == []
@@ -140,7 +147,7 @@ def test_legs_that_are_both_a_little_to_one_side_stand_apart() -> None:
 
 def test_a_robot_that_faces_backwards_or_along_y() -> None:
     """The names say which side is the left one."""
-    for turned in (
+    for rotate in (
         lambda x, y, z: (-x, -y, z),
         lambda x, y, z: (-y, x, z),
         lambda x, y, z: (y, -x, z),
@@ -148,7 +155,7 @@ def test_a_robot_that_faces_backwards_or_along_y() -> None:
         mbs = humanoid()
         for owner in (mbs.base, *mbs.bodies):
             for point in owner.points:
-                point.coordinates = turned(*point.coordinates)
+                point.coordinates = rotate(*point.coordinates)
         arrange(mbs)
         straight = humanoid()
         arrange(straight)
@@ -174,13 +181,13 @@ def test_partners_turn_down_at_the_same_distance() -> None:
     mbs = humanoid()
     hands = {body.name: body for body in mbs.bodies if "hand" in body.name}
     for name in ("thumb", "finger"):
-        grow(mbs, hands["left_hand"], name, (0.0, 0.0, -0.1))
-    tool = grow(mbs, hands["right_hand"], "tool", (0.0, 0.0, -0.1))
-    grow(mbs, tool, "tip", (0.0, 0.0, -0.1))
+        add_body(mbs, hands["left_hand"], name, (0.0, 0.0, -0.1))
+    tool = add_body(mbs, hands["right_hand"], "tool", (0.0, 0.0, -0.1))
+    add_body(mbs, tool, "tip", (0.0, 0.0, -0.1))
     straight = humanoid()
-    for one in (mbs, straight):
-        arrange(one)
-        assert faults(one) == []
+    for model in (mbs, straight):
+        arrange(model)
+        assert faults(model) == []
     at, before = centres(mbs), centres(straight)
     middle = at["pelvis"][0]
     out = middle - at["right_shoulder"][0]
@@ -197,9 +204,9 @@ def test_partners_are_counted_from_the_middle_outwards() -> None:
     ):
         body = next(body for body in mbs.bodies if body.name == hand)
         for name in names:
-            grow(mbs, body, name, (0.0, sign * (0.05 if "finger" in name else -0.05), -0.1))
+            add_body(mbs, body, name, (0.0, sign * (0.05 if "finger" in name else -0.05), -0.1))
     arrange(mbs)
-    width = {box.what: box.right - box.left for box in boxes(mbs)}
+    width = {box.name: box.right - box.left for box in boxes(mbs)}
     assert width["left_finger"] == width["right_finger_with_a_long_name"]
     assert width["left_thumb"] == width["right_thumb"] < width["left_finger"]
 
@@ -217,53 +224,53 @@ def test_partners_with_unlike_chains_are_still_drawn_alike() -> None:
 
 
 @pytest.mark.parametrize("kind", ["chain", "hand", "wheels", "two robots"])
-def test_what_has_no_shape_is_a_tree(kind: str) -> None:
+def test_a_robot_without_shape_is_drawn_as_a_tree(kind: str) -> None:
     mbs = Mbs("m")
-    root = grow(mbs, None, "root", joints=6)
+    root = add_body(mbs, None, "root", joints=6)
     if kind == "chain":
         for k in range(12):
-            root = grow(mbs, root, f"b{k}", (0.1, 0.0, 0.0))
+            root = add_body(mbs, root, f"b{k}", (0.1, 0.0, 0.0))
     elif kind == "hand":
         for k in range(5):
-            finger = grow(mbs, root, f"f{k}", (0.01 * k, 0.02 * k - 0.03, 0.0))
-            grow(mbs, finger, f"g{k}", (0.1, 0.0, 0.0))
+            finger = add_body(mbs, root, f"f{k}", (0.01 * k, 0.02 * k - 0.03, 0.0))
+            add_body(mbs, finger, f"g{k}", (0.1, 0.0, 0.0))
     elif kind == "wheels":
         for k, (x, y) in enumerate(((0.2, 0.1), (0.2, -0.1), (-0.2, 0.1), (-0.2, -0.1))):
-            grow(mbs, root, f"wheel{k}", (x, y, 0.0))
+            add_body(mbs, root, f"wheel{k}", (x, y, 0.0))
     else:
-        grow(mbs, None, "other")
+        add_body(mbs, None, "other")
     assert arrange(mbs) == "tree"
     assert faults(mbs) == []
 
 
 def test_a_parent_stands_at_the_middle_above_its_children() -> None:
     mbs = Mbs("m")
-    root = grow(mbs, None, "root")
+    root = add_body(mbs, None, "root")
     for k in range(3):
-        grow(mbs, root, f"b{k}", (0.0, 0.1 * k, 0.0))
+        add_body(mbs, root, f"b{k}", (0.0, 0.1 * k, 0.0))
     arrange(mbs, "tree")
     chains = [body.joints[-1].position for body in mbs.bodies[1:]]
-    (left, y), (middle, _), (right, _) = [place for place in chains if place is not None]
+    (left, y), (middle, _), (right, _) = [position for position in chains if position is not None]
     assert centres(mbs)["root"][0] == middle == (left + right) / 2
     assert centres(mbs)["root"][1] < y
 
 
 @pytest.mark.parametrize(("count", "rows"), [(4, 4), (5, 3), (6, 4), (7, 5), (8, 6), (9, 5)])
-def test_a_tower_of_joints_is_folded(count: int, rows: int) -> None:
-    """Four joints in two rows, there and back; the last one stands straight before its box."""
+def test_a_long_chain_of_joints_is_folded(count: int, rows: int) -> None:
+    """Four joints are in two rows, there and back; the last one is straight before its box."""
     mbs = Mbs("m")
-    body = grow(mbs, grow(mbs, None, "root"), "wrist", joints=count)
+    body = add_body(mbs, add_body(mbs, None, "root"), "wrist", joints=count)
     arrange(mbs)
     assert faults(mbs) == []
-    places = [joint.position or (0.0, 0.0) for joint in body.joints]
-    assert len({y for _, y in places}) == rows
-    assert places[0][0] == places[-1][0] == places[-2][0]
-    assert len({x for x, _ in places}) == (1 if count == 4 else 2)
+    positions = [joint.position or (0.0, 0.0) for joint in body.joints]
+    assert len({y for _, y in positions}) == rows
+    assert positions[0][0] == positions[-1][0] == positions[-2][0]
+    assert len({x for x, _ in positions}) == (1 if count == 4 else 2)
 
 
 def test_frames_are_stacked_inside_the_box() -> None:
     mbs = Mbs("m")
-    body = grow(mbs, None, "body")
+    body = add_body(mbs, None, "body")
     body.points += [Point(f"frame{k}") for k in range(60)]
     for point in body.points[::3]:
         point.sensor, point.extforce = Sensor(f"s_{point.name}"), Sensor(f"f_{point.name}")
@@ -273,27 +280,27 @@ def test_frames_are_stacked_inside_the_box() -> None:
     assert box.right - box.left < 600.0
     joint = body.joints[-1].position
     assert joint is not None
-    rays = {
-        round(atan2(dot.place[1] - joint[1], dot.place[0] - joint[0]), 1)
+    directions = {
+        round(atan2(dot.position[1] - joint[1], dot.position[0] - joint[0]), 1)
         for dot in dots(mbs)
-        if dot.what.startswith("point frame")
+        if dot.name.startswith("point frame")
     }
-    assert len(rays) == 4  # so many arrows one sees
+    assert len(directions) == 4  # arrows with different directions
     for dot in dots(mbs):
-        if dot.what.startswith("point frame"):
-            assert box.left < dot.place[0] < box.right
-            assert box.top < dot.place[1] < box.bottom
+        if dot.name.startswith("point frame"):
+            assert box.left < dot.position[0] < box.right
+            assert box.top < dot.position[1] < box.bottom
 
 
 def test_the_same_model_gives_the_same_diagram_whatever_the_order_of_bodies() -> None:
-    one, other = humanoid(), humanoid()
-    other.bodies.sort(key=lambda body: body.name != "pelvis" and body.name != "chest")
-    arrange(one)
-    arrange(other)
-    arrange(copy.deepcopy(one))
-    assert centres(one) == centres(other)
-    arrange(one)
-    assert centres(one) == centres(other)
+    original, reordered = humanoid(), humanoid()
+    reordered.bodies.sort(key=lambda body: body.name != "pelvis" and body.name != "chest")
+    arrange(original)
+    arrange(reordered)
+    arrange(copy.deepcopy(original))
+    assert centres(original) == centres(reordered)
+    arrange(original)
+    assert centres(original) == centres(reordered)
 
 
 PARENTS: dict[str, Callable[[int], int]] = {
@@ -304,30 +311,30 @@ PARENTS: dict[str, Callable[[int], int]] = {
 }
 
 
-def many(shape: str, count: int) -> Mbs:
+def build_large_tree(shape: str, count: int) -> Mbs:
     mbs = Mbs("m")
     for k in range(count):
-        body = grow(mbs, mbs.bodies[PARENTS[shape](k)] if k else None, f"b{k}")
+        body = add_body(mbs, mbs.bodies[PARENTS[shape](k)] if k else None, f"b{k}")
         if shape == "shared":
             body.point = None
     return mbs
 
 
 @pytest.mark.parametrize("shape", PARENTS)
-def test_ten_times_the_bodies_take_ten_times_the_work(shape: str) -> None:
-    def work(count: int) -> int:
-        mbs = many(shape, count)
+def test_the_work_is_proportional_to_the_number_of_bodies(shape: str) -> None:
+    def count_calls(count: int) -> int:
+        mbs = build_large_tree(shape, count)
         calls = 0
 
-        def counted(*_: object) -> None:
+        def count(*_: object) -> None:
             nonlocal calls
             calls += 1
 
-        sys.setprofile(counted)
+        sys.setprofile(count)
         try:
             arrange(mbs)
         finally:
             sys.setprofile(None)
         return calls
 
-    assert work(1_000) < 12 * work(100)
+    assert count_calls(1_000) < 12 * count_calls(100)
