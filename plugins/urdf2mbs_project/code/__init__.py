@@ -52,7 +52,7 @@ import NAME_robot as robot
 HOLD_COMMENT = {
     "python": """\
     #
-    # The controller 'hold' pulls at the joints, too.  To end it, write in user_dirdyn_init:
+    # The controller 'hold' acts on the joints, too.  To end it, write in user_dirdyn_init:
     #     mbs_data.user_model["hold"]["on"] = 0.0
     # or, for one joint alone:
     #     mbs_data.user_model["hold_stiffness"]["@JOINT@"] = 0.0
@@ -60,7 +60,7 @@ HOLD_COMMENT = {
 """,
     "c": """\
      *
-     * The controller 'hold' pulls at the joints, too. To end it, write in user_dirdyn_init:
+     * The controller 'hold' acts on the joints, too. To end it, write in user_dirdyn_init:
      *   mbs_data->user_model->hold.on = 0.0;
      * or, for one joint alone:
      *   mbs_data->user_model->hold_stiffness.@JOINT@ = 0.0;
