@@ -87,9 +87,9 @@ class ActuationReader:
         if inertia is None:
             return
         reduction = next((parts[name] for name in REDUCTION if name in parts), None)
-        name = "the inertia of a rotor"
-        rotor_inertia = self._read_number(inertia, name)
-        ratio = 1.0 if reduction is None else self._read_number(reduction, name)
+        text = "the inertia of a rotor"
+        rotor_inertia = self._read_number(inertia, text)
+        ratio = 1.0 if reduction is None else self._read_number(reduction, text)
         if rotor_inertia is None or ratio is None:
             return
         name = joints[0].get("name")
