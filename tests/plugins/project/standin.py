@@ -80,7 +80,7 @@ class RungeKutta:
         self.y = code.get_state()
 
     def run(self, seconds: float, step: float) -> None:
-        """Steps of about this length."""
+        """Advance by steps of about this length."""
         slope, count = self.code.accelerate, round(seconds / step)
         step = seconds / count
         with user_code(self.data):
@@ -105,7 +105,7 @@ class RungeKutta:
 
 @contextmanager
 def user_functions(project: Path) -> Iterator[dict[str, ModuleType]]:
-    """The modules in a project's userfctR, each loaded from its file as the runtime does it."""
+    """Load the modules in a project's userfctR, each from its file, as the runtime does."""
     (model,) = project.glob("dataR/*.mbs")
     data = runtime.MbsData(model)
     with user_code(data):
@@ -113,10 +113,10 @@ def user_functions(project: Path) -> Iterator[dict[str, ModuleType]]:
 
 
 def without_meshes(name: str) -> list[str]:
-    """A preset's passes but the one that takes long."""
+    """Return a preset's passes without the one that takes long."""
     from making import passes_of
 
-    return [one for one in passes_of(name) if one != "convert-meshes"]
+    return [pass_name for pass_name in passes_of(name) if pass_name != "convert-meshes"]
 
 
 def make(folder: Path, source: Path | str, name: str = "robot", **settings: Any) -> Path:

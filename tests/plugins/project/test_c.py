@@ -32,8 +32,8 @@ def build(project: Path) -> None:
     include = [f"-I{HEADERS}", f"-I{project / 'userfctR'}"]
     folders = ['-DPROJECT_FOLDER=""', '-DBUILD_FOLDER=""']
     for file in project.rglob("*.c"):
-        own = [] if file.name in generated else ["-Wno-unused-parameter"]
-        command = ["gcc", *FLAGS, *own, *include, *folders, "-c", "-o", "/dev/null", str(file)]
+        warnings = [] if file.name in generated else ["-Wno-unused-parameter"]
+        command = ["gcc", *FLAGS, *warnings, *include, *folders, "-c", "-o", "/dev/null", str(file)]
         done = subprocess.run(command, check=False, capture_output=True, text=True)
         assert done.returncode == 0, done.stderr
 
@@ -78,8 +78,8 @@ def test_c_does_what_python_and_the_laws_say(
 def take_examples(text: str) -> str:
     """Return the text with the code that its comments show."""
     text = re.sub(r"(?m)^ +\*   (.*;)$", r"*/ \1 /*", text)
-    whole = re.compile(r"/\* (.*;)\n((?: +\* .*;\n)+) +\* (.*;) \*/")
-    return whole.sub(lambda found: "\n".join(found.groups()).replace(" * ", " "), text)
+    block = re.compile(r"/\* (.*;)\n((?: +\* .*;\n)+) +\* (.*;) \*/")
+    return block.sub(lambda match: "\n".join(match.groups()).replace(" * ", " "), text)
 
 
 def test_the_examples_compile_as_they_are(tmp_path: Path) -> None:
@@ -272,13 +272,13 @@ def test_user_models_are_found_by_their_names(tmp_path: Path) -> None:
     assert load(models) == ("1\n", "")
     assert load({"mine": ["a", "b"], **models}) == ("4\n", "")
     first = next(iter(models))
-    for other, missing in (
+    for other_model, missing in (
         ({}, rf"'{models[first][0]}' of user model '{first}'"),
         ({**models, first: models[first][1:]}, rf"'{models[first][0]}' of user model '{first}'"),
         ({"my_state": ["a"], **models}, r"'\w+' of user model 'friction_state'"),
         ({**models, "friction_state": []}, r"'\w+' of user model 'friction_state'"),
     ):
-        message = load(other)[1]
+        message = load(other_model)[1]
         assert re.search(missing, message), message
         assert "Convert the robot again, then build again" in message
 

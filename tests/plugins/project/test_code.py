@@ -220,7 +220,7 @@ Made = tuple[Conversion, dict[str, bytes]]
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> Made:
-    """The project in memory, before its code is compared."""
+    """Make the project in memory, before its code is compared."""
     passes = {**PASSES, "equations": {"language": "both"}}
     folder = tmp_path_factory.mktemp("rich")
     output = {"project": str(folder / "rich"), "language": "both"}
@@ -228,8 +228,8 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Made:
     return conversion, code_of(conversion, ".py", ".c", ".h")
 
 
-def found(made: Made, *, in_c: bool = False, **changed: bytes) -> list[str]:
-    """What differs, the largest first; equations are run only where they are changed."""
+def find_differences(made: Made, *, in_c: bool = False, **changed: bytes) -> list[str]:
+    """Return the differences, the largest first; equations are run only if they are changed."""
     equations = in_c or not changed or any("symbolicR" in name for name in changed)
     files = {name: made[1][name] for name in made[1] if equations or "symbolicR" not in name}
     return prove_code(made[0], files | changed, in_c=in_c)
@@ -242,13 +242,13 @@ def planted(made: Made, file: str, before: str, after: str) -> dict[str, bytes]:
 
 
 def test_the_code_as_it_is_does_what_the_urdf_says(made: Made) -> None:
-    assert found(made) == []
+    assert find_differences(made) == []
 
 
 @pytest.mark.parametrize("fault", PLANTED)
 def test_a_fault_in_the_code_is_found(made: Made, fault: str) -> None:
     *place, named = PLANTED[fault]
-    messages = found(made, **planted(made, *place))
+    messages = find_differences(made, **planted(made, *place))
     assert any(named in message for message in messages), messages[:3]
 
 
@@ -257,7 +257,7 @@ def test_a_force_elsewhere_or_without_a_law_is_found(made: Made) -> None:
     first, second = (f'"of_{name}_contact_force"' for name in ("ankle", "swing"))
     parts = re.split(f"({first}|{second})", made[1][file].decode())
     swapped = "".join({first: second, second: first}.get(part, part) for part in parts)
-    messages = found(made, **{file: swapped.encode()})
+    messages = find_differences(made, **{file: swapped.encode()})
     assert any("shape touches" in message for message in messages), messages[:5]
     user = planted(made, f"{USER}ExtForces.py", "SWr[7:10] =", "SWr[1] = 1.0\n    SWr[7:10] =")
     stray, count = re.subn(
@@ -266,7 +266,7 @@ def test_a_force_elsewhere_or_without_a_law_is_found(made: Made) -> None:
         made[1][file].decode(),
     )
     assert count == 1
-    messages = found(made, **{file: stray.encode()}, **user)
+    messages = find_differences(made, **{file: stray.encode()}, **user)
     assert any("'stray', which has no law: is" in message for message in messages), messages[:5]
 
 
@@ -284,7 +284,7 @@ def test_a_point_elsewhere_is_found(made: Made, point: str, named: str) -> None:
     file, place = "dataR/rich.mbs", rf"(>{point}</pointname>\s*<coordinates>\s*<x>)(.*)(?=</x>)"
     text, count = re.subn(place, lambda m: f"{m[1]}{float(m[2]) + 1e-3}", made[1][file].decode())
     assert count == 1
-    messages = found(made, **{file: text.encode()})
+    messages = find_differences(made, **{file: text.encode()})
     assert any(named in message for message in messages), messages[:5]
 
 
@@ -294,7 +294,9 @@ def test_a_point_elsewhere_is_found(made: Made, point: str, named: str) -> None:
 def test_a_fault_in_c_is_found(made: Made, fault: str) -> None:
     before, after, named = IN_C[fault]
     (file,) = (f for f in ("robot.c", "laws.h") if before in made[1][f"userfctR/rich_{f}"].decode())
-    messages = found(made, in_c=True, **planted(made, f"userfctR/rich_{file}", before, after))
+    messages = find_differences(
+        made, in_c=True, **planted(made, f"userfctR/rich_{file}", before, after)
+    )
     assert any(named in message for message in messages), messages[:3]
 
 
@@ -310,10 +312,10 @@ def test_a_fault_of_a_pass_is_found(
     place: tuple[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     module, _, name = place[0].rpartition(".")
-    own = getattr(__import__(module, fromlist=[name]), name)
+    original = getattr(__import__(module, fromlist=[name]), name)
 
     def wrong(*words: Any) -> Any:
-        given = own(*words)
+        given = original(*words)
         return (*given[:2], given[2] + 0.1) if isinstance(given, tuple) else given + 0.1
 
     monkeypatch.setattr(place[0], wrong)

@@ -19,8 +19,8 @@ def config(here: Path) -> Path:
 def test_a_project_has_the_folders_that_robotran_expects(config: Path) -> None:
     assert main(["run", str(config)]) == 0
     project = config.parent / "robot"
-    found = {path.relative_to(project).as_posix() for path in project.rglob("*")}
-    assert {path for path in found if not path.startswith("userfctR/")} == {
+    paths = {path.relative_to(project).as_posix() for path in project.rglob("*")}
+    assert {path for path in paths if not path.startswith("userfctR/")} == {
         "animationR",
         "animationR/vrml",
         "dataR",
@@ -69,11 +69,11 @@ def test_a_starter_that_nobody_touched_is_renewed_and_a_touched_one_stays(config
     assert untouched.read_text() == "# mine, too\n"
 
 
-@pytest.mark.parametrize("there", [True, False])
-def test_convert_into_a_folder_makes_a_project(here: Path, there: bool) -> None:
-    if there:
+@pytest.mark.parametrize("exists", [True, False])
+def test_convert_into_a_folder_makes_a_project(here: Path, exists: bool) -> None:
+    if exists:
         (here / "arm").mkdir()
-    words = ["convert", "tiny.urdf", "-o", "arm" if there else "arm/"]
+    words = ["convert", "tiny.urdf", "-o", "arm" if exists else "arm/"]
     assert main([*words, "--language", "c"]) == 0
     assert (here / "arm" / "dataR" / "arm.mbs").is_file()
     assert list((here / "arm" / "userfctR").glob("*.c"))

@@ -82,8 +82,8 @@ RADIANS = " ".join(map(repr, RPY))
 @pytest.mark.parametrize("word", ["relative_to", "frame"])
 def test_a_pose_is_read_as_sdf_has_it(seen_from: str, word: str) -> None:
     relative = f' {word}="{seen_from}"' if seen_from else ""
-    robot, said = read(imu(f"<pose{relative}> {XYZ} <!-- m --> {RADIANS}\n</pose>"))
-    assert not said
+    robot, diagnostics = read(imu(f"<pose{relative}> {XYZ} <!-- m --> {RADIANS}\n</pose>"))
+    assert not diagnostics
     (sensor,) = robot.extensions[0].sensors
     place = frames()
     link = {"hip": "right", "mount": "tool", "__model__": "base", "": "tool"}.get(
@@ -94,10 +94,10 @@ def test_a_pose_is_read_as_sdf_has_it(seen_from: str, word: str) -> None:
 
 
 def test_a_pose_may_be_left_out_or_empty() -> None:
-    robot, said = read(
+    robot, diagnostics = read(
         imu("") + imu("<pose/>", "two") + imu("<pose relative_to='right'/>", "three")
     )
-    assert not said
+    assert not diagnostics
     poses = [matrix(sensor.pose) for e in robot.extensions for sensor in e.sensors]
     assert np.array_equal(poses[:2], [np.eye(4)] * 2)
     place = frames()
@@ -153,7 +153,7 @@ def test_an_axis_that_cannot_be_read(inside: str, why: str) -> None:
 
 
 def test_links_that_are_not_there() -> None:
-    _, said = read(
+    _, diagnostics = read(
         imu("", link="tol")
         + '<sensor name="lost" type="imu"/>'
         + '<sensor name="ft" type="force_torque"><parent joint="muont"/></sensor>'
@@ -165,7 +165,10 @@ def test_links_that_are_not_there() -> None:
         + '<transmission><joint name="sholder"/></transmission>'
         + '<transmission><joint name="xyz"/></transmission>'
     )
-    told = [f"{one.code}: {one.message} {one.hint or ''}" for one in said]
+    told = [
+        f"{diagnostic.code}: {diagnostic.message} {diagnostic.hint or ''}"
+        for diagnostic in diagnostics
+    ]
     assert told == [
         "sensor-left-out: a sensor is left out: it is on link 'tol', which does not exist: sensor "
         "'imu' did you mean 'tool'?",
@@ -185,7 +188,7 @@ def test_links_that_are_not_there() -> None:
 
 
 def balls(inside: str, kind: str = "revolute", **options: Any) -> tuple[Any, Any]:
-    """The ends of the cuts of a joint, each in the frame of its own link."""
+    """Return the ends of the cuts of a joint, each in the frame of its link."""
     text = f"{ARMS}{ball(inside, kind)}</robot>"
     result = convert_text(text, base="fixed", passes=options)
     points = {p.name: np.array(p.coordinates) for b in result.mbs.bodies for p in b.points}
@@ -215,18 +218,18 @@ def test_the_balls_of_a_revolute_joint(inside: str, frame: str, axis: Any) -> No
     _, points = balls(inside)
     for number, away in ((1, 0.0), (2, 0.1)):
         for end, link in ((1, "tool"), (2, "right")):
-            at = place[link] @ np.append(points[f"pin_{number}_{end}"], 1.0)
-            assert np.allclose(at[:3], joint[:3, 3] + away * along, rtol=0, atol=1e-12)
+            position = place[link] @ np.append(points[f"pin_{number}_{end}"], 1.0)
+            assert np.allclose(position[:3], joint[:3, 3] + away * along, rtol=0, atol=1e-12)
 
 
 def test_a_joint_is_placed_where_the_robot_is_at_zero() -> None:
     """SDF's initial position has all joints at zero; the start position changes no mechanism."""
     _, points = balls("<pose>0 0 0.3 0 0 0</pose>", "ball")
     result, moved = balls("<pose>0 0 0.3 0 0 0</pose>", "ball", posture={"joints": {"hip": 0.5}})
-    assert {name: list(at) for name, at in points.items()} == {
+    assert {name: list(position) for name, position in points.items()} == {
         name: list(at) for name, at in moved.items()
     }
-    assert "loop-open" in {found.code for found in result.diagnostics}
+    assert "loop-open" in {diagnostic.code for diagnostic in result.diagnostics}
 
 
 def test_a_universal_joint_keeps_its_axes_at_right_angles() -> None:
@@ -246,7 +249,7 @@ def test_two_joints_of_one_name_make_two_cuts() -> None:
     text = f"{ARMS}{ball('', 'ball')}{ball('<pose>0 0 1 0 0 0</pose>', 'ball')}</robot>"
     result = convert_text(text, base="fixed")
     assert [cut.name for cut in result.mbs.cuts] == ["pin", "pin_2"]
-    (told,) = [found for found in result.diagnostics if found.code == "loop-renamed"]
+    (told,) = [diagnostic for diagnostic in result.diagnostics if diagnostic.code == "loop-renamed"]
     assert told.line is not None
     assert "is called 'pin_2'" in told.message
 
@@ -269,9 +272,9 @@ def test_two_sensors_of_one_name_are_two() -> None:
         "left_imu": ("left", (0.0, 0.0, 0.0)),
         "tool_imu": ("tool", (0.0, 0.0, 2.0)),
     }
-    told = [found for found in result.diagnostics if found.code == "sensor-renamed"]
+    told = [diagnostic for diagnostic in result.diagnostics if diagnostic.code == "sensor-renamed"]
     assert ["'left_imu'" in told[0].message, "'tool_imu'" in told[1].message] == [True, True]
-    assert all(found.line for found in told)
+    assert all(diagnostic.line for diagnostic in told)
 
 
 def test_a_sensor_without_a_name_gets_one() -> None:
@@ -294,7 +297,7 @@ def test_motors_rotors_starts_and_friction() -> None:
         "</motorInertia>{}</actuator></transmission>"
     )
     ratio = "<mechanicalReduction>{}</mechanicalReduction>"
-    robot, said = read(
+    robot, diagnostics = read(
         f"<ros2_control>{control}</ros2_control>"
         + drive.format("hip", "", 0.5, "")
         + drive.format("hip", ratio.format(3), 0.5, "")
@@ -315,17 +318,21 @@ def test_motors_rotors_starts_and_friction() -> None:
     assert [drive.motors for drive in drives] == [["hip"]] * 4 + [[]] + [["hip"]] * 2
     assert not any("" in drive.rotors for drive in drives)
     assert surface.numbers == {"mu1": 0.25, "springStiffness": 2.0}
-    assert [one.code for one in said] == ["number-negative"] + ["number-left-out"] * 3
+    assert [diagnostic.code for diagnostic in diagnostics] == ["number-negative"] + [
+        "number-left-out"
+    ] * 3
 
 
 def test_a_spring_of_a_joint() -> None:
     """The rest of the joint's dynamics stays; a joint has one spring, the last that is stated."""
     spring = '<gazebo reference="hip"><springReference>{}</springReference></gazebo>'
     stiff = '<gazebo reference="{}"><springStiffness>2</springStiffness></gazebo>'
-    robot, said = read("".join(map(stiff.format, ("hip", "left", "none"))) + spring.format(-0.5))
+    robot, diagnostics = read(
+        "".join(map(stiff.format, ("hip", "left", "none"))) + spring.format(-0.5)
+    )
     assert robot.joints["hip"].dynamics == Dynamics(0.0, 0.0, 2.0, -0.5)
     assert [joint.dynamics for joint in robot.joints.values()].count(None) == 2
-    told, lost = said
+    told, lost = diagnostics
     assert told.message.endswith("the joint has no spring here: joint 'left'")
     assert lost.message.endswith("does not exist has no effect: gazebo 'none'")
     damped = ARMS.replace('<axis xyz="0 0.6 0.8"/>', '<dynamics damping="3"/>')
@@ -339,12 +346,12 @@ def test_friction_in_a_link_is_of_the_link() -> None:
     bullet = '<contact><lateral_friction value="{}"/></contact>'
     eye = '<link name="eye">' + "".join(map(bullet.format, (0.5, "x"))) + "</link>"
     joint = '<joint name="see" type="fixed"><parent link="tool"/><child link="eye"/></joint>'
-    robot, said = read(eye + joint)
+    robot, diagnostics = read(eye + joint)
     assert [(e.tag, e.reference, e.numbers) for e in robot.extensions] == [
         ("contact", "eye", {"mu1": 0.5}),
         ("contact", "eye", {}),
     ]
-    assert [one.code for one in said] == ["number-left-out"]
+    assert [diagnostic.code for diagnostic in diagnostics] == ["number-left-out"]
 
 
 def test_mechanics_without_effect_are_named() -> None:
@@ -356,21 +363,23 @@ def test_mechanics_without_effect_are_named() -> None:
     joint = '<joint name="see" type="fixed"><parent link="tool"/><child link="eye"/></joint>'
     eye = f'<link name="eye"/>{joint}'
     places = gazebo.format("tool", 0.0) + gazebo.format("eye", "x") + gazebo.format("see", 40)
-    _, said = read(eye + places)
-    told = [one.message for one in said if one.code == "mechanics-unread"]
+    _, diagnostics = read(eye + places)
+    told = [
+        diagnostic.message for diagnostic in diagnostics if diagnostic.code == "mechanics-unread"
+    ]
     assert told == [
         "<turnGravityOff> of <gazebo> has no effect, as the link has its weight here: link 'tool'",
         "<springStiffness> of <gazebo> has no effect, as the joint has no spring here: joint 'see'",
     ]
-    assert [one.code for one in said].count("number-left-out") == 1
+    assert [diagnostic.code for diagnostic in diagnostics].count("number-left-out") == 1
 
 
 def warnings_of(more: str) -> list[str]:
     """Read the arms with more elements; return the code, message and hint of each warning."""
     return [
-        f"{one.code}: {one.message} {one.hint or ''}"
-        for one in read(more)[1]
-        if one.level == "warning"
+        f"{diagnostic.code}: {diagnostic.message} {diagnostic.hint or ''}"
+        for diagnostic in read(more)[1]
+        if diagnostic.level == "warning"
     ]
 
 
@@ -448,7 +457,7 @@ def test_dynamics_under_an_axis_of_sdf_are_named() -> None:
         "<limit><lower>-1</lower></limit></axis><thread_pitch>3</thread_pitch>"
     )
     told = warnings_of(ball(axis, "revolute"))
-    assert [one.partition(" are not")[0].partition(" is not")[0] for one in told] == [
+    assert [text.partition(" are not")[0].partition(" is not")[0] for text in told] == [
         "mechanics-unread: <thread_pitch> in <joint>",
         "mechanics-unread: <dynamics>, <limit> in <axis>",
     ]
@@ -493,9 +502,11 @@ def test_a_static_robot_and_one_welded_to_the_world_have_a_fixed_base(
     text = f"{ARMS}{more}</robot>".replace('type="floating"', 'type="continuous"')
     result = convert_text(text)
     assert not result.conversion.base.floating
-    (told,) = [one for one in result.diagnostics if one.code == "base"]
+    (told,) = [diagnostic for diagnostic in result.diagnostics if diagnostic.code == "base"]
     assert told.message == f"fixed base: {reason} ties the root to the world"
-    assert not [one for one in result.diagnostics if one.code == "base-guessed"]
+    assert not [
+        diagnostic for diagnostic in result.diagnostics if diagnostic.code == "base-guessed"
+    ]
     assert convert_text(text, base="floating").conversion.base.floating
 
 
@@ -539,8 +550,8 @@ LEAD = (
     "more", [control(follower("lead", RULE)), PLUGIN.format("lead", PLUGIN_RULE)]
 )
 def test_a_joint_follows_another_by_other_programs(more: str) -> None:
-    robot, said = read(LEAD + more)
-    assert not said
+    robot, diagnostics = read(LEAD + more)
+    assert not diagnostics
     assert robot.joints["hip"].mimic == Mimic("lead", -2.0, 0.5)
     plain, _ = read(LEAD + more.replace(RULE, "").replace(PLUGIN_RULE, ""))
     assert plain.joints["hip"].mimic == Mimic("lead", 1.0, 0.0)
@@ -619,8 +630,8 @@ def test_transmissions_that_couple_joints_are_named(more: str) -> None:
 
 
 def test_one_transmission_of_an_actuator_that_is_there_twice_is_no_coupling() -> None:
-    one = TRANSMISSION.format("x/Simple", '<joint name="hip"/>', '<actuator name="m"/>')
-    assert warnings_of(one * 2) == []
+    transmission = TRANSMISSION.format("x/Simple", '<joint name="hip"/>', '<actuator name="m"/>')
+    assert warnings_of(transmission * 2) == []
 
 
 def test_two_that_contradict_name_the_first() -> None:
@@ -648,8 +659,8 @@ def test_a_reduction_of_ros2_counts() -> None:
         "<joint name='hip'/><actuator name='m'><mechanical_reduction>50</mechanical_reduction>"
         "<motor_inertia>1e-4</motor_inertia></actuator></transmission></ros2_control>"
     )
-    robot, said = read(drive)
-    assert not said
+    robot, diagnostics = read(drive)
+    assert not diagnostics
     assert robot.extensions[0].rotors == pytest.approx({"hip": 0.25}, rel=1e-15)
 
 
@@ -662,7 +673,7 @@ def test_a_reduction_of_ros2_counts() -> None:
 )
 def test_parts_of_a_transmission_that_are_lost(parts: str, words: str) -> None:
     drive = f'<transmission><joint name="hip"/><actuator name="m">{parts}</actuator></transmission>'
-    assert any(words in one for one in warnings_of(drive))
+    assert any(words in warning for warning in warnings_of(drive))
 
 
 def test_masses_that_mujoco_changes_are_named() -> None:
@@ -678,8 +689,8 @@ def test_the_rotor_of_drake_is_the_rotor_of_a_transmission(place: str) -> None:
     numbers = '<drake:gear_ratio value="100"/><drake:rotor_inertia value="1e-4"/>'
     drive = f'<transmission><joint name="hip"/>{place.format(numbers)}</transmission>'
     arms = ARMS.replace("<robot", '<robot xmlns:drake="http://drake.mit.edu"')
-    robot, said = parse_urdf(f"{arms}{drive}</robot>".encode(), "arms.urdf", extend=EXTEND)
-    assert not said
+    robot, diagnostics = parse_urdf(f"{arms}{drive}</robot>".encode(), "arms.urdf", extend=EXTEND)
+    assert not diagnostics
     assert robot.extensions[0].rotors == pytest.approx({"hip": 1.0}, rel=1e-15)
 
 
@@ -689,4 +700,4 @@ def test_joints_of_other_elements_are_named() -> None:
         '<ros2_control><joint name="hip"/></ros2_control>'
     )
     assert list(robot.joints) == ["shoulder", "mount", "hip"]
-    assert {found.code for found in diagnostics} == {"loop-left-out", "mechanics-unread"}
+    assert {diagnostic.code for diagnostic in diagnostics} == {"loop-left-out", "mechanics-unread"}

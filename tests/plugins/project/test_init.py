@@ -19,7 +19,7 @@ from urdf2mbs.testing import TINY
 from urdf2mbs_project.commands.init import describe_facts, init
 
 ROOT = Path(__file__).resolve().parents[3]
-ENTRY = [one for one in CONVERTIBLE if one.values[0].listed]
+ENTRY = [robot for robot in CONVERTIBLE if robot.values[0].listed]
 
 
 def started(robot: RealRobot, folder: Path) -> tuple[str, Path]:
@@ -33,20 +33,20 @@ def started(robot: RealRobot, folder: Path) -> tuple[str, Path]:
 @pytest.mark.parametrize("robot", ENTRY)
 def test_every_real_robot(robot: RealRobot, tmp_path: Path) -> None:
     """The config runs, is short, and finds the same packages and arguments without being told."""
-    said, config = started(robot, tmp_path)
+    message, config = started(robot, tmp_path)
     text = config.read_text()
     assert len(text.splitlines()) < 60
     conversion = Pipeline(*load(config)).run()
     assert conversion.checked.proof is not None
     assert conversion.checked.proof.same
-    assert f"{len(conversion.robot.links) - bool(conversion.base.inserted)} link" in said
+    assert f"{len(conversion.robot.links) - bool(conversion.base.inserted)} link" in message
     # uncommented, it is still a config
     bare = re.sub(r"^# (?=passes:|xacro_args:|packages:|  \S+: )", "", text, flags=re.M)
     assert set(yaml.safe_load(bare)) >= set(yaml.safe_load(text))
 
 
 def _as_a_file(config: Path) -> Any:
-    """The config, converting to one file: the meshes take long, and have tests of their own."""
+    """Return the config with one file as output: meshes take long, and have other tests."""
     parsed, lines = load(config)
     return msgspec.structs.replace(parsed, output="robot.mbs"), lines
 
@@ -64,7 +64,7 @@ def test_what_cannot_be_converted_gets_no_config(robot: RealRobot, tmp_path: Pat
         ("atlas_v5.urdf.xacro", ["l_foot", "r_foot"]),
         (
             "naoV50_generated_urdf/nao.urdf",
-            [f"{side}Fsr{at}_frame" for side in "LR" for at in ("FL", "FR", "RL", "RR")],
+            [f"{side}Fsr{corner}_frame" for side in "LR" for corner in ("FL", "FR", "RL", "RR")],
         ),
         ("robotran_edu_2017/bigman.urdf", ["LFoot", "RFoot"]),
         ("iCubGazeboV2_5/model.urdf", ["l_foot", "r_foot"]),
@@ -78,10 +78,10 @@ def test_feet_of_real_robots(end: str, feet: list[str], tmp_path: Path) -> None:
     robot = next((r.values[0] for r in ENTRY if r.values[0].source.as_posix().endswith(end)), None)
     if robot is None:
         pytest.skip("the real robots are not beside the checkout")
-    said, config = started(robot, tmp_path)
+    message, config = started(robot, tmp_path)
     contacts = yaml.safe_load(config.read_text()).get("passes", {}).get("contacts", {})
     assert contacts.get("links", []) == ["*"] * (not end.startswith("fr3"))
-    told = [line[8:].split(", ") for line in said.splitlines() if line.startswith("  feet: ")]
+    told = [line[8:].split(", ") for line in message.splitlines() if line.startswith("  feet: ")]
     assert sorted(told[0] if told else []) == feet
 
 
@@ -131,7 +131,7 @@ LIMITED = """<robot name="arm"><link name="world"/><link name="a"><visual><geome
 def part(
     name: str, parent: str, xyz: str, kind: str = "revolute", shape: str = '<box size=".2 .2 .2"/>'
 ) -> str:
-    """A link with a mass and a shape, and the joint to it."""
+    """Return a link with a mass and a shape, and the joint to it."""
     solid = link(name, SOLID, f"<collision><geometry>{shape}</geometry></collision>")
     return solid + joint(parent, name, kind, xyz=xyz, axis="1 0 0") * bool(parent)
 
@@ -152,7 +152,7 @@ GONE = '<mesh filename="gone.stl"/>'
         (part("l", "trunk", "0 1 1") + part("r", "trunk", "0 -1 1"), []),  # fingers of a palm
         ("", []),  # no joint to hold
         (LEGS + part("claw", "l", "0 0 -1", shape=GONE), []),  # the lowest shape is not there
-        # only looks touch the ground; a box stands in for the shape that is not there
+        # visual shapes touch the ground; a box replaces the missing shape
         (LEGS.replace("collision", "visual") + part("sole", "l", "0 0 1", "fixed", GONE), ["sole"]),
         # a leg starts in the middle of its limits, and not at zero
         (
@@ -180,7 +180,7 @@ def test_the_start_position_is_within_the_limits(here: Path) -> None:
         "equations": {"language": "project"},
     }
     conversion = Pipeline(*_as_a_file(here / "arm.yaml")).run()
-    assert "posture-limit" not in [said.code for said in conversion.diagnostics]
+    assert "posture-limit" not in [diagnostic.code for diagnostic in conversion.diagnostics]
 
 
 def test_the_inertia_of_motors_is_offered(here: Path) -> None:
@@ -215,7 +215,7 @@ def test_a_robot_without_mass_is_offered_an_estimate(here: Path, capsys: Any) ->
     assert "no link has a mass, nor a shape" in (here / "bare.yaml").read_text()
     assert "no link has a mass, and nothing moves: see the end of bare" in capsys.readouterr().out
     bare = convert(here / "bare.urdf", passes={"estimate-inertia": {"total_mass": 1.0}})
-    assert "nothing-estimated" in [said.code for said in bare.diagnostics]
+    assert "nothing-estimated" in [diagnostic.code for diagnostic in bare.diagnostics]
 
 
 XACRO = """<robot name="x" xmlns:xacro="http://www.ros.org/wiki/xacro">

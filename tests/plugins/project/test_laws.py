@@ -150,9 +150,9 @@ def test_a_law_at_a_contact_is_added_to_the_ground(tmp_path: Path) -> None:
     )
     write(made.conversion)
     for language in ("c", "python"):
-        found = simulate(tmp_path / "moved", time=2.0, language=language)
-        (force,) = found.external.values()
+        results = simulate(tmp_path / "moved", time=2.0, language=language)
+        (force,) = results.external.values()
         assert force[-1, 2] == pytest.approx(2.0 * 9.81, rel=1e-4), language
-        sunk = found.q[-1, found.data.joint_id["floating_base_T3"]] - 0.05
-        stiffness = found.data.user_model["contact"]["stiffness"]
+        sunk = results.q[-1, results.data.joint_id["floating_base_T3"]] - 0.05
+        stiffness = results.data.user_model["contact"]["stiffness"]
         assert -4.0 * stiffness * sunk == pytest.approx(2.0 * 9.81 - 4.0, rel=1e-4), language

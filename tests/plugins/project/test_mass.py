@@ -28,11 +28,14 @@ def test_mass_matrix_and_velocities_are_those_of_pinocchio(mbs: Mbs) -> None:
     for body in mbs.bodies:
         frame = model.getFrameId(f"{body.name}/p")
         wanted = pin.getFrameJacobian(model, data, frame, pin.LOCAL_WORLD_ALIGNED).reshape(6, -1)
-        at = compute_point_position(mass.placement, mbs, body.name, "p")
-        found = np.vstack(
-            [mass.compute_point_jacobian(body.name, at), mass.compute_rotation_jacobian(body.name)]
+        position = compute_point_position(mass.placement, mbs, body.name, "p")
+        jacobian = np.vstack(
+            [
+                mass.compute_point_jacobian(body.name, position),
+                mass.compute_rotation_jacobian(body.name),
+            ]
         )
-        np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-12)
+        np.testing.assert_allclose(jacobian, wanted, rtol=0, atol=1e-12)
         moving = mass.moves[:, mass.placement.last_joints[body.name]].nonzero()[0]
         assert list_joints_to_base(mass.placement, body.name) == sorted(moving, reverse=True)
     assert list_joints_to_base(mass.placement, None) == []
@@ -53,7 +56,7 @@ def test_a_body_floats_by_three_free_shifts_on_the_base() -> None:
         ]
         return Body(f"b{natures}", parent, None, [*joints, Joint("r", "R1")])
 
-    arm, whole = body("ii"), body("iii")
-    assert find_floating_body(Mbs("m", bodies=[arm, whole])) is whole
-    for other in ([arm], [body("iid")], [arm, body("iii", arm.name)]):
-        assert find_floating_body(Mbs("m", bodies=other)) is None
+    arm, floating_body = body("ii"), body("iii")
+    assert find_floating_body(Mbs("m", bodies=[arm, floating_body])) is floating_body
+    for bodies in ([arm], [body("iid")], [arm, body("iii", arm.name)]):
+        assert find_floating_body(Mbs("m", bodies=bodies)) is None

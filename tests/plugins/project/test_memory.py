@@ -59,8 +59,8 @@ def test_c_has_the_numbers_of_the_model(tmp_path: Path) -> None:
         begin = f"void user_dirdyn_{when}(MbsData *mbs_data, MbsDirdyn *mbs_dd)\n{{\n"
         text = file.read_text()
         assert begin in text
-        own = lines if when == "init" else ""
-        file.write_text(text.replace(begin, f'{begin}    set_output(1.0, "{when}");\n{own}'))
+        own_lines = lines if when == "init" else ""
+        file.write_text(text.replace(begin, f'{begin}    set_output(1.0, "{when}");\n{own_lines}'))
     file.write_text('#include "set_output.h"\n' + file.read_text())
     data.q[n] = data.q0[n] = 0.25
     data.qd[n] = data.qd0[n] = -0.5
@@ -85,7 +85,7 @@ def test_the_arrays_of_a_model(tmp_path: Path) -> None:
     points[2].extforce, points[3].extforce = Sensor("push"), Sensor("pull")
     points[1].sensor, points[3].sensor = Sensor("eye"), Sensor("ear")
     base = Base(gravity=(0.1, 0.2, -9.7), points=points[:1])
-    one = Body(
+    body = Body(
         "one",
         BASE,
         None,
@@ -119,7 +119,7 @@ def test_the_arrays_of_a_model(tmp_path: Path) -> None:
             Mbs(
                 "arrays",
                 base=base,
-                bodies=[one, two],
+                bodies=[body, two],
                 user_models=models,
                 cuts=[Connection("ball", "x", *ends), Connection("rod", "y", *ends, 0.8)],
                 links=[

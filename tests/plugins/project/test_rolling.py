@@ -55,7 +55,9 @@ def test_a_cart_that_is_pushed_rolls(tmp_path: Path, language: str) -> None:
     results = simulate(tmp_path / "cart", time=TIME, language=language, rate=100.0)
     # what turns adds its inertia over the square of its radius
     mass = 5.2 + 2 * 0.0012 / 0.08**2 + 5e-5 / 0.03**2
-    way = FORCE / mass * TIME**2 / 2
-    assert results.joint("floating_base_T1")[-1] == pytest.approx(way, rel=0.02)
+    distance = FORCE / mass * TIME**2 / 2
+    assert results.joint("floating_base_T1")[-1] == pytest.approx(distance, rel=0.02)
     for wheel, radius in (("left", 0.08), ("right", 0.08), ("ball_R2", 0.03)):
-        assert results.joint(f"chassis_to_{wheel}")[-1] * radius == pytest.approx(way, rel=0.05)
+        assert results.joint(f"chassis_to_{wheel}")[-1] * radius == pytest.approx(
+            distance, rel=0.05
+        )

@@ -52,8 +52,8 @@ def bodies(draw: Any, index: int) -> Body:
 
 
 def _turn(a: float, b: float) -> Any:
-    one = pin.AngleAxis(a, np.array([0.0, 0.0, 1.0])).toRotationMatrix()
-    return one @ pin.AngleAxis(b, np.array([1.0, 0.0, 0.0])).toRotationMatrix()
+    rotation = pin.AngleAxis(a, np.array([0.0, 0.0, 1.0])).toRotationMatrix()
+    return rotation @ pin.AngleAxis(b, np.array([1.0, 0.0, 0.0])).toRotationMatrix()
 
 
 @st.composite
@@ -69,7 +69,7 @@ def mass_matrix(model: Any, q: Any) -> Any:
 
 
 def smallest(matrix: Any) -> float:
-    """The smallest eigenvalue, each joint on its own scale; 0 where one has no inertia at all."""
+    """Return the smallest eigenvalue, each joint scaled; 0 if a joint has no inertia at all."""
     if not len(matrix):
         return 1.0
     scale = np.sqrt(np.abs(np.diag(matrix)))
@@ -79,7 +79,7 @@ def smallest(matrix: Any) -> float:
 
 
 def least(mbs: Mbs) -> tuple[float, float]:
-    """The same of an .mbs: the largest of some random positions, and at the initial one."""
+    """Return it for an .mbs: the largest of some random positions, and at the initial one."""
     model = to_pinocchio(mbs)
     random = np.random.default_rng(7)
     anywhere = max(smallest(mass_matrix(model, random.uniform(-2, 2, model.nq))) for _ in range(6))
@@ -92,11 +92,11 @@ ZERO_BELOW, ABOVE = 1e-11, 1e-9
 @settings(max_examples=150)
 @given(trees())
 def test_singular_where_pinocchio_says_so(mbs: Mbs) -> None:
-    found = find_singular_joints(mbs)
+    singular_joints = find_singular_joints(mbs)
     anywhere, initially = least(mbs)
     for smallest, singular in (
-        (anywhere, any(one.always for one in found)),
-        (initially, bool(found)),
+        (anywhere, any(singular.always for singular in singular_joints)),
+        (initially, bool(singular_joints)),
     ):
         assert smallest < ZERO_BELOW or smallest > ABOVE  # else the truth itself is not clear
         assert singular == (smallest < ZERO_BELOW), smallest
@@ -104,7 +104,7 @@ def test_singular_where_pinocchio_says_so(mbs: Mbs) -> None:
 
 @st.composite
 def coupled(draw: Any) -> tuple[Mbs, dict[str, FollowerRule]]:
-    """A tree some of whose joints follow others, as ``<mimic>`` has it."""
+    """Draw a tree some of whose joints follow others, as in ``<mimic>``."""
     mbs = draw(trees())
     moving = [j for body in mbs.bodies for j in body.joints if j.nature != "driven"]
     leaders = [joint for joint in moving if draw(st.booleans())]
@@ -142,11 +142,11 @@ def reduced(mbs: Mbs, rules: dict[str, FollowerRule]) -> tuple[float, float]:
 def test_couplings_leave_it_singular_where_pinocchio_says_so(
     case: tuple[Mbs, dict[str, FollowerRule]],
 ) -> None:
-    found = find_singular_joints(*case)
+    singular_joints = find_singular_joints(*case)
     anywhere, initially = reduced(*case)
     for least, singular in (
-        (anywhere, any(one.always for one in found)),
-        (initially, bool(found)),
+        (anywhere, any(singular.always for singular in singular_joints)),
+        (initially, bool(singular_joints)),
     ):
         assert least < ZERO_BELOW or least > ABOVE  # else the truth itself is not clear
         assert singular == (least < ZERO_BELOW), least
@@ -182,13 +182,13 @@ def scaled(numbers: Any, factor: float) -> Any:
 @settings(max_examples=80)
 @given(trees())
 def test_locking_the_joints_that_are_found_makes_it_regular(mbs: Mbs) -> None:
-    found = find_singular_joints(mbs)
-    locked = {one.joint for one in found if one.always}
+    singular_joints = find_singular_joints(mbs)
+    locked = {singular.joint for singular in singular_joints if singular.always}
     for number, name in enumerate(mbs.numbers()):
         joint = next(j for body in mbs.bodies for j in body.joints if j.name == name)
         if name in locked:  # at no special position
             joint.nature, joint.q = "driven", 0.7 + 0.37 * number
-    assert not any(one.always for one in find_singular_joints(mbs))
+    assert not any(singular.always for singular in find_singular_joints(mbs))
     assert least(mbs)[0] > ABOVE
 
 
@@ -204,8 +204,8 @@ def test_turns_about_different_axes_may_be_about_one(middle: Joint, always: bool
     last = "R2" if middle.type == "R3" else "R3"
     body = Body("solid", None, None, [Joint("a", "R1"), middle, Joint("c", last)])
     body.mass, body.inertia = 1.0, (1.0, 0.0, 0.0, 2.0, 0.0, 2.5)
-    found = find_singular_joints(Mbs("gimbal", bodies=[body]))
-    assert [(one.joint, one.always) for one in found] == [("a", always)]
+    singular_joints = find_singular_joints(Mbs("gimbal", bodies=[body]))
+    assert [(singular.joint, singular.always) for singular in singular_joints] == [("a", always)]
 
 
 def chain(*parts: tuple[str, float, tuple[float, float, float]]) -> Mbs:
@@ -240,16 +240,20 @@ def chain(*parts: tuple[str, float, tuple[float, float, float]]) -> Mbs:
     ],
 )
 def test_why_a_joint_is_singular_and_what_moves_along(parts: Any, told: Any) -> None:
-    found = find_singular_joints(chain(*parts))
-    assert [(one.joint, one.why, one.moves_with) for one in found] == told
-    assert all(one.always for one in found)
+    singular_joints = find_singular_joints(chain(*parts))
+    assert [
+        (singular.joint, singular.why, singular.moves_with) for singular in singular_joints
+    ] == told
+    assert all(singular.always for singular in singular_joints)
 
 
 def test_without_any_mass_all_joints_that_move_are_singular() -> None:
     mbs = chain(("R1", 0.0, (0, 0, 0)), ("R2", 0.0, (0, 0, 0)), ("R3", 0.0, (0, 0, 0)))
     mbs.bodies[1].joints[0].nature = "driven"
-    found = find_singular_joints(mbs, {"j2": FollowerRule("j0", 1.0, 0.0)})
-    assert [(one.joint, one.why) for one in found] == [("j0", "moves-nothing")]
+    singular_joints = find_singular_joints(mbs, {"j2": FollowerRule("j0", 1.0, 0.0)})
+    assert [(singular.joint, singular.why) for singular in singular_joints] == [
+        ("j0", "moves-nothing")
+    ]
 
 
 @pytest.mark.parametrize(("offset", "singular"), [(-0.4, ["a"]), (0.4, [])])
@@ -257,12 +261,14 @@ def test_a_follower_starts_where_its_rule_says(offset: float, singular: list[str
     """Together with a fixed turn it brings the last axis onto the first, or not."""
     turns = [Joint("c", "R3", "driven", 0.4), Joint("b", "R3", "dependent", offset)]
     body = Body("solid", None, None, [Joint("a", "R1"), *turns, Joint("d", "R1")])
-    other = Body("other", None, None, [Joint("l", "R1")])
-    for solid in (body, other):
+    other_body = Body("other", None, None, [Joint("l", "R1")])
+    for solid in (body, other_body):
         solid.mass, solid.inertia = 1.0, (1.0, 0.0, 0.0, 2.0, 0.0, 2.5)
     rules = {"b": FollowerRule("l", 1.0, offset)}
-    found = find_singular_joints(Mbs("r", bodies=[body, other]), rules)
-    assert [one.joint for one in found if not one.always] == singular
+    singular_joints = find_singular_joints(Mbs("r", bodies=[body, other_body]), rules)
+    assert [
+        singular_joint.joint for singular_joint in singular_joints if not singular_joint.always
+    ] == singular
 
 
 @pytest.mark.parametrize(("multiplier", "always"), [(-1.0, True), (1.0, False)])
@@ -275,10 +281,12 @@ def test_followers_hold_two_axes_parallel_at_every_position(
     body.mass, body.inertia = 1.0, (1.0, 0.0, 0.0, 2.0, 0.0, 2.5)
     leader = Body("other", "solid", None, [Joint("e", "R1")], 1.0, (0.0, 1.0, 0.0))
     leader.inertia = body.inertia
-    found = find_singular_joints(
+    singular_joints = find_singular_joints(
         Mbs("r", bodies=[body, leader]), {"follow": FollowerRule("lead", multiplier, 0.0)}
     )
-    assert ("a", always) in [(one.joint, one.always) for one in found]
+    assert ("a", always) in [
+        (singular_joint.joint, singular_joint.always) for singular_joint in singular_joints
+    ]
 
 
 @pytest.mark.parametrize(
@@ -302,15 +310,15 @@ def test_a_rod_of_any_size_turns_freely_about_its_own_axis(
     body = Body("rod", None, None, joints, size)
     xx, xy, xz, yy, yz, zz = (float(tensor[i]) for i in zip(*np.triu_indices(3), strict=True))
     body.inertia = (xx, xy, xz, yy, yz, zz)
-    found = find_singular_joints(Mbs("rod", bodies=[body]))
-    assert [one.joint for one in found] == ["a"] * singular
+    singular_joints = find_singular_joints(Mbs("rod", bodies=[body]))
+    assert [singular_joint.joint for singular_joint in singular_joints] == ["a"] * singular
 
 
 @pytest.mark.parametrize(("inertia", "turns"), [(1e-6, True), (1e-12, True), (1e-35, False)])
 def test_a_small_inertia_is_one_and_dust_is_none(inertia: float, turns: bool) -> None:
     """Of 1 kg whose centre is on the axis of its joint, in a robot of 1 m."""
-    own = (inertia, 0.0, 0.0, inertia, 0.0, inertia)
-    body = Body("b", None, None, [Joint("j", "R1", "independent")], mass=1.0, inertia=own)
+    tensor = (inertia, 0.0, 0.0, inertia, 0.0, inertia)
+    body = Body("b", None, None, [Joint("j", "R1", "independent")], mass=1.0, inertia=tensor)
     body.com = (1.0, 0.0, 0.0)
     assert (find_singular_joints(Mbs("r", bodies=[body])) == []) is turns
 

@@ -23,14 +23,14 @@ EVEN = SOLID.replace("0.1 -0.2 0.3", "0 0 0")
 
 
 def part(
-    name: str, parent: str, at: str, shape: str, limits: str = "-3 3", axis: str = "0 1 0"
+    name: str, parent: str, origin: str, shape: str, limits: str = "-3 3", axis: str = "0 1 0"
 ) -> str:
-    """A link, and the joint to it: fixed where there are no limits."""
+    """Return a link, and the joint to it, which is fixed without limits."""
     solid = link(name, EVEN, f"<collision><geometry>{shape}</geometry></collision>")
     low, _, high = limits.partition(" ")
     kind = "revolute" if limits else "fixed"
     return f"""{solid}<joint name="{name}_joint" type="{kind}"><parent link="{parent}"/>
-      <child link="{name}"/><origin xyz="{at}"/><axis xyz="{axis}"/>
+      <child link="{name}"/><origin xyz="{origin}"/><axis xyz="{axis}"/>
       <limit lower="{low or 0}" upper="{high or 0}" effort="99" velocity="9"/></joint>"""
 
 
@@ -55,7 +55,7 @@ DOG = robot(TRUNK, *(leg(x, y, 1 if x < 0 else -1) for x in (-0.2, 0.2) for y in
 
 
 def started(text: str, folder: Path) -> Conversion:
-    """The conversion of the config that ``init`` writes."""
+    """Run the config that ``init`` writes."""
     (folder / "r.urdf").write_text(text)
     init("r.urdf")
     return Pipeline(*load(folder / "r.yaml")).run()
@@ -63,7 +63,7 @@ def started(text: str, folder: Path) -> Conversion:
 
 def test_hips_bend_until_the_feet_are_under_them(here: Path) -> None:
     conversion = started(DOG, here)
-    assert "contacts-balance" not in [said.code for said in conversion.diagnostics]
+    assert "contacts-balance" not in [diagnostic.code for diagnostic in conversion.diagnostics]
     placement, parts = compute_placement(conversion.mbs), conversion.parts()
     joints = {joint.joint.name: joint for joint in placement.joints}
     for end, sign in (("FL", -1), ("FR", -1), ("HL", 1), ("HR", 1)):
@@ -88,17 +88,17 @@ def test_an_ankle_keeps_the_sole_level(here: Path) -> None:
     assert {body for body, _ in conversion.state(Simulation).stance} == {"l_ankle", "r_ankle"}
     placement = compute_placement(conversion.mbs)
     assert placement.bodies["l_ankle"].rot == pytest.approx((1, 0, 0, 0, 1, 0, 0, 0, 1), abs=2e-3)
-    thigh = next(one for one in placement.joints if one.joint.name == "r_thigh_joint")
+    thigh = next(placed for placed in placement.joints if placed.joint.name == "r_thigh_joint")
     assert placement.bodies["r_ankle"].xyz[0] == pytest.approx(thigh.origin[0], abs=2e-3)
 
 
-def test_a_box_of_its_inertia_stands_in_for_a_foot_whose_mesh_is_lost(here: Path) -> None:
+def test_a_box_with_its_inertia_replaces_a_foot_whose_mesh_is_lost(here: Path) -> None:
     """The inertia of a uniform box gives its corners back, wherever its axes are; a mere frame is a
     point."""
     size = np.array([0.2, 0.1, 0.04])
-    own = 3.0 / 12.0 * np.diag(size @ size - size**2)
+    principal = 3.0 / 12.0 * np.diag(size @ size - size**2)
     turn = Rotation.from_euler("z", 0.3)
-    inertia = turn.as_matrix() @ own @ turn.as_matrix().T
+    inertia = turn.as_matrix() @ principal @ turn.as_matrix().T
     values = " ".join(
         f'i{"xyz"[i]}{"xyz"[j]}="{inertia[i, j]}"' for i in range(3) for j in range(i, 3)
     )
@@ -113,15 +113,15 @@ def test_a_box_of_its_inertia_stands_in_for_a_foot_whose_mesh_is_lost(here: Path
         link("r_sole")
         + '<joint name="j" type="fixed"><parent link="r_leg"/><child link="r_sole"/></joint>'
     )
-    found = started(robot(TRUNK, left, feet[1].replace("r_foot", "r_leg"), sole), here)
+    conversion = started(robot(TRUNK, left, feet[1].replace("r_foot", "r_leg"), sole), here)
     points = yaml.safe_load((here / "r.yaml").read_text())["passes"]["contacts"]["points"]
     corners = [(a, b, -0.02) for a in (-0.1, 0.1) for b in (-0.05, 0.05)]
     wanted = np.add(turn.apply(corners), (0.01, 0.02, -0.03))
     assert sorted(points["l_foot"]) == [
-        pytest.approx(at, abs=1e-4) for at in sorted(wanted.tolist())
+        pytest.approx(corner, abs=1e-4) for corner in sorted(wanted.tolist())
     ]
     assert points["r_sole"] == [[0.0, 0.0, 0.0]]
-    assert found.report["contacts"]
+    assert conversion.report["contacts"]
 
 
 @pytest.mark.parametrize(
@@ -144,10 +144,10 @@ def test_a_foot_of_a_point_a_bar_or_a_sheet_has_no_point_twice(
         part(f"{side}_foot", "trunk", f"0 {y} -0.5", GONE).replace(EVEN, solid)
         for side, y in (("l", 0.2), ("r", -0.2))
     ]
-    found = started(robot(TRUNK, *feet), here)
+    conversion = started(robot(TRUNK, *feet), here)
     points = yaml.safe_load((here / "r.yaml").read_text())["passes"]["contacts"]["points"]
     assert [len(points[foot]) for foot in ("l_foot", "r_foot")] == [n_points] * 2
-    assert [c["spots"] for c in found.report["contacts"]][1:] == [n_points] * 2
+    assert [c["spots"] for c in conversion.report["contacts"]][1:] == [n_points] * 2
 
 
 @pytest.mark.parametrize(

@@ -96,8 +96,8 @@ def test_each_thing_has_one_number_in_c() -> None:
     """Where two things would have one name, the kind stands behind the second."""
     mbs, simulation = robot()
     header = c.generate_c_files(mbs, simulation)["user_all_id.h"].decode()
-    found = re.findall(r"#define (\w+)_id (\d+)\n", header)
-    assert dict(found) == {
+    definitions = re.findall(r"#define (\w+)_id (\d+)\n", header)
+    assert dict(definitions) == {
         "lift": "1",
         "still": "2",
         "a_swing": "3",
@@ -112,7 +112,7 @@ def test_each_thing_has_one_number_in_c() -> None:
         "touch2": "2",
         "rope": "1",
     }
-    assert len(found) == 13
+    assert len(definitions) == 13
     heads = re.findall(r"\n/\* (\w+)", header)
     assert heads == ["joints", "bodies", "sensors", "external", "links", "points"]
     (sensor,) = [point.sensor for point in mbs.points().values() if point.sensor]

@@ -29,21 +29,23 @@ def contacts(result: Result) -> list[Contact]:
 
 
 def points(result: Result) -> list[tuple[float, ...]]:
-    """The points that touch, each in its body; not what is round."""
-    return [spot.centre for one in contacts(result) for spot in one.spots if not spot.radius]
+    """Return the points that touch, each in its body, without spheres and rims."""
+    return [
+        spot.centre for contact in contacts(result) for spot in contact.spots if not spot.radius
+    ]
 
 
 def heights(result: Result, up: Vec = (0.0, 0.0, 1.0)) -> list[float]:
     """How high the places are on which the robot stands."""
-    return [dot(up, at) for _, at in result.conversion.state(Simulation).stance]
+    return [dot(up, position) for _, position in result.conversion.state(Simulation).stance]
 
 
 def test_the_robot_stands_on_its_lowest_points() -> None:
     passes = {"posture": {"joints": STANCE}, "contacts": {"links": ["*_foot"]}}
-    found = heights(convert(BIPED, passes=passes))
-    assert len(found) == 8
-    assert min(found) == pytest.approx(0.0, abs=1e-12)
-    assert max(found) < 1e-9, "the feet are level in this position"
+    actual = heights(convert(BIPED, passes=passes))
+    assert len(actual) == 8
+    assert min(actual) == pytest.approx(0.0, abs=1e-12)
+    assert max(actual) < 1e-9, "the feet are level in this position"
 
 
 def test_a_robot_that_floats_by_its_own_joint_is_raised_once() -> None:
@@ -68,8 +70,8 @@ def test_a_robot_that_floats_by_its_own_joint_is_raised_once() -> None:
 def test_up_is_against_gravity(gravity: tuple[float, float, float]) -> None:
     passes = {"contacts": {"links": ["*_foot"], "ground": 0.25}}
     x, y, z = (-c / 9.81 for c in gravity)
-    found = heights(convert(BIPED, passes=passes, gravity=gravity), (x, y, z))
-    assert min(found) == pytest.approx(0.25, abs=1e-12)
+    actual = heights(convert(BIPED, passes=passes, gravity=gravity), (x, y, z))
+    assert min(actual) == pytest.approx(0.25, abs=1e-12)
 
 
 DOWN = (0.0, 0.0, -9.81)
@@ -82,9 +84,9 @@ FOOT = "0.2 0.05 0;0.2 -0.05 0;-0.1 0.05 0;-0.1 -0.05 0;0 0 0.3;0 0 0.1;0.01 0 0
 
 def on_body(folder: Path, shape: str, corners: str = FOOT, **settings: Any) -> Result:
     """TINY with this shape on its body, which touches; ``corners`` of its mesh."""
-    at = corners.split(";")
-    faces = "".join(f"f 1 2 {k}\n" for k in range(3, len(at) + 1))
-    (folder / "foot.obj").write_text("".join(f"v {corner}\n" for corner in at) + faces)
+    positions = corners.split(";")
+    faces = "".join(f"f 1 2 {k}\n" for k in range(3, len(positions) + 1))
+    (folder / "foot.obj").write_text("".join(f"v {corner}\n" for corner in positions) + faces)
     source = folder / "r.urdf"
     source.write_text(TINY.replace(BODY, shape))
     return convert(source, passes={"contacts": {"links": ["body"]}}, **settings)
@@ -119,8 +121,8 @@ def test_what_of_shapes_may_touch(tmp_path: Path) -> None:
 
 def test_a_sheet_touches_by_the_corners_of_its_box(tmp_path: Path) -> None:
     flat = ";".join(f"{x} {y} 0" for x in range(4) for y in range(3))
-    found = points(on_body(tmp_path, MESH, flat))
-    assert sorted(found) == [(0.0, 0.0, 0.0), (0.0, 2.0, 0.0), (3.0, 0.0, 0.0), (3.0, 2.0, 0.0)]
+    actual = points(on_body(tmp_path, MESH, flat))
+    assert sorted(actual) == [(0.0, 0.0, 0.0), (0.0, 2.0, 0.0), (3.0, 0.0, 0.0), (3.0, 2.0, 0.0)]
 
 
 @settings(max_examples=20, deadline=None)
@@ -133,13 +135,13 @@ def test_no_corner_is_far_outside_the_hull(seed: int, count: int, size: float) -
     random = np.random.default_rng(seed)
     cloud = size * random.normal(size=(count, 3)) * (1.0, 0.5, 0.3)
     kept = np.array(
-        [spot.centre for spot in thin_spots([Spot(tuple(at)) for at in cloud.tolist()])]
+        [spot.centre for spot in thin_spots([Spot(tuple(point)) for point in cloud.tolist()])]
     )
     assert len(kept) <= count
     allowed = min(0.003, 0.05 * np.ptp(cloud, axis=0).max()) + 1e-6
-    for way in random.normal(size=(50, 3)):
-        way /= np.linalg.norm(way)
-        assert 0.0 <= (cloud @ way).max() - (kept @ way).max() + 1e-6 <= 2 * allowed
+    for direction in random.normal(size=(50, 3)):
+        direction /= np.linalg.norm(direction)
+        assert 0.0 <= (cloud @ direction).max() - (kept @ direction).max() + 1e-6 <= 2 * allowed
 
 
 @pytest.mark.parametrize(
@@ -156,14 +158,14 @@ def test_nothing_touches_twice_in_one_place(shapes: str, n_spots: int, n_times: 
     collision = f"<collision><geometry>{shapes}</geometry></collision>"
     text = robot(link("l", SOLID, collision * n_times))
     conversion = convert_text(text, passes={"contacts": {"links": ["l"]}}).conversion
-    assert [found["spots"] for found in conversion.report["contacts"]] == [n_spots]
+    assert [contact["spots"] for contact in conversion.report["contacts"]] == [n_spots]
 
 
 def test_a_point_that_a_config_names_twice_touches_once() -> None:
     points = {"l": [[0.1, 0.0, 0.0], [0.1, 0.0, 0.0], [0.2, 0.0, 0.0]]}
     text = robot(link("l", SOLID, ""))
     conversion = convert_text(text, passes={"contacts": {"points": points}}).conversion
-    assert [found["spots"] for found in conversion.report["contacts"]] == [2]
+    assert [contact["spots"] for contact in conversion.report["contacts"]] == [2]
 
 
 def test_all_that_is_solid_and_moves_touches() -> None:
@@ -180,11 +182,11 @@ def test_all_that_is_solid_and_moves_touches() -> None:
         joint("arm", "tip", "fixed", xyz="0 0 1"),
         joint("arm", "bare"),
     )
-    (found,) = contacts(
+    (contact,) = contacts(
         convert_text(text, passes={"contacts": {"links": ["*"]}}, pipeline="compact")
     )
-    assert found.links == ["arm", "tip"]
-    assert [spot.centre for spot in found.spots] == [(0.0, 0.0, 0.0), (0.0, 0.0, 1.0)]
+    assert contact.links == ["arm", "tip"]
+    assert [spot.centre for spot in contact.spots] == [(0.0, 0.0, 0.0), (0.0, 0.0, 1.0)]
     named = {"contacts": {"links": ["bare"]}}
     with pytest.raises(ConfigError, match="no shape to take points of"):
         convert_text(text, passes=named)
@@ -204,14 +206,16 @@ def test_a_robot_stands_on_what_is_round() -> None:
     for shape, height in ((cylinder, 0.3 * sin(1.2) + 0.5 * cos(1.2)), (ball, 0.3)):
         passes = {"contacts": {"roll": ["wheel"]}}
         result = convert_text(text.format(shape), base="floating", passes=passes)
-        (found,) = result.report.passes["contacts"]
-        assert found["point"].coordinates == (0.0, 0.0, 0.0)
+        (contact,) = result.report.passes["contacts"]
+        assert contact["point"].coordinates == (0.0, 0.0, 0.0)
         assert compute_placement(result.mbs).bodies["wheel"].xyz[2] == pytest.approx(height)
-    for ground, said in ((-0.3, []), (-0.4, ["0.1 m lower"]), (0.0, ["0.3 m higher"])):
+    for ground, expected in ((-0.3, []), (-0.4, ["0.1 m lower"]), (0.0, ["0.3 m higher"])):
         passes = {"contacts": {"roll": ["wheel"], "ground": ground}}
         result = convert_text(text.format(ball), base="floating", passes=passes)
-        notes = [one.message for one in result.diagnostics if one.code == "stand"]
-        assert [note[16 : note.index(",")] for note in notes] == said
+        notes = [
+            diagnostic.message for diagnostic in result.diagnostics if diagnostic.code == "stand"
+        ]
+        assert [note[16 : note.index(",")] for note in notes] == expected
 
 
 WEIGHTLESS = (0.0, 0.0, 0.0)
@@ -236,27 +240,28 @@ WEIGHTLESS = (0.0, 0.0, 0.0)
 def test_the_law_is_that_of_the_config_then_of_the_urdf(
     stated: str, options: dict[str, float], gravity: Vec, law: dict[str, float]
 ) -> None:
-    """Each number stands in a ``<gazebo>`` of its own."""
+    """Each number is in its own ``<gazebo>``."""
     gazebo = "".join(
-        f'<gazebo reference="hand">{one}</gazebo>' for one in re.findall("<(?:.*?)</.*?>", stated)
+        f'<gazebo reference="hand">{element}</gazebo>'
+        for element in re.findall("<(?:.*?)</.*?>", stated)
     )
     text = TINY.replace("</robot>", f"{gazebo}</robot>")
     passes = {"contacts": {**HAND, **options}}
-    found = models(convert_text(text, gravity=gravity, passes=passes).mbs)["contact"]
-    assert found.items() >= law.items()
-    rate = 0.6 * sqrt(found["bristle"] / 9.81)
-    assert found["bristle_time"] == pytest.approx(rate, rel=0.05)
+    actual = models(convert_text(text, gravity=gravity, passes=passes).mbs)["contact"]
+    assert actual.items() >= law.items()
+    rate = 0.6 * sqrt(actual["bristle"] / 9.81)
+    assert actual["bristle_time"] == pytest.approx(rate, rel=0.05)
 
 
 def test_friction_is_of_the_links_that_touch() -> None:
     feet = {"points": {"body": [[0, 0, 0]], "hand": [[0, 0, 0]]}}
     bare = TINY.replace("mu1", "mu2")
     bullet = '<link name="body"><contact><lateral_friction value="0.2"/></contact>'
-    other = '<gazebo reference="arm"><mu1>0.1</mu1></gazebo></robot>'
+    other_link = '<gazebo reference="arm"><mu1>0.1</mu1></gazebo></robot>'
     for text, friction in (
         (TINY.replace('<link name="body">', bullet), 0.2),
         (bare, 0.8),
-        (bare.replace("</robot>", other), 0.8),
+        (bare.replace("</robot>", other_link), 0.8),
     ):
         law = models(convert_text(text, passes={"contacts": feet}).mbs)["contact"]
         assert law["friction"] == friction
@@ -273,13 +278,19 @@ def test_a_robot_without_mass_has_no_balance() -> None:
 def test_what_no_ground_has_is_cut_and_said(tmp_path: Path) -> None:
     """TurtleBot3 states mu1 = 10000."""
     stated = "<mu1>1e4</mu1>"
-    own = TINY.replace("mu1", "mu2")
-    text = own.replace("</robot>", f'<gazebo reference="hand">{stated}</gazebo></robot>')
+    without_friction = TINY.replace("mu1", "mu2")
+    text = without_friction.replace(
+        "</robot>", f'<gazebo reference="hand">{stated}</gazebo></robot>'
+    )
     result = convert_text(text, passes={"contacts": HAND}, output={"project": tmp_path / "p"})
     assert result.report.proof is not None
     assert result.report.proof.same
     assert models(result.mbs)["contact"]["friction"] == 100.0
-    told = [said.message for said in result.diagnostics if said.code == "contacts-most"]
+    told = [
+        diagnostic.message
+        for diagnostic in result.diagnostics
+        if diagnostic.code == "contacts-most"
+    ]
     assert told == ["contacts: mu1 is 100, not 10000 as in the URDF"]
 
 
@@ -288,9 +299,13 @@ def test_a_centre_of_mass_stands_in_for_a_lost_mesh(tmp_path: Path) -> None:
     source = tmp_path / "r.urdf"
     source.write_text(TINY.replace('<box size="0.2 0.1 0.3"/>', '<mesh filename="none.obj"/>'))
     result = convert(source, passes={"contacts": {"links": ["*"]}})
-    [said] = [one.message for one in result.diagnostics if one.code == "contacts-mesh"]
-    assert said.endswith("so its centre of mass touches instead: 'body' (it was not found)")
-    body = next(one for one in contacts(result) if "body" in one.links)
+    [message] = [
+        diagnostic.message
+        for diagnostic in result.diagnostics
+        if diagnostic.code == "contacts-mesh"
+    ]
+    assert message.endswith("so its centre of mass touches instead: 'body' (it was not found)")
+    body = next(contact for contact in contacts(result) if "body" in contact.links)
     centre = result.conversion.robot.links["body"].inertial
     assert centre is not None
     assert [spot.centre for spot in body.spots] == [pytest.approx(centre.origin.pose.xyz, abs=1e-9)]
@@ -311,9 +326,13 @@ def test_a_mesh_that_cannot_be_used_is_told(tmp_path: Path) -> None:
     )
     source.write_text(text)
     result = convert(source, passes=options)
-    [said] = [one.message for one in result.diagnostics if one.code == "contacts-mesh"]
-    assert said.endswith("so its other shapes touch alone: 'body' (it was not found)")
-    assert [spot.radius for one in contacts(result) for spot in one.spots] == [1.0]
+    [message] = [
+        diagnostic.message
+        for diagnostic in result.diagnostics
+        if diagnostic.code == "contacts-mesh"
+    ]
+    assert message.endswith("so its other shapes touch alone: 'body' (it was not found)")
+    assert [spot.radius for contact in contacts(result) for spot in contact.spots] == [1.0]
 
 
 @pytest.mark.parametrize(
@@ -334,12 +353,14 @@ def test_a_robot_falls_whose_mass_is_not_over_the_polygon(
 ) -> None:
     """Only what floats and has weight can fall; it must come nearer in x by ``away`` (m)."""
     text = robot(link("a", SOLID.replace("0.1 -0.2 0.3", "0 0 1")))
-    at = [[*map(float, place.split()), 0.0] for place in places.split(", ")]
-    passes = {"contacts": {"points": {"a": at}}}
+    positions = [[*map(float, place.split()), 0.0] for place in places.split(", ")]
+    passes = {"contacts": {"points": {"a": positions}}}
     result = convert_text(text, base=base, gravity=gravity, passes=passes)
-    said = [found for found in result.diagnostics if found.code == "contacts-balance"]
-    assert bool(said) == bool(away)
-    for found in said:
+    diagnostics = [
+        diagnostic for diagnostic in result.diagnostics if diagnostic.code == "contacts-balance"
+    ]
+    assert bool(diagnostics) == bool(away)
+    for found in diagnostics:
         assert f"but {abs(away):.3g} m beside them" in found.message
         assert f"it must come ({away:.3g}, 0, 0) m" in (found.hint or "")
     if base == "floating" and any(gravity):  # without a leg, it sinks in by a thousandth of a metre
@@ -359,13 +380,17 @@ def test_a_robot_falls_whose_mass_is_not_over_the_polygon(
 def test_a_robot_must_step_whose_mass_is_near_the_edge(places: str, away: float) -> None:
     """Less than a fifth of the way to the middle of its feet, whose corners in the air do not
     count."""
-    at = [[*map(float, place.split()), 0.0] for place in places.split(", ")]
-    points = {"points": {"a": [*at, [-9, 9, 0.5], [-9, -9, 0.5]]}}
+    positions = [[*map(float, place.split()), 0.0] for place in places.split(", ")]
+    points = {"points": {"a": [*positions, [-9, 9, 0.5], [-9, -9, 0.5]]}}
     text = robot(link("a", SOLID.replace("0.1 -0.2 0.3", "0 0 1")))
     result = convert_text(text, base="floating", passes={"contacts": points})
-    [said] = [found.message for found in result.diagnostics if found.code == "contacts-balance"]
-    assert f"is only {away:.3g} m from the edge" in said
-    assert "a robot that sways tips over" in said
+    [message] = [
+        diagnostic.message
+        for diagnostic in result.diagnostics
+        if diagnostic.code == "contacts-balance"
+    ]
+    assert f"is only {away:.3g} m from the edge" in message
+    assert "a robot that sways tips over" in message
 
 
 @pytest.mark.parametrize("effort", [1.0, 5.8, 6.2, 0.0])
@@ -385,7 +410,11 @@ def test_a_robot_falls_whose_ankle_is_too_weak(effort: float) -> None:
     corners = [[x, y, -0.1] for x in (-0.1, 0.15) for y in (-0.1, 0.1)]
     passes = {"contacts": {"points": {"foot": corners}}, "posture": {"hold": {}}}
     result = convert_text(text, base="floating", passes=passes)
-    said = [one.message for one in result.diagnostics if one.code == "contacts-balance"]
-    assert bool(said) == (0.0 < effort < 6.0)
-    for message in said:  # 10 g (0.05 + 0.01)
+    messages = [
+        diagnostic.message
+        for diagnostic in result.diagnostics
+        if diagnostic.code == "contacts-balance"
+    ]
+    assert bool(messages) == (0.0 < effort < 6.0)
+    for message in messages:  # 10 g (0.05 + 0.01)
         assert message.endswith(f"stands and sways: 'ankle' has {effort:g} of 5.89 N m")

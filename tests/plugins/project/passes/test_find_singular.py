@@ -20,9 +20,9 @@ ASIDE = POINT.replace('"0 0 0.2"', '"0.3 0 0.2"')
 
 def told(result: Result) -> list[tuple[str, str]]:
     return [
-        (found.code, found.message.partition(": ")[2])
-        for found in result.diagnostics
-        if found.code.startswith("singular")
+        (diagnostic.code, diagnostic.message.partition(": ")[2])
+        for diagnostic in result.diagnostics
+        if diagnostic.code.startswith("singular")
     ]
 
 
@@ -117,7 +117,7 @@ def test_what_moves_nothing_is_told_once_for_all_such_joints() -> None:
             "and 2 more moves nothing that has mass",
         )
     ]
-    assert [found["urdf_joint"] for found in result.report.passes["singular"]] == [
+    assert [singular["urdf_joint"] for singular in result.report.passes["singular"]] == [
         f"a_to_{tip}" for tip in tips
     ]
 

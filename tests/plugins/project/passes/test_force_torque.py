@@ -20,14 +20,16 @@ def test_three_sensors_of_one_name_are_three() -> None:
     )
     result = convert_text(text, passes={"force-torque": {"joints": ["to_*"]}})
     assert {"to_b_T1", "to_d_R3"} <= result.mbs.joints().keys()
-    told = {found.code: found.message for found in result.diagnostics}
+    told = {diagnostic.code: diagnostic.message for diagnostic in result.diagnostics}
     assert "joints that move are left out: a_to_e" in told["force-torque"]
     assert "1 <gazebo>" in told["extension"]
     assert "<sensor>" not in told["extension"]
-    found = [sensor.name for sensor in result.conversion.state(Simulation).force_torques]
-    assert found == ["ft", "to_c_ft", "to_d_ft"]
+    names = [sensor.name for sensor in result.conversion.state(Simulation).force_torques]
+    assert names == ["ft", "to_c_ft", "to_d_ft"]
     result = convert_text(
         text.replace('"ft"', '"one"', 1), passes={"force-torque": {"joints": ["to_c"]}}
     )
-    said, _ = [one.message for one in result.diagnostics if one.code == "force-torque"]
-    assert said.startswith("force-torque sensors at fixed joints are left out: to_b, to_d; ")
+    message, _ = [
+        diagnostic.message for diagnostic in result.diagnostics if diagnostic.code == "force-torque"
+    ]
+    assert message.startswith("force-torque sensors at fixed joints are left out: to_b, to_d; ")

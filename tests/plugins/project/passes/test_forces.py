@@ -40,9 +40,9 @@ def test_wrenches_and_springs_have_points_names_and_numbers() -> None:
     assert numbers["link_stiffness"] == {"band": 100, "arm_spring": 7}
     assert numbers["link_damping"] == {"band": 5, "arm_spring": 0}
     placement = compute_placement(mbs)
-    one, two = (
+    start, two = (
         compute_point_position(placement, mbs, *end)
         for end in (mbs.links[0].endpoint1, mbs.links[0].endpoint2)
     )
-    rest = sum((a - b) ** 2 for a, b in zip(one, two, strict=True)) ** 0.5
+    rest = sum((a - b) ** 2 for a, b in zip(start, two, strict=True)) ** 0.5
     assert numbers["link_length"] == pytest.approx({"band": rest, "arm_spring": 0.5})

@@ -33,7 +33,7 @@ from urdf2mbs_project.simulation import Simulation
 ROOT = Path(__file__).resolve().parents[4]
 
 
-def at(x: float, y: float, z: float) -> str:
+def origin_at(x: float, y: float, z: float) -> str:
     return f'<origin xyz="{x} {y} {z}"/>'
 
 
@@ -41,9 +41,9 @@ def at(x: float, y: float, z: float) -> str:
 FOUR_BAR = (
     '<robot name="four_bar">'
     + "".join(link(name) for name in ("base", "left", "coupler", "right"))
-    + joint("crank", "base", "left", at(0, 0, 0))
-    + joint("elbow", "left", "coupler", at(0, 0, 1))
-    + joint("rocker", "base", "right", at(1, 0, 0))
+    + joint("crank", "base", "left", origin_at(0, 0, 0))
+    + joint("elbow", "left", "coupler", origin_at(0, 0, 1))
+    + joint("rocker", "base", "right", origin_at(1, 0, 0))
     + "</robot>"
 )
 SDF = (
@@ -68,10 +68,10 @@ def natures(result: Any) -> dict[str, str]:
 def test_a_ball_makes_two_joints_of_a_four_bar_dependent(passes: dict[str, Any], free: str) -> None:
     """Those that are named, else those without motors, further out first."""
     result = convert_text(FOUR_BAR, base="fixed", passes={"loops": {"cuts": BALL}, **passes})
-    found = natures(result)
+    actual = natures(result)
     wanted = [name for name in ("crank", "elbow", "rocker") if name != free]
-    assert [name for name, nature in found.items() if nature == "dependent"] == wanted
-    assert found[free] == "independent"
+    assert [name for name, nature in actual.items() if nature == "dependent"] == wanted
+    assert actual[free] == "independent"
     mbs = read_mbs(result.data, "four_bar.mbs")
     (cut,) = mbs.cuts
     assert cut.kind == "ball"
@@ -93,17 +93,17 @@ def test_a_joint_in_gazebo_closes_the_loop() -> None:
     assert [cut.name for cut in result.mbs.cuts] == ["pin_1"]
     assert sum(nature == "dependent" for nature in natures(result).values()) == 2
     skew = FOUR_BAR.replace(
-        joint("rocker", "base", "right", at(1, 0, 0)),
+        joint("rocker", "base", "right", origin_at(1, 0, 0)),
         link("carrier")
-        + joint("swivel", "base", "carrier", at(1, 0, 0)).replace("0 1 0", "0 0 1")
-        + joint("tilt", "carrier", "right", at(0, 0, 0)).replace("0 1 0", "1 0 0"),
+        + joint("swivel", "base", "carrier", origin_at(1, 0, 0)).replace("0 1 0", "0 0 1")
+        + joint("tilt", "carrier", "right", origin_at(0, 0, 0)).replace("0 1 0", "1 0 0"),
     )
     result = convert_text(skew.replace("</robot>", SDF), base="fixed")
     assert [cut.name for cut in result.mbs.cuts] == ["pin_1", "pin_2"]
 
 
 @pytest.mark.parametrize(
-    ("angle", "said"),
+    ("angle", "expected"),
     [
         (pi / 2, ["1.41 m and 1.57 rad"]),
         (pi, ["2 m and 3.14 rad"]),
@@ -112,17 +112,23 @@ def test_a_joint_in_gazebo_closes_the_loop() -> None:
         (0.0, []),
     ],
 )
-def test_a_solid_that_is_turned_is_told_with_its_angle(angle: float, said: list[str]) -> None:
+def test_a_solid_that_is_turned_is_told_with_its_angle(angle: float, expected: list[str]) -> None:
     """At the start the coupler is level, and the rocker is turned."""
     cuts = {"pin": {"kind": "solid", **BALL["pin"]}}
-    turned = FOUR_BAR.replace(at(1, 0, 0), f'<origin xyz="1 0 0" rpy="0 {angle!r} 0"/>')
+    turned = FOUR_BAR.replace(origin_at(1, 0, 0), f'<origin xyz="1 0 0" rpy="0 {angle!r} 0"/>')
     result = convert_text(turned, base="fixed", passes={"loops": {"cuts": cuts}})
-    told = [found.message for found in result.diagnostics if found.code == "loop-open"]
-    assert [text.partition(", by ")[2].partition(":")[0] for text in told] == said
+    told = [
+        diagnostic.message for diagnostic in result.diagnostics if diagnostic.code == "loop-open"
+    ]
+    assert [text.partition(", by ")[2].partition(":")[0] for text in told] == expected
     if angle == pi / 2:  # where the points meet, the angle alone is told
         cuts["pin"]["ends"] = [{"link": "coupler"}, {"link": "right", "at": [-1, 0, -1]}]
         result = convert_text(turned, base="fixed", passes={"loops": {"cuts": cuts}})
-        (text,) = [found.message for found in result.diagnostics if found.code == "loop-open"]
+        (text,) = [
+            diagnostic.message
+            for diagnostic in result.diagnostics
+            if diagnostic.code == "loop-open"
+        ]
         assert text.partition(" m and ")[2].startswith("1.57 rad")
         assert float(text.partition(", by ")[2].partition(" m")[0]) < 1e-9
 
@@ -135,8 +141,8 @@ def test_a_follower_in_a_loop_counts_as_its_leader(tmp_path: Path) -> None:
     loops = {"loops": {"cuts": BALL}}
     result = convert_text(text, output={"project": tmp_path / "r"}, base="fixed", passes=loops)
     # so the coupler stays level: at the start, one of the ball's two equations follows
-    found = natures(result)
-    assert [found[name] for name in ("crank", "elbow", "rocker")] == [
+    actual = natures(result)
+    assert [actual[name] for name in ("crank", "elbow", "rocker")] == [
         "independent",
         "dependent",
         "dependent",
@@ -146,7 +152,7 @@ def test_a_follower_in_a_loop_counts_as_its_leader(tmp_path: Path) -> None:
 @pytest.mark.parametrize("follows", [True, False])
 def test_a_planar_loop_before_followers_is_warned_of(tmp_path: Path, follows: bool) -> None:
     """MBsysC of 2017 finds no partition where a row of zeros stands before others."""
-    limb = link("hand") + joint("wrist", "left", "hand", at(0, 0, 1))
+    limb = link("hand") + joint("wrist", "left", "hand", origin_at(0, 0, 1))
     limb = limb.replace("</joint>", "<mimic joint='crank'/></joint>")
     result = convert_text(
         FOUR_BAR.replace("</robot>", limb * follows + "</robot>"),
@@ -169,7 +175,9 @@ def test_a_rod_keeps_the_distance_of_the_start() -> None:
     assert sum(nature == "dependent" for nature in natures(result).values()) == 1
     rod["rod"]["length"] = 0.75  # type: ignore[assignment]
     result = convert_text(FOUR_BAR, base="fixed", passes={"loops": {"cuts": rod}})
-    (told,) = [found.message for found in result.diagnostics if found.code == "loop-open"]
+    (told,) = [
+        diagnostic.message for diagnostic in result.diagnostics if diagnostic.code == "loop-open"
+    ]
     assert "by 0.25 m" in told
 
 
@@ -202,30 +210,30 @@ def test_the_rows_of_a_cut_are_its_derivatives(kind: str, tmp_path: Path) -> Non
         for coupling in conversion.state(Simulation).couplings:
             coupling.update_follower()
         placement = compute_placement(mbs)
-        one, two = (np.array(compute_point_position(placement, mbs, *end)) for end in ends)
+        first, two = (np.array(compute_point_position(placement, mbs, *end)) for end in ends)
         turned = [np.array(placement.bodies[body].rot).reshape(3, 3) for body, _ in ends]
-        return two - one, *turned
+        return two - first, *turned
 
     gap, *turned = state()
     placement = compute_placement(mbs)
-    found = _compute_jacobian(conversion, MassModel(mbs))
-    assert len(found) == {"rod": 1, "ball": 3, "solid": 6}[kind]
-    wanted = np.zeros_like(found)
+    jacobian = _compute_jacobian(conversion, MassModel(mbs))
+    assert len(jacobian) == {"rod": 1, "ball": 3, "solid": 6}[kind]
+    wanted = np.zeros_like(jacobian)
     for k, (placed, *_) in enumerate(placement.joints):
         if placed.nature == "driven" or placed.name in ("je", "jf", "jh"):
             continue
         q, sides = placed.q or 0.0, []
         for placed.q in (q + 1e-6, q - 1e-6, q):
             sides.append(state())
-        way, *turning = ((a - b) / 2e-6 for a, b in zip(*sides[:2], strict=True))
-        one, two = (speed @ rot.T for speed, rot in zip(turning, turned, strict=True))
-        spin = two - one
+        direction, *turning = ((a - b) / 2e-6 for a, b in zip(*sides[:2], strict=True))
+        first, two = (speed @ rot.T for speed, rot in zip(turning, turned, strict=True))
+        spin = two - first
         if kind == "rod":
-            wanted[0, k] = gap @ way / np.linalg.norm(gap)
+            wanted[0, k] = gap @ direction / np.linalg.norm(gap)
         else:
-            wanted[:, k] = [*way, spin[2, 1], spin[0, 2], spin[1, 0]][: len(wanted)]
-    assert found == pytest.approx(wanted, abs=1e-6)
-    assert np.abs(found).sum(axis=1).min() > 0.1
+            wanted[:, k] = [*direction, spin[2, 1], spin[0, 2], spin[1, 0]][: len(wanted)]
+    assert jacobian == pytest.approx(wanted, abs=1e-6)
+    assert np.abs(jacobian).sum(axis=1).min() > 0.1
 
 
 def test_cassies_rods_close(shared: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -238,7 +246,7 @@ def test_cassies_rods_close(shared: Path, tmp_path: Path, monkeypatch: pytest.Mo
         {"urdf/cassie_v4.urdf": folder / "urdf" / "cassie_v4.urdf"},
     )
     conversion = Pipeline(*load(config)).run()
-    codes = {found.code for found in conversion.diagnostics}
+    codes = {diagnostic.code for diagnostic in conversion.diagnostics}
     assert not codes & {"loop-open", "posture-limit"}
     assert conversion.checked.rejected is None
     dependent = [j.name for b in conversion.mbs.bodies for j in b.joints if j.nature == "dependent"]
@@ -262,8 +270,8 @@ def test_columns_are_as_many_as_the_rank_and_independent() -> None:
     """Of sparse rows, some of them sums of others; the first in order are taken."""
     random = np.random.default_rng(6)
     for _ in range(50):
-        own = random.normal(size=(4, 6)) * (random.random((4, 6)) < 0.5)
-        matrix = np.vstack([own, random.integers(-1, 2, size=(2, 4)) @ own])
+        block = random.normal(size=(4, 6)) * (random.random((4, 6)) < 0.5)
+        matrix = np.vstack([block, random.integers(-1, 2, size=(2, 4)) @ block])
         matrix = matrix[random.permutation(6)]
         order = list(random.permutation(6))
         chosen = choose_independent_columns(matrix, order)
@@ -302,14 +310,24 @@ def test_the_ends_of_the_cuts_of_a_joint_in_gazebo() -> None:
     conversion = convert_text(FOUR_BAR, base="fixed").conversion
     x, y, z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
     pose = Pose((0.25, 0.5, 1.0), from_rpy((0.0, pi / 2, 0.0)))  # its z is the link's x
-    at, at_x, at_y, at_z = ((0.25, 0.5, 1.0), (0.35, 0.5, 1.0), (0.25, 0.6, 1.0), (0.25, 0.5, 1.1))
+    at_centre, at_x, at_y, at_z = (
+        (0.25, 0.5, 1.0),
+        (0.35, 0.5, 1.0),
+        (0.25, 0.6, 1.0),
+        (0.25, 0.5, 1.1),
+    )
     for kind, axes, wanted, rest in (
-        ("ball", [], [("ball", at, at)], []),
-        ("fixed", [y], [("solid", at, at)], []),
-        ("revolute", [y], [("ball", at, at), ("ball", at_y, at_y)], ["pin_2"]),
-        ("continuous", [], [("ball", at, at), ("ball", at_x, at_x)], ["pin_2"]),
-        ("universal", [y, z], [("ball", at, at), ("rod", at_y, at_z)], ["pin_2"]),
-        ("universal", [(0.0, 3.0, 0.1), x], [("ball", at, at), ("rod", at_y, at_x)], ["pin_2"]),
+        ("ball", [], [("ball", at_centre, at_centre)], []),
+        ("fixed", [y], [("solid", at_centre, at_centre)], []),
+        ("revolute", [y], [("ball", at_centre, at_centre), ("ball", at_y, at_y)], ["pin_2"]),
+        ("continuous", [], [("ball", at_centre, at_centre), ("ball", at_x, at_x)], ["pin_2"]),
+        ("universal", [y, z], [("ball", at_centre, at_centre), ("rod", at_y, at_z)], ["pin_2"]),
+        (
+            "universal",
+            [(0.0, 3.0, 0.1), x],
+            [("ball", at_centre, at_centre), ("rod", at_y, at_x)],
+            ["pin_2"],
+        ),
         ("universal", [y], [], []),
         ("universal", [y, (0.0, -1.0, 0.1)], [], []),
         ("universal", [y, (0.0, 1.0, 1.0)], [], []),
@@ -322,12 +340,12 @@ def test_the_ends_of_the_cuts_of_a_joint_in_gazebo() -> None:
         assert bool(replacement.reason) != bool(wanted)
         assert list(cuts) == [["pin"], ["pin_1", "pin_2"]][len(wanted) - 1][: len(wanted)]
         assert sorted(optional) == rest
-        for cut, (form, there, here) in zip(cuts.values(), wanted, strict=True):
+        for cut, (form, in_parent, in_child) in zip(cuts.values(), wanted, strict=True):
             assert (cut.kind, cut.ends[0].link, cut.ends[1].link) == (form, "coupler", "right")
             # the coupler is 1 m above the base, the rocker 1 m beside it
-            seen = (there[0] + 1.0, there[1], there[2] - 1.0)
+            seen = (in_parent[0] + 1.0, in_parent[1], in_parent[2] - 1.0)
             assert cut.ends[0].at == pytest.approx(seen, abs=4e-3)
-            assert cut.ends[1].at == pytest.approx(here, abs=4e-3)
+            assert cut.ends[1].at == pytest.approx(in_child, abs=4e-3)
             assert cut.length == (
-                pytest.approx(dist(there, here), rel=0.03) if form == "rod" else None
+                pytest.approx(dist(in_parent, in_child), rel=0.03) if form == "rod" else None
             )

@@ -58,14 +58,14 @@ def test_followers_are_coupled_by_their_rules_and_start_by_them(
     assert [joint.nature for joint in followers] == natures
     assert [joint.q or 0.0 for joint in followers] == pytest.approx([1.9, -5.45], rel=1e-15)
     simulation = result.conversion.state(Simulation)
-    found = [
+    actual = [
         (c.follower.name, c.leader.name, c.multiplier, c.offset)
         for c in (*simulation.couplings, *simulation.driven)
     ]
     rules = [("two", "one", 2.0, 0.5), ("three", "one", -6.0, -1.25)]
-    assert found == ([("three", "two", -3.0, 0.25)] if "two" in joints else rules)
+    assert actual == ([("three", "two", -3.0, 0.25)] if "two" in joints else rules)
     held = [constraint.joints for constraint in result.mbs.user_constraints]
-    assert held == [(f, leader) for f, leader, *_ in found if "*" not in joints]
+    assert held == [(f, leader) for f, leader, *_ in actual if "*" not in joints]
 
 
 def test_a_plain_mbs_keeps_them_independent_and_warns() -> None:
@@ -79,7 +79,9 @@ def test_a_plain_mbs_keeps_them_independent_and_warns() -> None:
 def test_a_leader_that_does_not_move() -> None:
     text = CHAIN.replace('name="one" type="continuous"', 'name="one" type="fixed"')
     result = convert_text(text, passes={"mimic": {"joints": {"*": "dependent"}}})
-    assert [found.joint for found in result.diagnostics if found.code == "mimic-leader"] == [
+    assert [
+        diagnostic.joint for diagnostic in result.diagnostics if diagnostic.code == "mimic-leader"
+    ] == [
         "two",
         "three",
     ]
@@ -159,9 +161,9 @@ def test_a_leader_without_mass_feels_its_followers(tmp_path: Path, pipeline: str
     urdf, mbs = pin.buildModelFromXML(GRIPPER), to_pinocchio(result.mbs)
     for _ in range(10):
         free = dict(zip(("wrist", "arm", "drive"), random.uniform(-2, 2, 3), strict=True))
-        wanted, found = (reduced_mass_matrix(model, free) for model in (urdf, mbs))
+        wanted, actual = (reduced_mass_matrix(model, free) for model in (urdf, mbs))
         assert np.linalg.cond(wanted) < 1e4
-        assert np.linalg.norm(found - wanted) <= 1e-10 * np.linalg.norm(wanted)
+        assert np.linalg.norm(actual - wanted) <= 1e-10 * np.linalg.norm(wanted)
 
 
 def test_a_plain_mbs_has_no_leader_without_mass() -> None:
@@ -171,16 +173,16 @@ def test_a_plain_mbs_has_no_leader_without_mass() -> None:
     assert "mimic" in codes(result)
     assert "singular" not in codes(result)
     keep: dict[str, Any] = {"prune-massless": {"keep": ["knob"]}}
-    (found,) = convert_text(GRIPPER, passes=keep).report.passes["singular"]
-    assert (found["joint"], found["why"]) == ("drive", "moves-nothing")
+    (singular,) = convert_text(GRIPPER, passes=keep).report.passes["singular"]
+    assert (singular["joint"], singular["why"]) == ("drive", "moves-nothing")
     # whoever writes the user functions may say so
     coupled = {**keep, "mimic": {"joints": {"*": "dependent"}}}
     assert convert_text(GRIPPER, passes=coupled).report.passes["singular"] == []
     del coupled["prune-massless"]
     hints = {
-        found.joint: found.hint
-        for found in convert_text(GRIPPER, passes=coupled).diagnostics
-        if found.code == "mimic-leader"
+        singular.joint: singular.hint
+        for singular in convert_text(GRIPPER, passes=coupled).diagnostics
+        if singular.code == "mimic-leader"
     }
     assert list(hints) == ["turns", "shifts"]
     assert "prune-massless: {keep: [knob]}" in str(hints["turns"])

@@ -132,8 +132,8 @@ def test_ros2_control_says_where_joints_start() -> None:
 
 def test_a_follower_that_an_mbs_cannot_bind_starts_by_its_rule() -> None:
     text = LIMITED.replace('"two"', '"hang"')
-    found = starts(convert_text(text, passes={"posture": {"joints": {"one": 0.25}}}))
-    assert found == {**found, "one": 0.25, "hang": -0.3}
+    positions = starts(convert_text(text, passes={"posture": {"joints": {"one": 0.25}}}))
+    assert positions == {**positions, "one": 0.25, "hang": -0.3}
 
 
 @pytest.mark.parametrize(
@@ -172,8 +172,8 @@ def test_the_middle_is_short_and_within_the_limits(low: float, high: float, midd
     """In few digits where few will do."""
     text = TINY.replace('lower="-1" upper="1"', f'lower="{low}" upper="{high}"')
     assert f'"{high}"' in text
-    (said,) = [d for d in convert_text(text).diagnostics if d.code == "posture-limit"]
-    assert f": {middle!r}}}" in (said.hint or "")
+    (warning,) = [d for d in convert_text(text).diagnostics if d.code == "posture-limit"]
+    assert f": {middle!r}}}" in (warning.hint or "")
 
 
 @pytest.mark.parametrize(("beyond", "told"), [(1e-10, False), (1e-6, True)])
@@ -199,10 +199,10 @@ def test_what_rounding_adds_is_not_beyond_a_limit(
 )
 def test_a_start_in_degrees_is_told_to_be_in_rad(start: float, kind: str, told: bool) -> None:
     text = LIMITED.replace('name="one" type="revolute"', f'name="one" type="{kind}"')
-    said = messages(convert_text(text, passes={"posture": {"joints": {"one": start}}}))
-    assert ("; positions are in rad)" in said["posture-limit"]) is told
+    texts = messages(convert_text(text, passes={"posture": {"joints": {"one": start}}}))
+    assert ("; positions are in rad)" in texts["posture-limit"]) is told
     unit = "m" if kind == "prismatic" else "rad"
-    assert f"one at {start} (not in [0.5, 1.5] {unit}" in said["posture-limit"]
+    assert f"one at {start} (not in [0.5, 1.5] {unit}" in texts["posture-limit"]
 
 
 def test_a_follower_starts_by_its_rule_without_this_pass_too(tmp_path: Path) -> None:
@@ -217,9 +217,11 @@ def test_the_middles_of_many_joints_are_no_hint(count: int, listed: bool) -> Non
         + joint(f"j{n}", "l", f"l{n}", '<limit lower="1" upper="2" effort="0" velocity="1"/>')
         for n in range(count)
     )
-    (said,) = [d for d in convert_text(f"{text}</robot>").diagnostics if d.code == "posture-limit"]
-    assert ('"j0": 1.5' in (said.hint or "")) is listed
-    assert ("'urdf2mbs init' writes a config" in (said.hint or "")) is not listed
+    (warning,) = [
+        d for d in convert_text(f"{text}</robot>").diagnostics if d.code == "posture-limit"
+    ]
+    assert ('"j0": 1.5' in (warning.hint or "")) is listed
+    assert ("'urdf2mbs init' writes a config" in (warning.hint or "")) is not listed
 
 
 @pytest.mark.parametrize(

@@ -107,12 +107,12 @@ def test_a_second_conversion_writes_what_depends_on_the_robot_alone(tmp_path: Pa
     project = make(tmp_path, CHAIN, language="both")
     kept = project / "userfctR" / "user_JointForces.py"
     kept.write_text("mine = 1\n")
-    other = project / "workR" / "main.py"
-    other.unlink()
+    main_script = project / "workR" / "main.py"
+    main_script.unlink()
     before = {path: path.read_bytes() for path in project.rglob("*") if path.is_file()}
     (project / "dataR" / "robot.mbs").unlink()
     make(tmp_path, CHAIN.replace('multiplier="2"', 'multiplier="4"'), language="both")
-    assert other.is_file(), "what is not there is written"
+    assert main_script.is_file(), "what is not there is written"
     changed = {path.name for path, data in before.items() if path.read_bytes() != data}
     assert changed == {"robot_robot.py", "robot_robot.c", ".urdf2mbs"}
 
@@ -239,9 +239,9 @@ def test_main_runs_without_robotran(tmp_path: Path) -> None:
     q = np.loadtxt(project / "resultsR" / "dirdyn_q.res")
     data = MbsData(project / "dataR" / "robot.mbs")
     assert q[-1, 0] == 1.0
-    one, two = (q[:, data.joint_id[name]] for name in ("one", "two"))
-    assert np.ptp(one) > 0.1
-    assert np.ptp(two - robot_rule(project) * one) < 1e-8
+    first, two = (q[:, data.joint_id[name]] for name in ("one", "two"))
+    assert np.ptp(first) > 0.1
+    assert np.ptp(two - robot_rule(project) * first) < 1e-8
     file.write_text(file.read_text() + "    mbs_data.Qq[mbs_data.joint_id['one']] = float('nan')\n")
     done = subprocess.run(command, env=env, capture_output=True, text=True, check=False)
     assert done.returncode == 1
@@ -287,9 +287,9 @@ def test_a_project_that_was_renamed(tmp_path: Path) -> None:
     touched.write_text(touched.read_text() + "/* mine */\n")
     output = {"project": tmp_path / "new", "language": "both"}
     (told,) = [
-        found
-        for found in convert(tmp_path / "source.urdf", output=output).diagnostics
-        if found.code == "project-renamed"
+        diagnostic
+        for diagnostic in convert(tmp_path / "source.urdf", output=output).diagnostics
+        if diagnostic.code == "project-renamed"
     ]
     assert "the project is called 'new', and your files use 'old_robot'" in told.message
     assert told.message.endswith(": user_ExtForces.c"), "those nobody touched are renewed"
@@ -309,14 +309,14 @@ def test_your_files_that_name_what_is_gone_are_told(tmp_path: Path) -> None:
         'x("hand_sensor", "body_contact_force")\nf = "bristle"\n'
     )
     text = TINY.replace('"shoulder"', '"hip"').replace('"wrist_roll"', '"roll"')
-    said = {}
+    messages = {}
     for new in (TINY, text):
         (tmp_path / "r.urdf").write_text(new)
         result = convert(tmp_path / "r.urdf", output={"project": project})
-        said[new] = [d.message for d in result.diagnostics if d.code == "project-names-lost"]
+        messages[new] = [d.message for d in result.diagnostics if d.code == "project-names-lost"]
     gone = "run.c:1 'hand_sensor', run.c:1 'body_contact_force', run.c:2 'bristle'"
-    assert said[TINY] == [f"your files use names that the model has no more: {gone}"]
-    assert said[text] == [
+    assert messages[TINY] == [f"your files use names that the model has no more: {gone}"]
+    assert messages[text] == [
         "your files use names that the model has no more: mine.py:2 'shoulder', "
         "mine.py:4 'wrist_roll', " + gone
     ]

@@ -59,7 +59,9 @@ def test_sensors_of_the_urdf_have_places_and_links() -> None:
     assert points["sdf"].coordinates == (1.0, 2.0, 3.0)
     assert points["bare"].coordinates == (0.0, 0.0, 0.0)
     assert points["urdf"].coordinates == (0.0, 0.0, 4.0)
-    bad, lost = [one for one in result.diagnostics if one.code == "sensor-left-out"]
+    bad, lost = [
+        diagnostic for diagnostic in result.diagnostics if diagnostic.code == "sensor-left-out"
+    ]
     assert "the text of <pose> is '1 2 x 0 0 0': 'x' is not a number: sensor 'bad'" in bad.message
     assert "left out: it is on link 'nowhere', which does not exist: sensor 'lost'" in lost.message
 
@@ -79,6 +81,8 @@ def test_a_sensor_that_is_there_twice_is_one(apart: float, count: int) -> None:
 def test_a_sensor_on_what_does_not_move_is_left_out() -> None:
     sensors = {"sensors": {"links": ["body", "hand"]}}
     result = convert_text(TINY, base="fixed", pipeline="compact", passes=sensors)
-    (said,) = [found for found in result.diagnostics if found.code == "sensor-left-out"]
-    assert said.message.endswith("no part of a moving body: body (link 'body')")
+    (warning,) = [
+        diagnostic for diagnostic in result.diagnostics if diagnostic.code == "sensor-left-out"
+    ]
+    assert warning.message.endswith("no part of a moving body: body (link 'body')")
     assert [sensor["link"] for sensor in result.report.passes["sensors"]] == ["hand"]

@@ -73,23 +73,23 @@ def step_of(project: Path) -> float:
 
 
 def messages(result: Result) -> dict[str, str]:
-    return {one.code: one.message for one in result.diagnostics}
+    return {diagnostic.code: diagnostic.message for diagnostic in result.diagnostics}
 
 
 # --- the bound ---
 
 
 def test_the_bound_of_runge_and_kutta() -> None:
-    found = compute_longest_steps(np.array([-1.0, 1j, -10.0, 0.0, -100 + 100j]))
-    assert found[0] == pytest.approx(2.785293563, rel=1e-8)
-    assert found[1] == pytest.approx(sqrt(8.0), rel=1e-6)
-    assert found[2] == pytest.approx(0.2785293563, rel=1e-8)
-    assert found[3] == np.inf
+    steps = compute_longest_steps(np.array([-1.0, 1j, -10.0, 0.0, -100 + 100j]))
+    assert steps[0] == pytest.approx(2.785293563, rel=1e-8)
+    assert steps[1] == pytest.approx(sqrt(8.0), rel=1e-6)
+    assert steps[2] == pytest.approx(0.2785293563, rel=1e-8)
+    assert steps[3] == np.inf
     # a step beyond the bound grows, and none below it does
     for angle in np.linspace(pi / 2, pi, 40):
-        way = np.exp(1j * angle)
-        (bound,) = compute_longest_steps(np.array([way]))
-        z = way * bound * np.linspace(0.01, 1.3, 400)
+        direction = np.exp(1j * angle)
+        (bound,) = compute_longest_steps(np.array([direction]))
+        z = direction * bound * np.linspace(0.01, 1.3, 400)
         grows = np.abs(1 + z + z**2 / 2 + z**3 / 6 + z**4 / 24) > 1 + 1e-9
         assert np.array_equal(grows, np.abs(z) > bound * (1 + 1e-6))
 
@@ -107,8 +107,10 @@ def test_the_step_is_that_of_the_derivatives_of_the_accelerations(tmp_path: Path
         code, tiny = CCode(data), 1e-7
         y = code.get_state()
         still = code.accelerate(0.0, y)
-        ways = np.eye(len(y))
-        system = np.array([(code.accelerate(0.0, y + tiny * w) - still) / tiny for w in ways]).T
+        directions = np.eye(len(y))
+        system = np.array(
+            [(code.accelerate(0.0, y + tiny * w) - still) / tiny for w in directions]
+        ).T
     rates = np.linalg.eigvals(system)
     assert step_of(project) == pytest.approx(0.4 * compute_longest_steps(rates).min(), rel=0.02)
     assert step_of(project) < 2e-4
@@ -131,8 +133,10 @@ def test_a_stop_counts_as_hit(tmp_path: Path) -> None:
         rates = np.roots([1.0, 2 * pi * frequency, stiffness])
         wanted = min(0.4 * compute_longest_steps(rates).min(), 1e-4)
         assert (wanted < 9.9e-5) == bool(passes)
-        found = convert_project(text, tmp_path, **options).conversion.state(Simulation).time_step
-        assert found == pytest.approx(wanted, rel=0.05)
+        time_step = (
+            convert_project(text, tmp_path, **options).conversion.state(Simulation).time_step
+        )
+        assert time_step == pytest.approx(wanted, rel=0.05)
     still = convert_project(text, tmp_path, **{"joint-parameters": {"stops": False}})
     assert still.conversion.state(Simulation).time_step == 5e-4
 
@@ -168,15 +172,15 @@ def test_no_number_is_softened_for_a_longer_step(
     given = "" if damping is None else f'<dynamics damping="{damping}"/>'
     text = WRIST.replace('<dynamics damping="0.02"/>', given)
     result = convert_project(text, tmp_path, **({"posture": {"hold": hold}} if hold else {}))
-    said = messages(result)
-    assert cause in said["time-step-short"]
-    assert "TIME_STEP is only" in said["time-step-short"]
-    found = models(result.mbs)
+    texts = messages(result)
+    assert cause in texts["time-step-short"]
+    assert "TIME_STEP is only" in texts["time-step-short"]
+    numbers = models(result.mbs)
     if hold:
-        assert set(found["hold_damping"].values()) == {4.0}
-        assert set(found["hold_stiffness"].values()) == {300.0}
+        assert set(numbers["hold_damping"].values()) == {4.0}
+        assert set(numbers["hold_stiffness"].values()) == {300.0}
     else:
-        assert set(found["damping"].values()) == {3.0}
+        assert set(numbers["damping"].values()) == {3.0}
 
 
 def test_a_short_step_says_what_it_costs(tmp_path: Path) -> None:
@@ -265,8 +269,8 @@ def test_a_closed_loop_stays_closed(kind: str) -> None:
     mbs, evaluator = read_mbs(data, ""), Evaluator(data)
     cut = Connection(kind, "tie", ("c", None), ("d", None), 0.3)
     mbs.cuts.append(cut)
-    for name, one in mbs.joints().items():
-        one.nature = "dependent" if name.startswith("a_to_c") else one.nature
+    for name, mbs_joint in mbs.joints().items():
+        mbs_joint.nature = "dependent" if name.startswith("a_to_c") else mbs_joint.nature
     reduction = compute_reduction(MassModel(mbs), Simulation())
     still = State(evaluator.system, evaluator.vector({}))
     rows = opening(kind, 0.3, *(still.place(evaluator.bodies[name].node) for name in "cd"))[1]
