@@ -20,10 +20,14 @@ from urdf2mbs.urdf.reader import parse_urdf
 
 def test_a_frame_ends_where_the_next_fixed_joint_begins() -> None:
     text = robot(
-        link("world"), link("a", SOLID), link("b"), link("c", SOLID),
-        joint("world", "a", name="i"), joint("a", "b", name="j"),
+        link("world"),
+        link("a", SOLID),
+        link("b"),
+        link("c", SOLID),
+        joint("world", "a", name="i"),
+        joint("a", "b", name="j"),
         joint("b", "c", "fixed", name="k"),
-    )  # fmt: skip
+    )
     result = convert_text(text)
     assert [one.name for one in result.mbs.bodies[1].joints][-2:] == ["j", "k"]
     frames = match_by_name(result.robot, result.mbs).frames
@@ -63,8 +67,10 @@ def test_joints_are_found_by_the_names_of_a_conversion(pipeline: str) -> None:
     kinds = [("planar", axis) for axis in PLANES]
     kinds += [("prismatic", "0 1 0"), ("continuous", "1 0 0"), ("floating", "1 0 0")]
     names = ["world", *(f"{kind}{k}" for k, (kind, _) in enumerate(kinds))]
-    joints = [joint(a, b, kind, axis=axis, name=f"of {b}")
-              for a, b, (kind, axis) in zip(names, names[1:], kinds, strict=False)]  # fmt: skip
+    joints = [
+        joint(a, b, kind, axis=axis, name=f"of {b}")
+        for a, b, (kind, axis) in zip(names, names[1:], kinds, strict=False)
+    ]
     result = convert_text(
         robot(link("world"), *(link(name, SOLID) for name in names[1:]), *joints),
         pipeline=pipeline,
@@ -96,8 +102,12 @@ def test_a_joint_of_the_right_kind_goes_before_one_of_the_right_name(kind: str) 
 @pytest.mark.parametrize("kind", ["T1", "T2", "T3", "R1", "R2", "R3"])
 def test_a_step_is_along_or_about_an_axis_of_the_frame_before(kind: str) -> None:
     mbs = Mbs("r")
-    first = [Joint("a", "R1", "driven", 0.3), Joint("b", "R2", "driven", 0.5),
-             Joint("c", "R3", "driven", 0.7), Joint("d", "T1", "driven", 0.9)]  # fmt: skip
+    first = [
+        Joint("a", "R1", "driven", 0.3),
+        Joint("b", "R2", "driven", 0.5),
+        Joint("c", "R3", "driven", 0.7),
+        Joint("d", "T1", "driven", 0.9),
+    ]
     last = Joint("last", kind, "driven", 0.4)
     mbs.bodies = [Body("before", None, None, first), Body("after", None, None, [*first, last])]
     frames = build_mbs_side(mbs, ()).frames
@@ -143,12 +153,27 @@ def test_a_framed_joint_may_be_called_as_another_body() -> None:
     inertia = (1.0, 0.0, 0.0, 1.0, 0.0, 1.0)
     mbs = Mbs("r")
     mbs.bodies = [
-        Body("a", None, None, [Joint("hold", "R3", "driven")], 2.0, (0.0, 0.0, 0.0), inertia,
-             [Point("at", (1.0, 0.0, 0.0))]),
-        Body("b", "a", "at", [Joint("a", "R3"), Joint("off", "T1", "driven", 0.5)], 2.0,
-             (-0.5, 0.0, 0.0), inertia),
+        Body(
+            "a",
+            None,
+            None,
+            [Joint("hold", "R3", "driven")],
+            2.0,
+            (0.0, 0.0, 0.0),
+            inertia,
+            [Point("at", (1.0, 0.0, 0.0))],
+        ),
+        Body(
+            "b",
+            "a",
+            "at",
+            [Joint("a", "R3"), Joint("off", "T1", "driven", 0.5)],
+            2.0,
+            (-0.5, 0.0, 0.0),
+            inertia,
+        ),
         Body("c", "a", "at", [Joint("turn", "R3")], 2.0, (0.0, 0.0, 0.0), inertia),
-    ]  # fmt: skip
+    ]
     known = match_by_name(robot, mbs)
     known.frames["b"].joint = "a"
     known.frames["b"].body = "b"

@@ -1,7 +1,6 @@
 """The proof cannot be fooled: by what is no number, by a pass, by stale knowledge, by words."""
 
 import json
-from collections.abc import Callable
 from math import inf, nan
 from pathlib import Path
 from typing import Any
@@ -10,12 +9,11 @@ import pytest
 
 from making import write_plugin
 from presets import PRESETS
-from proof.test_words import MIMIC
+from proof.planted import MIMIC, NUMBERS
 from urdf2mbs import convert
 from urdf2mbs.api import verify
 from urdf2mbs.cli import main
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
 from urdf2mbs.proof.compare import compare
@@ -26,24 +24,14 @@ from urdf2mbs.testing import TINY, assert_same_robot, convert_text, run_pass
 # --- not a number -------------------------------------------------------------------------------
 
 
-PLANTS: dict[str, Callable[[Mbs, float], None]] = {
-    "gravity": lambda mbs, v: setattr(mbs.base, "gravity", (0.0, v, -9.81)),
-    "mass": lambda mbs, v: setattr(mbs.bodies[1], "mass", v),
-    "centre": lambda mbs, v: setattr(mbs.bodies[1], "com", (0.0, v, 0.15)),
-    "inertia": lambda mbs, v: setattr(mbs.bodies[1], "inertia", (1.0, 0.0, v, 1.0, 0.0, 1.0)),
-    "anchor": lambda mbs, v: setattr(mbs.bodies[0].points[0], "coordinates", (0.1, v, 0.15)),
-    "angle": lambda mbs, v: setattr(mbs.bodies[1].joints[0], "q", v),
-}
-
-
 @pytest.mark.parametrize("value", [inf, -inf, nan])
-@pytest.mark.parametrize("where", PLANTS)
+@pytest.mark.parametrize("where", NUMBERS)
 def test_what_is_no_number_is_a_difference(where: str, value: float) -> None:
     result = convert_text()
     mbs = read_mbs(result.data, "tiny.mbs")
     if where == "angle" and value == value:
         pytest.skip("an infinite angle has no sine: Python itself refuses it")
-    PLANTS[where](mbs, value)
+    NUMBERS[where](mbs, value)
     found = compare(
         result.robot,
         mbs,

@@ -1,111 +1,95 @@
-"""What `verify` says in words of an .mbs in which something was planted: the same; the same, but
-for; not compared; NOT the same."""
+"""The verdict of `verify` on an .mbs with a planted fault.
+
+It is: the same; the same, but for ...; not compared: ...; or NOT the same.
+"""
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from proof.test_compare import own_joint
+from proof.planted import (
+    MIMIC,
+    NATURE_FAULTS,
+    WORLD,
+    Plant,
+    add_cut,
+    add_force,
+    constrain_follower,
+    do_nothing,
+    find_joint,
+)
 from urdf2mbs import convert
 from urdf2mbs.api import verify
 from urdf2mbs.cli import main
-from urdf2mbs.mbs.model import Connection, Mbs, UserConstraint, UserModel, UserVariable
+from urdf2mbs.mbs.model import Connection, UserConstraint, UserModel, UserVariable
 from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.mbs.writer import write
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.testing import TINY, convert_text
 
-MIMIC = TINY.replace(
-    '<axis xyz="0 1 1"/>', '<axis xyz="0 1 1"/><mimic joint="wrist_roll" multiplier="2"/>'
-)
-WORLD = TINY.replace(
-    '<link name="body">',
-    '<link name="world"/><joint name="stand" type="fixed"><parent link="world"/>'
-    '<child link="body"/></joint><link name="body">',
-)
-
-
-def _natures(nature: str, *names: str) -> Callable[[Mbs], None]:
-    def plant(mbs: Mbs) -> None:
-        for name in names:
-            own_joint(mbs, name).nature = nature
-
-    return plant
-
-
-def _cut(kind: str, nature: str = "independent", *names: str) -> Callable[[Mbs], None]:
-    def plant(mbs: Mbs) -> None:
-        _natures(nature, *names)(mbs)
-        length = 0.5 if kind == "rod" else None
-        mbs.cuts.append(Connection(kind, "tie", ("hand", "tool"), (None, None), length))
-
-    return plant
-
-
-def _held(mbs: Mbs) -> None:
-    own_joint(mbs, "wrist_pitch").nature = "dependent"
-    mbs.user_constraints.append(UserConstraint("follows", ("wrist_pitch", "wrist_roll")))
-
-
-def _force(mbs: Mbs) -> None:
-    from urdf2mbs.mbs.model import Sensor
-
-    mbs.bodies[0].points[0].extforce = Sensor("push", ("Pos",))
-
-
-ALL_THREE = ("shoulder", "wrist_roll", "wrist_pitch")
-#: What is planted: the URDF, the base of its .mbs, the fault; the kind of the difference.
-FOUND: dict[str, tuple[str, str, Callable[[Mbs], None], str]] = {
-    "a base that floats, of a robot fixed to the world": (
-        WORLD, "floating", lambda mbs: None, "base"),
-    "a follower that is driven": (MIMIC, "auto", _natures("driven", "wrist_pitch"), "nature"),
-    "a follower that nothing moves": (
-        MIMIC, "auto", _natures("dependent", "wrist_pitch"), "nature"),
-    "a cut that welds": (TINY, "fixed", _cut("solid", "dependent", *ALL_THREE), "cut"),
-    "a cut without a dependent joint": (TINY, "fixed", _cut("rod"), "cut"),
-    "a cut with too many dependent joints": (
-        TINY, "fixed", _cut("rod", "dependent", "shoulder", "wrist_roll"), "cut"),
-    "a dependent joint that no cut moves": (
-        TINY, "fixed", _natures("dependent", "wrist_pitch"), "nature"),
-}  # fmt: skip
-#: What is planted, and what the verdict says of it.
-SAID: dict[str, tuple[str, str, Callable[[Mbs], None], str]] = {
+#: The URDF, the base of its .mbs, a change, and words that are then in the verdict.
+VERDICTS: dict[str, tuple[str, str, Plant, str]] = {
     "a follower that is free": (
-        MIMIC, "auto", lambda mbs: None,
-        "but for joint 'wrist_pitch' (free here, coupled by <mimic> in the URDF)"),
+        MIMIC,
+        "auto",
+        do_nothing,
+        "but for joint 'wrist_pitch' (free here, coupled by <mimic> in the URDF)",
+    ),
     "a follower that the user functions hold": (
-        MIMIC, "auto", _held,
-        "not compared: <mimic> of joint 'wrist_pitch' (held by the user functions"),
+        MIMIC,
+        "auto",
+        constrain_follower,
+        "not compared: <mimic> of joint 'wrist_pitch' (held by the user functions",
+    ),
     "a cut that the URDF does not have": (
-        TINY, "fixed", _cut("rod", "dependent", "wrist_roll"),
-        "but for cut 'tie' (rod) (not in the URDF)"),
-    "a force": (TINY, "auto", _force, "force 'push' (left to the user functions)"),
+        TINY,
+        "fixed",
+        add_cut("rod", "dependent", "wrist_roll"),
+        "but for cut 'tie' (rod) (not in the URDF)",
+    ),
+    "a force": (TINY, "auto", add_force, "force 'push' (left to the user functions)"),
     "a link": (
-        TINY, "auto",
+        TINY,
+        "auto",
         lambda mbs: mbs.links.append(Connection("link", "spring", ("hand", None), (None, None))),
-        "link 'spring' (link) (left to the user functions)"),
+        "link 'spring' (link) (left to the user functions)",
+    ),
     "a user constraint": (
-        TINY, "auto", lambda mbs: mbs.user_constraints.append(UserConstraint("c", ())),
-        "user constraint 'c' (held by the user functions"),
+        TINY,
+        "auto",
+        lambda mbs: mbs.user_constraints.append(UserConstraint("c", ())),
+        "user constraint 'c' (held by the user functions",
+    ),
     "a user model": (
-        TINY, "auto", lambda mbs: mbs.user_models.append(UserModel("mine")), "user model 'mine'"),
+        TINY,
+        "auto",
+        lambda mbs: mbs.user_models.append(UserModel("mine")),
+        "user model 'mine'",
+    ),
     "a user variable": (
-        TINY, "auto", lambda mbs: mbs.user_variables.append(UserVariable("v", "in", "1")),
-        "user variable 'v'"),
+        TINY,
+        "auto",
+        lambda mbs: mbs.user_variables.append(UserVariable("v", "in", "1")),
+        "user variable 'v'",
+    ),
     "a position at start": (
-        TINY, "auto", lambda mbs: setattr(own_joint(mbs, "shoulder"), "q", 0.3),
-        "start of 1 joint (a URDF has none)"),
-    "no damping": (TINY, "auto", lambda mbs: mbs.user_models.clear(),
-                   "but for damping of 1 joint, "),
-}  # fmt: skip
+        TINY,
+        "auto",
+        lambda mbs: setattr(find_joint(mbs, "shoulder"), "q", 0.3),
+        "start of 1 joint (a URDF has none)",
+    ),
+    "no damping": (
+        TINY,
+        "auto",
+        lambda mbs: mbs.user_models.clear(),
+        "but for damping of 1 joint, ",
+    ),
+}
 
 
-def planted(
-    tmp_path: Path, text: str, base: str, plant: Callable[[Mbs], None]
-) -> tuple[Path, Path]:
+def planted(tmp_path: Path, text: str, base: str, plant: Plant) -> tuple[Path, Path]:
     """The URDF, and its .mbs with a fault."""
     source, model = tmp_path / "tiny.urdf", tmp_path / "tiny.mbs"
     source.write_text(text)
@@ -115,39 +99,39 @@ def planted(
     return source, model
 
 
-@pytest.mark.parametrize("fault", FOUND)
-def test_what_is_planted_is_a_difference(fault: str, tmp_path: Path, capsys: Any) -> None:
-    text, base, plant, kind = FOUND[fault]
+@pytest.mark.parametrize("fault", NATURE_FAULTS)
+def test_a_planted_fault_is_a_difference(fault: str, tmp_path: Path, capsys: Any) -> None:
+    text, base, plant, kind = NATURE_FAULTS[fault]
     source, model = planted(tmp_path, text, base, plant)
-    found = verify(source, model)
-    assert kind in {difference.kind for difference in found.differences}
-    assert found.verdict == "NOT the same robot"
+    verdict = verify(source, model)
+    assert kind in {difference.kind for difference in verdict.differences}
+    assert verdict.verdict == "NOT the same robot"
     assert main(["verify", str(source), str(model)]) == 3
     assert capsys.readouterr().out.endswith("NOT the same robot\n")
 
 
-@pytest.mark.parametrize("fault", SAID)
-def test_what_is_planted_is_in_the_verdict(fault: str, tmp_path: Path, capsys: Any) -> None:
-    text, base, plant, words = SAID[fault]
+@pytest.mark.parametrize("fault", VERDICTS)
+def test_a_known_deviation_is_in_the_verdict(fault: str, tmp_path: Path, capsys: Any) -> None:
+    text, base, plant, words = VERDICTS[fault]
     source, model = planted(tmp_path, text, base, plant)
-    found = verify(source, model)
-    assert found.same
-    assert words in found.verdict
+    verdict = verify(source, model)
+    assert verdict.same
+    assert words in verdict.verdict
     assert main(["verify", str(source), str(model)]) == 0
-    assert capsys.readouterr().out.splitlines()[-1] == found.verdict
+    assert capsys.readouterr().out.splitlines()[-1] == verdict.verdict
     assert main(["verify", str(source), str(model), "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["verdict"] == found.verdict
+    assert json.loads(capsys.readouterr().out)["verdict"] == verdict.verdict
 
 
-def test_what_nobody_changed_is_the_same(tmp_path: Path) -> None:
-    source, model = planted(tmp_path, TINY, "auto", lambda mbs: None)
-    found = verify(source, model)
-    assert found.verdict == "the same robot"
-    assert found.but_for == {}
+def test_an_unchanged_model_is_the_same(tmp_path: Path) -> None:
+    source, model = planted(tmp_path, TINY, "auto", do_nothing)
+    verdict = verify(source, model)
+    assert verdict.verdict == "the same robot"
+    assert verdict.but_for == {}
 
 
 def test_a_base_that_floats_on_purpose_is_no_difference(tmp_path: Path) -> None:
-    source, model = planted(tmp_path, WORLD, "floating", lambda mbs: None)
+    source, model = planted(tmp_path, WORLD, "floating", do_nothing)
     assert verify(source, model, base="floating").same
     assert not verify(source, model, base="fixed").same
     fixed = tmp_path / "fixed.mbs"
@@ -159,7 +143,7 @@ def test_a_base_that_floats_on_purpose_is_no_difference(tmp_path: Path) -> None:
 # --- not checked, and by whom -------------------------------------------------------------------
 
 
-def test_not_checked_is_said_everywhere(tmp_path: Path, capsys: Any) -> None:
+def test_every_output_tells_that_nothing_was_checked(tmp_path: Path, capsys: Any) -> None:
     (tmp_path / "tiny.urdf").write_text(TINY)
     config = tmp_path / "tiny.yaml"
     config.write_text("source: tiny.urdf\nwithout: [check]\n")

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from making import write_plugin
-from proof.test_words import MIMIC
+from proof.planted import MIMIC
 from urdf2mbs import convert
 from urdf2mbs.cli import main
 from urdf2mbs.testing import TINY, convert_text

@@ -74,35 +74,64 @@ ATTACKS: Any = {
     "two roots": ("urdf", "</robot>", "</robot><robot/>", 1),
     "another root": ("urdf", "<robot ", "<sdf><robot ", 1),
     "a declaration in CDATA": (
-        "urdf", "<robot ", '<robot name="x"><![CDATA[<?xml version="1.0"?>]]></robot><robot ', 1),
+        "urdf",
+        "<robot ",
+        '<robot name="x"><![CDATA[<?xml version="1.0"?>]]></robot><robot ',
+        1,
+    ),
     "a namespace": ("urdf", "<robot ", '<robot xmlns="http://x" ', 1),
     "a namespace within": ("urdf", AXIS, '<axis xmlns="http://x" xyz="1 0 0"/>', 1),
     # the URDF: doubled
     "two axes": ("urdf", AXIS, f'<axis xyz="1 0 0"/>{AXIS}', 1),
     "two axes, turned": ("urdf", AXIS, f'{AXIS}<axis xyz="1 0 0"/>', 1),
-    "two origins of a joint": ("urdf",
-        '<origin xyz="0 0.2 0"/>', '<origin/><origin xyz="0 0.2 0"/>', 1),
+    "two origins of a joint": (
+        "urdf",
+        '<origin xyz="0 0.2 0"/>',
+        '<origin/><origin xyz="0 0.2 0"/>',
+        1,
+    ),
     "two inertials": ("urdf", "</inertial>", f"</inertial>{BODY}", 1),
     "two origins of an inertial": ("urdf", '<mass value="2"/>', '<origin/><mass value="2"/>', 1),
     "two masses": ("urdf", '<mass value="2"/>', '<mass value="2"/><mass value="3"/>', 1),
     "two inertias": ("urdf", "<inertia ", '<inertia ixx="1"/><inertia ', 1),
-    "two limits": ("urdf",
-        '<limit lower="-1" upper="1.5"', '<limit/><limit lower="-1" upper="1.5"', 1),
-    "two parents": ("urdf",
-        '<parent link="upper"/>', '<parent link="foot"/><parent link="upper"/>', 1),
+    "two limits": (
+        "urdf",
+        '<limit lower="-1" upper="1.5"',
+        '<limit/><limit lower="-1" upper="1.5"',
+        1,
+    ),
+    "two parents": (
+        "urdf",
+        '<parent link="upper"/>',
+        '<parent link="foot"/><parent link="upper"/>',
+        1,
+    ),
     "two mimics": ("urdf", "<mimic ", '<mimic joint="roll"/><mimic ', 1),
-    "two links of a name": ("urdf",
-        '<link name="foot"/>', '<link name="foot"/><link name="foot"/>', 1),
+    "two links of a name": (
+        "urdf",
+        '<link name="foot"/>',
+        '<link name="foot"/><link name="foot"/>',
+        1,
+    ),
     "two joints of a name": ("urdf", '<joint name="roll"', '<joint name="hip"', 1),
     # the URDF: no tree
-    "a cycle": ("urdf", '<parent link="upper"/><child link="slide"/>',
-                '<parent link="finger"/><child link="slide"/>', 1),
+    "a cycle": (
+        "urdf",
+        '<parent link="upper"/><child link="slide"/>',
+        '<parent link="finger"/><child link="slide"/>',
+        1,
+    ),
     "a link below itself": ("urdf", '<parent link="finger"/>', '<parent link="tool"/>', 1),
-    "a cycle of fixed joints behind the root": ("urdf", "</robot>", """
+    "a cycle of fixed joints behind the root": (
+        "urdf",
+        "</robot>",
+        """
         <joint name="there" type="fixed"><parent link="tool"/><child link="tip"/></joint>
         <link name="tip"/>
         <joint name="back" type="fixed"><parent link="tip"/><child link="tool"/></joint>
-        </robot>""", 1),
+        </robot>""",
+        1,
+    ),
     "a link that hangs twice": ("urdf", '<child link="kite"/>', '<child link="sheet"/>', 1),
     "a second root": ("urdf", '<link name="foot"/>', '<link name="foot"/><link name="more"/>', 1),
     "a link that is not there": ("urdf", '<child link="tool"/>', '<child link="tol"/>', 1),
@@ -119,12 +148,18 @@ ATTACKS: Any = {
     "an element in an axis": ("urdf", AXIS, '<axis xyz="0 1 0"><xyz/></axis>', 1),
     "a misspelt element": ("urdf", AXIS, '<Axis xyz="0 1 0"/>', 1),
     "a misspelt attribute": ("urdf", "multiplier", "mutiplier", "mutiplier='2'"),
-    "a quaternion": ("urdf", '<origin xyz="0 0.2 0"/>',
-                     '<origin xyz="0 0.2 0" quat_xyzw="1 0 0 0"/>', "quat_xyzw"),
+    "a quaternion": (
+        "urdf",
+        '<origin xyz="0 0.2 0"/>',
+        '<origin xyz="0 0.2 0" quat_xyzw="1 0 0 0"/>',
+        "quat_xyzw",
+    ),
     "xacro": ("urdf", '<mass value="2"/>', '<mass value="${2}"/>', 1),
     # the URDF: numbers
-    **{f"a mass of {mass!r}": ("urdf", '<mass value="2"/>', f'<mass value="{mass}"/>', 1)
-       for mass in ("nan", "inf", "1e999", "0x2", "2_0", "\u0662", "2,0", "", "2 2", "-2")},
+    **{
+        f"a mass of {mass!r}": ("urdf", '<mass value="2"/>', f'<mass value="{mass}"/>', 1)
+        for mass in ("nan", "inf", "1e999", "0x2", "2_0", "\u0662", "2,0", "", "2 2", "-2")
+    },
     "four numbers in an axis": ("urdf", AXIS, '<axis xyz="0 1 0 0"/>', 1),
     "two numbers in an axis": ("urdf", AXIS, '<axis xyz="0 1"/>', 1),
     "six numbers in an origin": ("urdf", 'xyz="0 0.2 0"', 'xyz="0 0.2 0 0 0 0"', 1),
@@ -139,23 +174,35 @@ ATTACKS: Any = {
     "the axis of Gazebo": ("urdf", "<gazebo>", '<gazebo reference="hip">', 0),
     "a fixed joint": ("urdf", 'type="continuous"', 'type="fixed"', 1),
     "a joint that shifts": ("urdf", 'type="continuous"', 'type="prismatic"', 3),
-    "the plane": ("urdf", '<origin xyz="1 0 0"/><axis xyz="0 0 1"/>',
-                  '<origin xyz="1 0 0"/><axis xyz="0 1 0"/>', 1),
+    "the plane": (
+        "urdf",
+        '<origin xyz="1 0 0"/><axis xyz="0 0 1"/>',
+        '<origin xyz="1 0 0"/><axis xyz="0 1 0"/>',
+        1,
+    ),
     "the kite elsewhere": ("urdf", '<origin xyz="0 0 2"/>', '<origin xyz="0 0 2.5"/>', 3),
     "a shift beside the axis": ("urdf", 'xyz="0 0.1 0.4"', 'xyz="0 0.1 0.400001"', 3),
     "a shift along the axis": ("urdf", 'xyz="0 0.1 0.4"', 'xyz="0 0.100001 0.4"', 3),
     "a shift by far": ("urdf", 'xyz="0 0.1 0.4"', 'xyz="0.001 1e9 0.4"', 3),
     "another zero": ("urdf", 'rpy="0 0.25 0"', 'rpy="0 0.250001 0"', 3),
-    "another parent": ("urdf", '<parent link="upper"/><child link="slide"/>',
-                       '<parent link="foot"/><child link="slide"/>', 3),
+    "another parent": (
+        "urdf",
+        '<parent link="upper"/><child link="slide"/>',
+        '<parent link="foot"/><child link="slide"/>',
+        3,
+    ),
     "another mass": ("urdf", '<mass value="2"/>', '<mass value="2.000001"/>', 3),
     "no mass": ("urdf", '<mass value="2"/>', "", 3),
     "another product of inertia": ("urdf", 'ixy="0.001"', 'ixy="-0.001"', 3),
     "another centre": ("urdf", 'xyz="0.1 0 0.02"', 'xyz="0.1 0 0.020001"', 3),
     "a turned inertia": ("urdf", 'xyz="0.1 0 0.02"', 'xyz="0.1 0 0.02" rpy="1e-6 0 0"', 3),
     "another limit": ("urdf", 'upper="1.5"', 'upper="1.6"', 3),
-    "a limit more": ("urdf", '<limit effort="3"', '<limit lower="-1" effort="3"',
-                     "q_min of 'roll': None, and -1.0 in the URDF"),
+    "a limit more": (
+        "urdf",
+        '<limit effort="3"',
+        '<limit lower="-1" effort="3"',
+        "q_min of 'roll': None, and -1.0 in the URDF",
+    ),
     "another effort": ("urdf", 'effort="30"', 'effort="31"', 3),
     "another speed": ("urdf", 'velocity="4"', 'velocity="5"', 3),
     "another damping": ("urdf", 'damping="0.5"', 'damping="0.6"', 3),
@@ -189,17 +236,29 @@ ATTACKS: Any = {
     "another axis in the .mbs": ("mbs", "<type>R2</type>", "<type>R1</type>", 3),
     "a turn for a shift": ("mbs", "<type>T1</type>", "<type>R1</type>", 3),
     "driven": ("mbs", "<nature>independent</nature>", "<nature>driven</nature>", 3),
-    "dependent": ("mbs", "<nature>independent</nature>", "<nature>dependent</nature>",
-                  ": 'dependent', and 'independent' in the URDF"),
+    "dependent": (
+        "mbs",
+        "<nature>independent</nature>",
+        "<nature>dependent</nature>",
+        ": 'dependent', and 'independent' in the URDF",
+    ),
     "another limit in the .mbs": ("mbs", "<value>1.5</value>", "<value>1.6</value>", 3),
     "a limit of nan": ("mbs", "<value>1.5</value>", "<value>nan</value>", 1),
     "two values": ("mbs", "<value>1.5</value>", "<value>1.5</value><value>2</value>", 1),
-    "another user model": ("mbs", "<name>effort</name>", "<name>power</name>",
-                           "effort of 'hip': None, and 30.0 in the URDF"),
+    "another user model": (
+        "mbs",
+        "<name>effort</name>",
+        "<name>power</name>",
+        "effort of 'hip': None, and 30.0 in the URDF",
+    ),
     "limits at one end": ("mbs", "<name>q_max</name>", "<name>q_most</name>", 1),
     "two user models of a name": ("mbs", "<name>q_max</name>", "<name>q_min</name>", 1),
-    "a cut": ("mbs",
-        "</bodytree>", "</bodytree><cuts><rod><name>r</name></rod></cuts>", "rod of 'r'"),
+    "a cut": (
+        "mbs",
+        "</bodytree>",
+        "</bodytree><cuts><rod><name>r</name></rod></cuts>",
+        "rod of 'r'",
+    ),
     # the certificate
     "no map": ("map", None, "[]", 1),
     "no JSON": ("map", None, "{", 1),
@@ -214,7 +273,7 @@ ATTACKS: Any = {
     "no right angles": ("map", {"planes": {"lie": [[1, 0, 0], [1, 1, 0]]}}, None, 1),
     "axes of nan": ("map", {"planes": {"lie": [[1, 0, 0], [float("nan")] * 3]}}, None, 1),
     "axes out of the plane": ("map", {"planes": {"lie": [[1, 0, 0], [0, 0, 1]]}}, None, 1),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("name", ATTACKS)

@@ -11,15 +11,14 @@ from typing import Any
 
 import pytest
 
-from proof.test_compare import PLANTED
-from proof.test_not_fooled import PLANTS
-from proof.test_words import FOUND, MIMIC, TINY, WORLD
+from proof.planted import MIMIC, NATURE_FAULTS, NUMBERS, PLANTED, WORLD
 from proving import SOLID, joint, link, robot
 from robots import CONVERTIBLE, RealRobot
 from urdf2mbs import Result, convert, verify
 from urdf2mbs.mbs.model import Joint, Mbs
 from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.mbs.writer import write
+from urdf2mbs.testing import TINY
 from urdf2mbs_certificate import certificate as checker
 
 CHECKER = Path(checker.__file__)
@@ -102,8 +101,11 @@ def test_it_runs_alone(tmp_path: Path, capsys: Any) -> None:
     (tmp_path / "alone" / "certificate.py").write_bytes(CHECKER.read_bytes())
     done = subprocess.run(
         [sys.executable, "-I", "certificate.py", *(f"../{name}" for name in FILES)],
-        cwd=tmp_path / "alone", capture_output=True, text=True, check=False,
-    )  # fmt: skip
+        cwd=tmp_path / "alone",
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert (done.returncode, done.stdout) == (0, said.out.replace("\r", ""))
     for files in ((), ("missing.urdf", *FILES[1:])):
         done = subprocess.run(
@@ -116,11 +118,16 @@ def test_it_runs_alone(tmp_path: Path, capsys: Any) -> None:
 HANDLESS = re.sub(r'(?s)(<link name="hand">\s*)<inertial>.*?</inertial>', r"\1", TINY)
 #: The joint "stays" follows a joint that moves nothing, with the multiplier 0.
 STAYS = robot(
-    link("world"), link("a", SOLID), joint("world", "a"),
-    link("knob"), joint("a", "knob", name="drive"), link("b", SOLID),
+    link("world"),
+    link("a", SOLID),
+    joint("world", "a"),
+    link("knob"),
+    joint("a", "knob", name="drive"),
+    link("b", SOLID),
     joint("a", "b", name="stays", xyz="1 0 0").replace(
-        "<limit", '<mimic joint="drive" multiplier="0" offset="0.1"/><limit'),
-)  # fmt: skip
+        "<limit", '<mimic joint="drive" multiplier="0" offset="0.1"/><limit'
+    ),
+)
 #: Robots, how they are converted, and what the replay says beside "the same robot".
 SAME: Any = {
     "fixed": (TINY, {"base": "fixed"}, []),
@@ -128,34 +135,74 @@ SAME: Any = {
     "world": (WORLD, {}, []),
     "a world that is not declared": (WORLD.replace('<link name="world"/>', ""), {}, []),
     "mimic": (MIMIC, {}, ["nature of 'wrist_pitch': 'independent', and 'follower'"]),
-    "mimic in a project": (MIMIC, {"output": {"project": "p"}},
-                           ["nature of 'wrist_pitch': 'dependent', and 'follower'"]),
-    "mimic by force": (MIMIC, {"output": {"project": "p"}, "passes": {
-        "mimic": {"joints": {"*": "driven"}}}},
-        ["nature of 'wrist_pitch': 'driven', and 'follower'"]),
-    "a follower that stays": (STAYS, {"output": {"project": "p"}},
-                              ["nature of 'stays': 'driven', and 'follower'"]),
+    "mimic in a project": (
+        MIMIC,
+        {"output": {"project": "p"}},
+        ["nature of 'wrist_pitch': 'dependent', and 'follower'"],
+    ),
+    "mimic by force": (
+        MIMIC,
+        {"output": {"project": "p"}, "passes": {"mimic": {"joints": {"*": "driven"}}}},
+        ["nature of 'wrist_pitch': 'driven', and 'follower'"],
+    ),
+    "a follower that stays": (
+        STAYS,
+        {"output": {"project": "p"}},
+        ["nature of 'stays': 'driven', and 'follower'"],
+    ),
     "held": (HANDLESS, {"base": "fixed"}, ["joint 'wrist_pitch' is held at zero: '"]),
-    "estimate-inertia": (HANDLESS, {"output": {"project": "p"}, "passes": {
-        "estimate-inertia": {"density": 1000.0}}}, ["<link> 'hand' has '<inertial>"]),
-    "rotors": (TINY, {"output": {"project": "p"}, "passes": {
-        "rotors": {"armature": {"wrist_roll": 0.1}}}}, ['<link name="wrist_roll_rotor"']),
-    "snap": (TINY, {"output": {"project": "p"}, "passes": {"snap": {"angle": 1e-3}}},
-             ["<joint> 'tool_mount' has '<origin ", "on purpose, and '<origin "]),
-    "a rod": (TINY, {"base": "fixed", "passes": {**ALWAYS, "loops": {"cuts": {"rod": {
-        "kind": "rod", "length": 0.5,
-        "ends": [{"link": "body"}, {"link": "tool", "at": [0, 0, 1]}]}}}}},
-        ["rod of '", "'dependent', and 'independent'"]),
+    "estimate-inertia": (
+        HANDLESS,
+        {"output": {"project": "p"}, "passes": {"estimate-inertia": {"density": 1000.0}}},
+        ["<link> 'hand' has '<inertial>"],
+    ),
+    "rotors": (
+        TINY,
+        {"output": {"project": "p"}, "passes": {"rotors": {"armature": {"wrist_roll": 0.1}}}},
+        ['<link name="wrist_roll_rotor"'],
+    ),
+    "snap": (
+        TINY,
+        {"output": {"project": "p"}, "passes": {"snap": {"angle": 1e-3}}},
+        ["<joint> 'tool_mount' has '<origin ", "on purpose, and '<origin "],
+    ),
+    "a rod": (
+        TINY,
+        {
+            "base": "fixed",
+            "passes": {
+                **ALWAYS,
+                "loops": {
+                    "cuts": {
+                        "rod": {
+                            "kind": "rod",
+                            "length": 0.5,
+                            "ends": [{"link": "body"}, {"link": "tool", "at": [0, 0, 1]}],
+                        }
+                    }
+                },
+            },
+        },
+        ["rod of '", "'dependent', and 'independent'"],
+    ),
     "the moon": (TINY, {"gravity": [0, 0, -1.62]}, ["gravity of 'base': (0.0, 0.0, -1.62)"]),
     "no damping": (TINY, {"without": ["joint-parameters"]}, ["damping of 'shoulder': None, and"]),
-    "unknown attributes": (TINY.replace('<axis xyz="0 1 1"/>', '<axis xyz="0 1 1" rpy="0 0 1"/>'),
-                           {}, ["rpy='0 0 1'"]),
+    "unknown attributes": (
+        TINY.replace('<axis xyz="0 1 1"/>', '<axis xyz="0 1 1" rpy="0 0 1"/>'),
+        {},
+        ["rpy='0 0 1'"],
+    ),
     "blank lines first": (f"\n\n{TINY}", {}, []),
     "a mark of byte order": (f"\ufeff{TINY}", {}, []),
-    **{kind: (TINY.replace('name="wrist_pitch" type="revolute"',
-                           f'name="wrist_pitch" type="{kind}"'), {}, [])
-       for kind in ("planar", "floating", "prismatic", "continuous")},
-}  # fmt: skip
+    **{
+        kind: (
+            TINY.replace('name="wrist_pitch" type="revolute"', f'name="wrist_pitch" type="{kind}"'),
+            {},
+            [],
+        )
+        for kind in ("planar", "floating", "prismatic", "continuous")
+    },
+}
 
 
 @pytest.mark.parametrize("pipeline", ["faithful", "compact"])
@@ -187,8 +234,10 @@ def test_a_long_chain(tmp_path: Path, capsys: Any) -> None:
     found = replay(
         f'<robot name="long"><link name="l0"/>{urdf}</robot>'.encode(),
         f"<mbsDescR7>{base}<bodytree>{mbs}</bodytree></mbsDescR7>".encode(),
-        {**said, **nothing, "gravity": [0.0, 0.0, -9.81]}, tmp_path, capsys,
-    )  # fmt: skip
+        {**said, **nothing, "gravity": [0.0, 0.0, -9.81]},
+        tmp_path,
+        capsys,
+    )
     assert found.plain, found.error
 
 
@@ -216,9 +265,13 @@ def test_what_people_edited_is_named(tmp_path: Path, capsys: Any) -> None:
 
 @pytest.mark.parametrize(
     ("old", "new"),
-    [(b"<q>0.1</q>", b"<q>0.2</q>"), (b'multiplier="0"', b'multiplier="2"'),
-     (b'offset="0.1"', b'offset="0.2"'), (b"<q/>", b"<qd/>")],
-)  # fmt: skip
+    [
+        (b"<q>0.1</q>", b"<q>0.2</q>"),
+        (b'multiplier="0"', b'multiplier="2"'),
+        (b'offset="0.1"', b'offset="0.2"'),
+        (b"<q/>", b"<qd/>"),
+    ],
+)
 def test_a_follower_stays_at_its_offset(
     old: bytes, new: bytes, tmp_path: Path, capsys: Any
 ) -> None:
@@ -256,9 +309,9 @@ def test_a_planted_fault_is_found(fault: str, tiny: Any, tmp_path: Path, capsys:
     assert is_found(tiny, plant, tmp_path, capsys) or not kinds
 
 
-@pytest.mark.parametrize("fault", FOUND)
+@pytest.mark.parametrize("fault", NATURE_FAULTS)
 def test_a_fault_of_natures_and_cuts_is_found(fault: str, tmp_path: Path, capsys: Any) -> None:
-    text, base, plant, _ = FOUND[fault]
+    text, base, plant, _ = NATURE_FAULTS[fault]
     if text == WORLD:  # the certificate is of the robot that stands; the .mbs floats
         floats = made(text, tmp_path, base=base)[1]
         urdf, _, said = made(text, tmp_path)
@@ -267,10 +320,10 @@ def test_a_fault_of_natures_and_cuts_is_found(fault: str, tmp_path: Path, capsys
         assert is_found(made(text, tmp_path, base=base), plant, tmp_path, capsys)
 
 
-@pytest.mark.parametrize("where", PLANTS)
+@pytest.mark.parametrize("where", NUMBERS)
 def test_another_number_is_found(where: str, tmp_path: Path, capsys: Any) -> None:
     files = made(TINY, tmp_path)
-    assert is_found(files, lambda mbs: PLANTS[where](mbs, 1e-4), tmp_path, capsys)
+    assert is_found(files, lambda mbs: NUMBERS[where](mbs, 1e-4), tmp_path, capsys)
 
 
 def test_a_small_inertia_is_compared_with_its_own_size(

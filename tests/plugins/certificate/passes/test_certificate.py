@@ -71,9 +71,12 @@ def test_a_rejected_file_has_none_and_the_good_one_keeps_its_own(
         tmp_path, "heavy", "conversion.mbs.bodies[1].mass *= 2", reads=("inertias",)
     )
     convert(
-        tiny, output=tmp_path / "tiny.mbs", passes=ALWAYS,
-        plugins=[heavy], after={"reframe-inertia": "heavy"},
-    ).write()  # fmt: skip
+        tiny,
+        output=tmp_path / "tiny.mbs",
+        passes=ALWAYS,
+        plugins=[heavy],
+        after={"reframe-inertia": "heavy"},
+    ).write()
     assert (tmp_path / "tiny.rejected.mbs").exists()
     assert [*tmp_path.glob("*.proof.json")] == [tmp_path / "tiny.proof.json"]
     assert (tmp_path / "tiny.proof.json").read_bytes() == good
