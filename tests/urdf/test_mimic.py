@@ -17,7 +17,7 @@ def joint(name: str, child: str, limits: str, mimic: str = "", kind: str = "revo
 
 
 def model(*joints: tuple[str, ...]) -> str:
-    """A robot; each joint is its name, its limits, its ``<mimic>`` and its kind."""
+    """Return a robot; each joint is its name, its limits, its ``<mimic>`` and its kind."""
     names = [name for name, *_ in joints]
     return robot(
         link("base", SOLID),

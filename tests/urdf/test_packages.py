@@ -30,7 +30,7 @@ def source(folder: Path) -> Path:
 
 
 def of(folder: Path) -> Packages:
-    """The packages of a robot in a folder."""
+    """Return the packages of a robot in a folder."""
     return Packages({}, source(folder))
 
 

@@ -43,7 +43,7 @@ def read(tmp_path: Path, text: str | bytes) -> tuple[Robot, list[Diagnostic]]:
 
 
 def arm(link: str = "", joint: str = "", *, kind: str = "continuous", robot: str = "") -> str:
-    """A link 'base' and a link 'tip' on a joint 'turn'; one's own lines begin at 5 and 9."""
+    """Return a link 'base', and a link 'tip' on a joint 'turn'; given lines begin at 5 and 9."""
     return (
         f'<?xml version="1.0"?>\n<robot name="arm"{robot}>\n<link name="base"/>\n'
         f'<link name="tip">\n{link}\n</link>\n'

@@ -52,7 +52,7 @@ def test_real_robot(shared: Path, robot: str, entry: dict[str, Any], table: bool
 
 
 def plain(robot: Robot) -> tuple[object, ...]:
-    """A robot without its lines, and with the files of meshes by their last name only."""
+    """Return a robot without its lines, and with the files of meshes by their last name only."""
     for link in robot.links.values():
         link.line = None
         for part in (*link.visuals, *link.collisions):

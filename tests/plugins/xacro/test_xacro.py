@@ -24,7 +24,7 @@ HEAD = '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">\n'
 
 
 def write(folder: Path, main: str, **files: str) -> Path:
-    """The main file, and others by name: ``sub__leg`` is ``sub/leg.xacro``."""
+    """Write the main file, and others by name: ``sub__leg`` is ``sub/leg.xacro``."""
     source = folder / "main.urdf.xacro"
     source.write_text(f"{HEAD}{main}</robot>\n")
     for name, text in files.items():
