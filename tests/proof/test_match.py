@@ -29,7 +29,7 @@ def test_a_frame_ends_where_the_next_fixed_joint_begins() -> None:
         joint("b", "c", "fixed", name="k"),
     )
     result = convert_text(text)
-    assert [one.name for one in result.mbs.bodies[1].joints][-2:] == ["j", "k"]
+    assert [joint.name for joint in result.mbs.bodies[1].joints][-2:] == ["j", "k"]
     frames = match_by_name(result.robot, result.mbs).frames
     assert (frames["b"].body, frames["b"].joint) == ("c", "j")
     assert (frames["c"].body, frames["c"].joint) == ("c", None)
@@ -43,20 +43,20 @@ def files(tmp_path: Path) -> tuple[Path, Path]:
 
 
 @pytest.mark.parametrize(
-    ("kinds", "wrong"),
+    ("types", "wrong_joints"),
     [("R3 R2 R1", set()), ("R2 R3 R1", set()), ("R3 R1 R3", {"floating_base"})],
 )
-def test_a_floating_base_may_turn_in_another_order(
-    kinds: str, wrong: set[str], tmp_path: Path
+def test_a_floating_base_may_have_another_order_of_rotations(
+    types: str, wrong_joints: set[str], tmp_path: Path
 ) -> None:
     source, model = files(tmp_path)
     mbs = read_mbs(model.read_bytes(), "")
-    for one, kind in zip(mbs.bodies[0].joints[3:6], kinds.split(), strict=True):
-        one.type = kind
+    for rotation, joint_type in zip(mbs.bodies[0].joints[3:6], types.split(), strict=True):
+        rotation.type = joint_type
     model.write_bytes(write(mbs))
-    found = verify(source, model).differences
-    assert {one.joint for one in found} == wrong
-    assert all(one.kind in ("axis", "type") for one in found)
+    differences = verify(source, model).differences
+    assert {difference.joint for difference in differences} == wrong_joints
+    assert all(difference.kind in ("axis", "type") for difference in differences)
 
 
 PLANES = ["1 0 0", "0 1 0", "0 0 1", "0 0 -1", "1 2 2"]
@@ -75,11 +75,11 @@ def test_joints_are_found_by_the_names_of_a_conversion(pipeline: str) -> None:
         robot(link("world"), *(link(name, SOLID) for name in names[1:]), *joints),
         pipeline=pipeline,
     )
-    found = match_by_name(result.robot, result.mbs).joints
-    assert found == {name: tuple(own) for name, own in result.names.coordinates.items()}
+    matched = match_by_name(result.robot, result.mbs).joints
+    assert matched == {name: tuple(names) for name, names in result.names.coordinates.items()}
 
 
-def test_joints_of_one_spelling_are_told_apart() -> None:
+def test_joints_with_the_same_identifier_are_distinguished() -> None:
     names = ["a b", "a-b", "a.b", "a:b"]
     links = [link("world"), *(link(f"l{k}", SOLID) for k in range(4))]
     joints = [joint("world", f"l{k}", name=name) for k, name in enumerate(names)]
@@ -89,18 +89,19 @@ def test_joints_of_one_spelling_are_told_apart() -> None:
 
 
 @pytest.mark.parametrize("kind", ["continuous", "prismatic", "planar", "floating"])
-def test_a_joint_of_the_right_kind_goes_before_one_of_the_right_name(kind: str) -> None:
+def test_a_joint_of_the_right_type_is_preferred_to_one_of_the_right_name(kind: str) -> None:
     solids = (link(name, SOLID) for name in "ab")
     result = convert_text(robot(link("world"), *solids, joint("world", "a"), joint("a", "b", kind)))
     first, *others = result.names.coordinates["a_to_b"]
-    own = next(own for own in result.mbs.bodies[1].joints if own.name == first)
-    own.name += "_joint"
-    result.mbs.bodies[1].joints.append(Joint(first, "R1" if own.type[0] == "T" else "T1"))
-    assert match_by_name(result.robot, result.mbs).joints["a_to_b"] == (own.name, *others)
+    renamed = next(joint for joint in result.mbs.bodies[1].joints if joint.name == first)
+    renamed.name += "_joint"
+    wrong_type = "R1" if renamed.type[0] == "T" else "T1"
+    result.mbs.bodies[1].joints.append(Joint(first, wrong_type))
+    assert match_by_name(result.robot, result.mbs).joints["a_to_b"] == (renamed.name, *others)
 
 
 @pytest.mark.parametrize("kind", ["T1", "T2", "T3", "R1", "R2", "R3"])
-def test_a_step_is_along_or_about_an_axis_of_the_frame_before(kind: str) -> None:
+def test_a_joint_moves_along_or_about_an_axis_of_the_frame_before(kind: str) -> None:
     mbs = Mbs("r")
     first = [
         Joint("a", "R1", "driven", 0.3),
@@ -116,33 +117,36 @@ def test_a_step_is_along_or_about_an_axis_of_the_frame_before(kind: str) -> None
     assert frames["after"][1] == pytest.approx(expected, abs=1e-15)
 
 
-def test_a_joints_zero_is_told_though_its_link_is_a_little_off(tmp_path: Path) -> None:
+def test_a_wrong_zero_is_reported_though_the_link_is_slightly_displaced(tmp_path: Path) -> None:
     source, model = files(tmp_path)
     mbs = read_mbs(model.read_bytes(), "")
     arm = next(body for body in mbs.bodies if body.name == "arm")
-    at = next(n for n, one in enumerate(arm.joints) if one.name == "shoulder")
+    at = [joint.name for joint in arm.joints].index("shoulder")
     arm.joints.insert(at, Joint("more", arm.joints[at].type, "driven", q=0.3))
     # 5e-5 m on a scale of about 0.3 m, beside 0.3 rad
     arm.joints.insert(at, Joint("aside", "T1", "driven", q=5e-5))
     model.write_bytes(write(mbs))
-    (told,) = [one.message for one in verify(str(source), model).differences if one.kind == "zero"]
-    assert "joint 'shoulder': zero is at 0.3 rad of the URDF" in told
-    assert "and link 'arm' is shifted by" in told
+    differences = verify(str(source), model).differences
+    (message,) = [each.message for each in differences if each.kind == "zero"]
+    assert "joint 'shoulder': zero is at 0.3 rad of the URDF" in message
+    assert "and link 'arm' is shifted by" in message
 
 
-def test_names_that_become_one_are_told_apart_by_the_order_of_writing() -> None:
-    """What stands at the base's own origin is written first."""
+def test_names_with_the_same_identifier_are_matched_in_the_order_of_writing() -> None:
+    """A branch at the origin of the root is written first."""
     links = [link("base"), *(link(name, SOLID) for name in "ab")]
     joints = [joint("base", "a", name="j-1", xyz="1 0 0"), joint("base", "b", name="j.1")]
     result = convert_text(robot(*links, *joints))
-    own = {name: tuple(names) for name, names in result.names.coordinates.items()}
+    expected = {name: tuple(names) for name, names in result.names.coordinates.items()}
     found = match_by_name(result.robot, result.mbs).joints
-    assert {name: found[name] for name in ("j-1", "j.1")} == {k: own[k] for k in ("j-1", "j.1")}
-    assert own["j-1"] != own["j.1"]
+    assert {name: found[name] for name in ("j-1", "j.1")} == {
+        k: expected[k] for k in ("j-1", "j.1")
+    }
+    assert expected["j-1"] != expected["j.1"]
 
 
-def test_a_framed_joint_may_be_called_as_another_body() -> None:
-    """The frame after the joint is asked for; the frame of the body stays its own."""
+def test_a_joint_may_have_the_name_of_another_body() -> None:
+    """The frame after the joint is not taken for the frame of the body."""
     heavy = '<inertial><mass value="2"/>'
     heavy += '<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>'
     text = '<robot name="r">' + "".join(f'<link name="{name}">{heavy}</link>' for name in "abc")

@@ -26,7 +26,7 @@ from urdf2mbs.testing import TINY, assert_same_robot, convert_text, run_pass
 
 @pytest.mark.parametrize("value", [inf, -inf, nan])
 @pytest.mark.parametrize("where", NUMBERS)
-def test_what_is_no_number_is_a_difference(where: str, value: float) -> None:
+def test_nan_and_infinity_are_differences(where: str, value: float) -> None:
     result = convert_text()
     mbs = read_mbs(result.data, "tiny.mbs")
     if where == "angle" and value == value:
@@ -46,7 +46,7 @@ def test_what_is_no_number_is_a_difference(where: str, value: float) -> None:
 
 
 @pytest.mark.parametrize("bad", [inf, nan])
-def test_what_is_no_number_is_not_even_equal_to_itself(bad: float) -> None:
+def test_nan_and_infinity_are_not_equal_to_themselves(bad: float) -> None:
     """The very same tuple on both sides, as where a model is compared that shares its numbers."""
     for index in range(12):
         frame = (*IDENTITY[:index], bad, *IDENTITY[index + 1 :])
@@ -68,7 +68,7 @@ def test_a_tolerance_is_above_zero_and_at_most_1e_3(tolerance: float, tmp_path: 
         verify("tiny.urdf", model, tolerance=tolerance)
 
 
-def test_numbers_that_overflow_are_no_traceback() -> None:
+def test_an_overflow_is_an_error_without_traceback() -> None:
     text = TINY.replace('xyz="0.1 0 0.15"', 'xyz="1e308 0 0.15"').replace(
         'xyz="0 0 0.3"', 'xyz="1e308 1e308 1e308"'
     )
@@ -87,7 +87,7 @@ for link in conversion.robot.links.values():
 """
 
 
-def test_what_a_pass_changed_on_purpose_is_told(tmp_path: Path) -> None:
+def test_a_declared_change_is_in_the_verdict(tmp_path: Path) -> None:
     result = run_pass("scale", write_plugin(tmp_path, "scale", SCALE, writes=("robot",)))
     assert result.report.proof is not None
     assert result.report.proof.same
@@ -99,7 +99,7 @@ def test_what_a_pass_changed_on_purpose_is_told(tmp_path: Path) -> None:
     assert_same_robot(result)
 
 
-def test_a_change_that_no_pass_owns_up_to_is_a_difference(tmp_path: Path, capsys: Any) -> None:
+def test_a_change_that_no_pass_declares_is_a_difference(tmp_path: Path, capsys: Any) -> None:
     result = run_pass("scale", write_plugin(tmp_path, "scale", SCALE, reads=("robot",)))
     assert result.report.proof is not None
     assert [d.kind for d in result.report.proof.differences] == ["changed"]
@@ -111,13 +111,13 @@ def test_a_change_that_no_pass_owns_up_to_is_a_difference(tmp_path: Path, capsys
     config = tmp_path / "tiny.yaml"
     config.write_text("source: tiny.urdf\nplugins: [scale.py]\nafter: {expand: scale}\n")
     assert main(["run", str(config)]) == 3
-    said = capsys.readouterr()
-    assert "scale (plugin 'scale') changed of the robot: 3 masses" in said.err
-    assert "writes = ('robot',)" in said.err
+    output = capsys.readouterr()
+    assert "scale (plugin 'scale') changed of the robot: 3 masses" in output.err
+    assert "writes = ('robot',)" in output.err
     assert not (tmp_path / "tiny.mbs").exists()
 
 
-def test_so_is_one_that_a_hook_makes(tmp_path: Path) -> None:
+def test_a_change_by_a_hook_is_a_difference(tmp_path: Path) -> None:
     file = tmp_path / "plugin.py"
     file.write_text(
         "from urdf2mbs.hookspecs import hookimpl\n"
@@ -158,12 +158,12 @@ for segment in conversion.segments.values():
 
 def test_counts_and_warnings_are_of_the_finished_mbs(tmp_path: Path, capsys: Any) -> None:
     free = convert_text(MIMIC)
-    assert "mimic" in {one.code for one in free.diagnostics}
+    assert "mimic" in {diagnostic.code for diagnostic in free.diagnostics}
     assert free.report.joints.independent == 9
 
     couple = write_plugin(tmp_path, "couple", DEPENDENT, writes=("joints",))
     coupled = run_pass("couple", couple, after="decompose-joints", robot=MIMIC)
-    assert "mimic" not in {one.code for one in coupled.diagnostics}
+    assert "mimic" not in {diagnostic.code for diagnostic in coupled.diagnostics}
     joints = coupled.report.joints
     assert (joints.independent, joints.dependent) == (8, 1)
     assert coupled.report.proof is not None
@@ -171,7 +171,7 @@ def test_counts_and_warnings_are_of_the_finished_mbs(tmp_path: Path, capsys: Any
     assert str(joints).startswith(f"{joints.mbs} joints: 8 independent, 1 dependent, ")
 
 
-def test_an_earlier_warning_can_be_settled() -> None:
+def test_an_earlier_warning_can_be_withdrawn() -> None:
     made = convert_text().conversion
     conversion = Conversion(made.settings)
     conversion.warn("a", "one", joint="j")
@@ -179,7 +179,7 @@ def test_an_earlier_warning_can_be_settled() -> None:
     conversion.note("b", "three", link="l")
     assert conversion.settle("a", joint="k") == 1
     assert conversion.settle("b", link="m") == 0
-    assert [one.message for one in conversion.diagnostics] == ["one", "three"]
+    assert [diagnostic.message for diagnostic in conversion.diagnostics] == ["one", "three"]
     assert conversion.settle("a") == 1
 
 
@@ -195,7 +195,7 @@ IMU = """<robot name="r">
 </robot>"""
 
 
-def test_a_turned_sensor_frame_is_a_difference_to_who_asks(tmp_path: Path, capsys: Any) -> None:
+def test_a_rotated_sensor_frame_is_a_difference_if_asked_for(tmp_path: Path, capsys: Any) -> None:
     here, turned = tmp_path / "here.urdf", tmp_path / "turned.urdf"
     here.write_text(IMU.replace("RPY", "0 0 0"))
     turned.write_text(IMU.replace("RPY", "0 0 3.141592653589793"))
@@ -222,7 +222,7 @@ def summary(text: str, tmp_path: Path, capsys: Any, *more: str) -> str:
 
 @pytest.mark.parametrize("preset", PRESETS)
 @pytest.mark.parametrize("base", ["fixed", "floating", "auto"])
-def test_six_free_coordinates_are_never_called_a_fixed_base(
+def test_a_base_with_six_free_coordinates_floats(
     base: str, preset: str, tmp_path: Path, capsys: Any
 ) -> None:
     out = summary(OWN, tmp_path, capsys, "--base", base, "--pipeline", preset)
@@ -233,7 +233,7 @@ def test_six_free_coordinates_are_never_called_a_fixed_base(
     assert "'free' floats" in capsys.readouterr().out
 
 
-def test_an_own_floating_joint_beyond_another_leaves_the_base_fixed(
+def test_a_floating_joint_after_another_joint_leaves_the_base_fixed(
     tmp_path: Path, capsys: Any
 ) -> None:
     text = IMU.replace('name="k" type="fixed"', 'name="free" type="floating"')

@@ -37,7 +37,7 @@ ROBOT = robot(
 
 
 @pytest.mark.parametrize("pipeline", PRESETS)
-def test_shapes_at_their_places(pipeline: str) -> None:
+def test_shapes_are_where_the_visuals_are(pipeline: str) -> None:
     proof = convert_text(ROBOT, pipeline=pipeline).conversion.checked.proof
     assert proof is not None
     assert proof.describe() == "the same robot"
@@ -63,7 +63,7 @@ def test_a_capsule_is_three_shapes(pipeline: str, tmp_path: Path) -> None:
     assert "visual of link 'rod' shifted by 0.5 m" in verdict.describe()
 
 
-def test_cylinders_that_a_pass_turns_wrongly_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_cylinders_that_a_pass_rotates_wrongly_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(convert_visuals, "Y_ONTO_Z", IDENTITY)
     proof = convert_text(ROBOT).conversion.checked.proof
     assert proof is not None
@@ -80,7 +80,7 @@ def shape_of(mbs: Mbs, link: str) -> Shape:
 
 
 def turned(axis: int, amount: float) -> Callable[[Shape], None]:
-    """A turn about one of the shape's own axes, for a shape that stands unturned."""
+    """Rotate a shape, which has no rotation yet, about one of its axes."""
 
     def turn(shape: Shape) -> None:
         shape.rotation = tuple(amount * (k == axis) for k in (1, 2, 3))  # type: ignore[assignment]
@@ -102,7 +102,7 @@ def shifted(shape: Shape) -> None:
 
 
 @pytest.mark.parametrize(
-    ("link", "edit", "said"),
+    ("link", "edit", "words"),
     [
         ("of_sphere", turned(1, 1.0), ""),
         ("of_sphere", shifted, "visual of link 'of_sphere' shifted by 0.25 m"),
@@ -118,7 +118,7 @@ def shifted(shape: Shape) -> None:
     ],
 )
 def test_an_edited_shape(
-    link: str, edit: Callable[[Shape], None], said: str, tmp_path: Path
+    link: str, edit: Callable[[Shape], None], words: str, tmp_path: Path
 ) -> None:
     text = ROBOT.replace(' rpy="0.4 -0.5 0.6"', "")
     (tmp_path / "r.urdf").write_text(text)
@@ -127,9 +127,9 @@ def test_an_edited_shape(
     (tmp_path / "r.mbs").write_bytes(write(mbs))
     verdict = verify(tmp_path / "r.urdf", tmp_path / "r.mbs")
     assert verdict.same
-    assert verdict.but_for == ({said: "a shape has no mass"} if said else {})
+    assert verdict.but_for == ({words: "a shape has no mass"} if words else {})
     assert verdict.not_compared == {}
-    assert (said in verdict.verdict) or not said
+    assert (words in verdict.verdict) or not words
 
 
 def test_visuals_that_the_mbs_does_not_have_are_not_compared(tmp_path: Path) -> None:

@@ -279,7 +279,7 @@ ATTACKS: Any = {
 @pytest.mark.parametrize("name", ATTACKS)
 def test_an_attack_fails(name: str, robot: Any, tmp_path: Path, capsys: Any) -> None:
     which, old, new, end = ATTACKS[name]
-    urdf, mbs, said = robot[0].decode(), robot[1].decode(), json.loads(json.dumps(robot[2]))
+    urdf, mbs, certificate = robot[0].decode(), robot[1].decode(), json.loads(json.dumps(robot[2]))
     if which == "urdf":
         assert old in urdf
         urdf = urdf.replace(old, new, 1)
@@ -287,14 +287,14 @@ def test_an_attack_fails(name: str, robot: Any, tmp_path: Path, capsys: Any) -> 
         assert old in mbs
         mbs = mbs.replace(old, new, 1)
     elif old is None:
-        said = new
+        certificate = new
     else:
         for key, value in old.items():
-            said[key] = {**said[key], **value} if isinstance(value, dict) else value
-    found = replay(urdf.encode(), mbs.encode(), said, tmp_path, capsys)
+            certificate[key] = {**certificate[key], **value} if isinstance(value, dict) else value
+    output = replay(urdf.encode(), mbs.encode(), certificate, tmp_path, capsys)
     if isinstance(end, str):
-        assert end in found.out
-        assert found.code == 0
-        assert found.out.startswith("the same robot, but for:")
+        assert end in output.out
+        assert output.code == 0
+        assert output.out.startswith("the same robot, but for:")
     else:
-        assert found.code == end, found.out + found.error
+        assert output.code == end, output.out + output.error

@@ -27,17 +27,17 @@ ALWAYS = {"certificate": {"write": "always"}}
 FILES = ("robot.urdf", "model.mbs", "model.proof.json")
 
 
-class Said:
-    """What the replay says of three files."""
+class ReplayOutput:
+    """The exit code and the output of a replay."""
 
     def __init__(self, code: int, out: str, error: str) -> None:
         self.code, self.out, self.error = code, out, error
         self.plain = out == "the same robot\n"
 
 
-def replay(urdf: bytes, mbs: bytes, said: Any, folder: Path, capsys: Any) -> Said:
+def replay(urdf: bytes, mbs: bytes, certificate: Any, folder: Path, capsys: Any) -> ReplayOutput:
     files = [folder / name for name in FILES]
-    text = said if isinstance(said, str) else json.dumps(said)
+    text = certificate if isinstance(certificate, str) else json.dumps(certificate)
     for file, data in zip(files, (urdf, mbs, text.encode()), strict=True):
         file.write_bytes(data)
     capsys.readouterr()
@@ -47,7 +47,7 @@ def replay(urdf: bytes, mbs: bytes, said: Any, folder: Path, capsys: Any) -> Sai
     assert code in (0, 1, 3)
     assert out.out.startswith("the same robot") == (code == 0)
     assert out.out.startswith("NOT the same robot") == (code == 3)
-    return Said(code, out.out, out.err)
+    return ReplayOutput(code, out.out, out.err)
 
 
 def files_of(result: Result) -> tuple[bytes, bytes, Any]:
@@ -79,7 +79,9 @@ def test_it_is_one_file_of_the_standard_library() -> None:
 
 @pytest.mark.parametrize("pipeline", ["faithful", "compact"])
 @pytest.mark.parametrize("name", ["arm", "biped", "hexapod"])
-def test_our_robots_are_the_same(name: str, pipeline: str, tmp_path: Path, capsys: Any) -> None:
+def test_robots_of_configs_are_the_same(
+    name: str, pipeline: str, tmp_path: Path, capsys: Any
+) -> None:
     result = convert(CONFIGS / f"{name}.urdf.xacro", pipeline=pipeline, passes=ALWAYS)
     assert replay(*files_of(result), tmp_path, capsys).code == 0
 
@@ -96,7 +98,7 @@ def test_real_robots_are_the_same(
 
 def test_it_runs_alone(tmp_path: Path, capsys: Any) -> None:
     files = made(TINY, tmp_path, base="fixed")
-    said = replay(*files, tmp_path, capsys)
+    output = replay(*files, tmp_path, capsys)
     (tmp_path / "alone").mkdir()
     (tmp_path / "alone" / "certificate.py").write_bytes(CHECKER.read_bytes())
     done = subprocess.run(
@@ -106,7 +108,7 @@ def test_it_runs_alone(tmp_path: Path, capsys: Any) -> None:
         text=True,
         check=False,
     )
-    assert (done.returncode, done.stdout) == (0, said.out.replace("\r", ""))
+    assert (done.returncode, done.stdout) == (0, output.out.replace("\r", ""))
     for files in ((), ("missing.urdf", *FILES[1:])):
         done = subprocess.run(
             [sys.executable, CHECKER, *files], capture_output=True, text=True, check=False
@@ -210,14 +212,14 @@ SAME: Any = {
 def test_the_same(name: str, pipeline: str, tmp_path: Path, monkeypatch: Any, capsys: Any) -> None:
     text, settings, known = SAME[name]
     monkeypatch.chdir(tmp_path)
-    said = replay(*made(text, tmp_path, pipeline=pipeline, **settings), tmp_path, capsys)
-    assert said.code == 0
+    output = replay(*made(text, tmp_path, pipeline=pipeline, **settings), tmp_path, capsys)
+    assert output.code == 0
     for words in known:
-        assert words in said.out
+        assert words in output.out
 
 
 def test_a_long_chain(tmp_path: Path, capsys: Any) -> None:
-    """Nothing is called once for each link of a chain within the one before it."""
+    """No function calls itself for each link of a chain."""
     inertial = '<inertial><mass value="1"/></inertial>'
     urdf = mbs = ""
     for n in range(1, 1300):
@@ -229,12 +231,12 @@ def test_a_long_chain(tmp_path: Path, capsys: Any) -> None:
         mbs += f"</joint><mass>1</mass>{END}</body>"
     base = f"<base><gravity><coordinates><z>-9.81</z></coordinates></gravity>{END}</base>"
     mbs = mbs.replace("<bodyname>l0<", "<bodyname>base<")
-    said = {"joints": {f"j{n}": [f"j{n}"] for n in range(1, 1300)}}
+    joints = {"joints": {f"j{n}": [f"j{n}"] for n in range(1, 1300)}}
     nothing = {"planes": {}, "held": {}, "changes": [], "edited": []}
     found = replay(
         f'<robot name="long"><link name="l0"/>{urdf}</robot>'.encode(),
         f"<mbsDescR7>{base}<bodytree>{mbs}</bodytree></mbsDescR7>".encode(),
-        {**said, **nothing, "gravity": [0.0, 0.0, -9.81]},
+        {**joints, **nothing, "gravity": [0.0, 0.0, -9.81]},
         tmp_path,
         capsys,
     )
@@ -244,7 +246,7 @@ def test_a_long_chain(tmp_path: Path, capsys: Any) -> None:
 END = "<point><pointname>end</pointname><coordinates><x>0.1</x></coordinates></point>"
 
 
-def test_what_people_edited_is_named(tmp_path: Path, capsys: Any) -> None:
+def test_edits_by_people_are_named(tmp_path: Path, capsys: Any) -> None:
     source, model = tmp_path / "tiny.urdf", tmp_path / "p" / "dataR" / "p.mbs"
     source.write_text(TINY)
     convert(source, output={"project": tmp_path / "p"}).write()
@@ -255,10 +257,10 @@ def test_what_people_edited_is_named(tmp_path: Path, capsys: Any) -> None:
     model.write_bytes(write(mbs))
     result = convert(source, output={"project": tmp_path / "p"})
     files = files_of(result)
-    said = replay(*files, tmp_path, capsys)
-    assert said.code == 0
+    output = replay(*files, tmp_path, capsys)
+    assert output.code == 0
     for words in ("mass or inertia of 'wrist_pitch'", "q_max of ", "motion of 'spin'"):
-        assert re.search(f"{words}.*as edited", said.out), words
+        assert re.search(f"{words}.*as edited", output.out), words
     files[2]["edited"] = []
     assert replay(*files, tmp_path, capsys).code == 3
 
@@ -275,13 +277,16 @@ def test_what_people_edited_is_named(tmp_path: Path, capsys: Any) -> None:
 def test_a_follower_stays_at_its_offset(
     old: bytes, new: bytes, tmp_path: Path, capsys: Any
 ) -> None:
-    urdf, mbs, said = made(STAYS, tmp_path, output={"project": tmp_path / "p"})
+    urdf, mbs, certificate = made(STAYS, tmp_path, output={"project": tmp_path / "p"})
     assert old in urdf + mbs
     (tmp_path / "new.urdf").write_bytes(urdf.replace(old, new))
     (tmp_path / "new.mbs").write_bytes(mbs.replace(old, new))
-    assert replay(urdf.replace(old, new), mbs.replace(old, new), said, tmp_path, capsys).code == 3
-    found = verify(tmp_path / "new.urdf", tmp_path / "new.mbs").differences
-    assert {one.joint for one in found} == {"stays"}
+    assert (
+        replay(urdf.replace(old, new), mbs.replace(old, new), certificate, tmp_path, capsys).code
+        == 3
+    )
+    differences = verify(tmp_path / "new.urdf", tmp_path / "new.mbs").differences
+    assert {difference.joint for difference in differences} == {"stays"}
 
 
 # --- another robot ------------------------------------------------------------------------------
@@ -295,18 +300,18 @@ def tiny(request: pytest.FixtureRequest, tmp_path_factory: Any) -> tuple[bytes, 
 def is_found(
     files: tuple[bytes, bytes, Any], plant: Callable[[Mbs], None], folder: Path, capsys: Any
 ) -> bool:
-    """True if the replay fails, or says what it does not say without the fault."""
+    """Return True if the replay fails, or prints a line that is new."""
     before = replay(*files, folder, capsys).out
     mbs = read_mbs(files[1], "model.mbs")
     plant(mbs)
-    said = replay(files[0], write(mbs), files[2], folder, capsys)
-    return said.code != 0 or not {*said.out.splitlines()} <= {*before.splitlines()}
+    output = replay(files[0], write(mbs), files[2], folder, capsys)
+    return output.code != 0 or not {*output.out.splitlines()} <= {*before.splitlines()}
 
 
-@pytest.mark.parametrize("fault", PLANTED)
+@pytest.mark.parametrize("fault", [name for name, (_, kinds) in PLANTED.items() if kinds])
 def test_a_planted_fault_is_found(fault: str, tiny: Any, tmp_path: Path, capsys: Any) -> None:
-    plant, kinds = PLANTED[fault]
-    assert is_found(tiny, plant, tmp_path, capsys) or not kinds
+    plant, _ = PLANTED[fault]
+    assert is_found(tiny, plant, tmp_path, capsys)
 
 
 @pytest.mark.parametrize("fault", NATURE_FAULTS)
@@ -314,8 +319,8 @@ def test_a_fault_of_natures_and_cuts_is_found(fault: str, tmp_path: Path, capsys
     text, base, plant, _ = NATURE_FAULTS[fault]
     if text == WORLD:  # the certificate is of the robot that stands; the .mbs floats
         floats = made(text, tmp_path, base=base)[1]
-        urdf, _, said = made(text, tmp_path)
-        assert replay(urdf, floats, said, tmp_path, capsys).code == 3
+        urdf, _, certificate = made(text, tmp_path)
+        assert replay(urdf, floats, certificate, tmp_path, capsys).code == 3
     else:
         assert is_found(made(text, tmp_path, base=base), plant, tmp_path, capsys)
 

@@ -1,4 +1,4 @@
-"""The certificate beside an .mbs: what stands in it, where there is one, and when it goes."""
+"""The certificate beside an .mbs: its content, when it is written, and when it is removed."""
 
 import json
 from pathlib import Path
@@ -20,26 +20,26 @@ def certificate(result: Any) -> dict[str, Any]:
     return data
 
 
-def test_it_says_what_stands_in_neither_file(tiny: Path) -> None:
+def test_it_has_what_neither_file_has(tiny: Path) -> None:
     tiny.write_text(TINY.replace("0 0.5 0", "0 0.7854 0"))
     passes = {**ALWAYS, "snap": {"angle": 0.001}}
-    said = certificate(convert(tiny, passes=passes, gravity=[0, 0, -1.62]))
-    assert said["joints"]["shoulder"] == ["shoulder"]
-    assert len(said["joints"]["floating_base"]) == 6
-    assert said["gravity"] == [0.0, 0.0, -1.62]
-    assert said["passes"] == {"snap": {"angle": 0.001}}
-    assert ["joint", "shoulder"] in [owner for owner, _ in said["changes"]]
-    assert said["edited"] == []
+    content = certificate(convert(tiny, passes=passes, gravity=[0, 0, -1.62]))
+    assert content["joints"]["shoulder"] == ["shoulder"]
+    assert len(content["joints"]["floating_base"]) == 6
+    assert content["gravity"] == [0.0, 0.0, -1.62]
+    assert content["passes"] == {"snap": {"angle": 0.001}}
+    assert ["joint", "shoulder"] in [owner for owner, _ in content["changes"]]
+    assert content["edited"] == []
 
 
 def test_the_same_robot_elsewhere_has_the_same_certificate(tmp_path: Path) -> None:
-    said = []
+    certificates = []
     for folder in (tmp_path / "a", tmp_path / "b" / "c"):
         folder.mkdir(parents=True)
         (folder / "tiny.urdf").write_text(TINY)
-        said.append(certificate(convert(folder / "tiny.urdf", passes=ALWAYS)))
-    assert said[0] == said[1]
-    assert str(tmp_path) not in json.dumps(said)
+        certificates.append(certificate(convert(folder / "tiny.urdf", passes=ALWAYS)))
+    assert certificates[0] == certificates[1]
+    assert str(tmp_path) not in json.dumps(certificates)
 
 
 def test_a_lone_file_has_one_if_asked_for(tiny: Path, tmp_path: Path) -> None:
@@ -49,7 +49,7 @@ def test_a_lone_file_has_one_if_asked_for(tiny: Path, tmp_path: Path) -> None:
     assert (tmp_path / "tiny.proof.json").is_file()
 
 
-def test_one_that_fits_no_more_goes_unless_it_was_edited(tiny: Path, tmp_path: Path) -> None:
+def test_an_outdated_one_is_removed_unless_it_was_edited(tiny: Path, tmp_path: Path) -> None:
     path = tmp_path / "tiny.proof.json"
     for settings in ({"passes": {"certificate": {"write": "never"}}}, {"without": ["check"]}):
         convert(tiny, output=tmp_path / "tiny.mbs", passes=ALWAYS).write()
@@ -62,9 +62,7 @@ def test_one_that_fits_no_more_goes_unless_it_was_edited(tiny: Path, tmp_path: P
     assert path.read_text() == "mine\n"
 
 
-def test_a_rejected_file_has_none_and_the_good_one_keeps_its_own(
-    tiny: Path, tmp_path: Path
-) -> None:
+def test_a_rejected_file_has_none_and_the_good_one_keeps_its(tiny: Path, tmp_path: Path) -> None:
     convert(tiny, output=tmp_path / "tiny.mbs", passes=ALWAYS).write()
     good = (tmp_path / "tiny.proof.json").read_bytes()
     heavy = write_plugin(
@@ -83,7 +81,7 @@ def test_a_rejected_file_has_none_and_the_good_one_keeps_its_own(
 
 
 @pytest.mark.parametrize(("was", "now"), [("0 0 0.3", "0, 0, 0.3"), ("<?xml", " <?xml")])
-def test_a_slip_that_the_reader_mends_is_no_error(was: str, now: str, tiny: Path) -> None:
+def test_an_error_that_the_reader_repairs_is_accepted(was: str, now: str, tiny: Path) -> None:
     """The replay may refuse such a URDF, but its certificate is written."""
     tiny.write_text(TINY.replace(was, now))
     assert certificate(convert(tiny, passes=ALWAYS))["joints"]
