@@ -236,12 +236,14 @@ class _StatementWriter:
             if op[node] in LEAVES:
                 self._write_leaf(node)
                 continue
-            operands = abs(left[node]), abs(right[node])
-            missing = [operand for operand in operands if operand not in terms]
-            if missing:
-                stack += reversed(missing)
-            else:
-                self._write_operation(node, *operands)
+            first, second = abs(left[node]), abs(right[node])
+            if first in terms and second in terms:
+                self._write_operation(node, first, second)
+                continue
+            if second not in terms:
+                stack.append(second)
+            if first not in terms:
+                stack.append(first)
 
     def _write_leaf(self, node: int) -> None:
         op, name = self.graph.op[node], self.graph.name[node]
@@ -259,7 +261,7 @@ class _StatementWriter:
         if is_paired or op == Op.PAIR:
             self.pair_nodes.add(node)
         self._count_operation(op, is_paired=is_paired)
-        length = sum(len(term.text) + len(" + ") for term in terms)
+        length = sum(len(text) + len(" + ") for _, text in terms)
         if self.n_uses[node] > 1 or node in self.needs_name or length > MAX_LENGTH:
             self._assign_variable(node)
 
@@ -307,7 +309,7 @@ class _StatementWriter:
         if not terms[0].is_added:
             self.count.signs += 1
         text = ("" if terms[0].is_added else "-") + terms[0].text
-        return text + "".join(f" {'+' if term.is_added else '-'} {term.text}" for term in terms[1:])
+        return text + "".join(f" {'+' if plus else '-'} {term}" for plus, term in terms[1:])
 
     def _count_operation(self, op: Op, *, is_paired: bool) -> None:
         if op in COUNTED:
