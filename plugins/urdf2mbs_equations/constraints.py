@@ -216,8 +216,8 @@ def _find_structure(tree: Tree, point: AnchorPoint, start: int) -> Structure:
     """Find the structure of a point in axes of the frame ``start``, from the point inwards.
 
     A rotation about axis k mixes the coordinates i and j of everything farther out; a translation
-    adds its coordinate.  The velocity for a revolute joint is its axis x the position of what is
-    farther out.  A joint that never moves rotates by its angle and moves nothing.
+    adds its coordinate.  A revolute joint moves the point along (joint axis) x (position of the
+    point relative to the joint).  A joint that never moves rotates by its angle and moves nothing.
     """
     structure = Structure({i for i in range(3) if point.position[i]}, set(), set())
     rotations: list[tuple[set[int], set[int]]] = []

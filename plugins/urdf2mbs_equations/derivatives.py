@@ -2,20 +2,26 @@
 
 These are the closed forms of Singh, Russell and Wensing (Efficient analytical derivatives of
 rigid-body dynamics using spatial vector algebra, 2022), in body frames.  Each frame describes all
-bodies relative to an observer who moves with the velocity of its own origin, without rotation.
-Forces do not depend on a constant velocity of the observer, and the frame's own body has an angular
+bodies relative to an observer who moves with the velocity of its origin, without rotation.  Forces
+do not depend on a constant velocity of the observer, and the frame's own body has an angular
 velocity only, so few terms are left.
 
-If q, qd or qdd of a joint j changes by a unit, all bodies of its subtree change their angular
-velocity by dw and their acceleration by da.  For a composite body of mass moments m, h, K and
-momenta with the velocities v of its parts,
+A change of q displaces the whole subtree of the joint by the twist S dq, with S the motion
+subspace.  S moves with the axis of the joint; with its derivatives, the subtree changes by::
+
+    displacement   S dq
+    velocity       S' dq + S dqd              of which only the angular part dw changes forces
+    acceleration   S'' dq + 2 S' dqd + S dqdd = (a, b), linear and angular
+
+The force of a composite body changes with the velocities v of its parts.  With mass m, first moment
+h, second moment K, and
 
     P = 2 sum of dm v      N = 2 sum of dm x v^T      spread(A) = trace(A) 1 - A
 
-the force changes by
+an acceleration (a, b) and an angular velocity dw require the force f and the moment n::
 
-    I da:  f = m da + da/dt x h     n = h x da + spread(K) da/dt      (linear da, angular da/dt)
-    dw:    f = dw x P               n = spread(N)^T dw
+    (a, b):  f = m a + b x h      n = h x a + spread(K) b
+    dw:      f = dw x P           n = spread(N)^T dw
 """
 
 from __future__ import annotations
@@ -157,13 +163,12 @@ def _make_body(tree: Tree, frame: Frame, motion: BodyMotion, moments: MassMoment
 
 
 def _vary_joint(frame: Frame, motion: BodyMotion) -> JointVariation:
-    """Return the change of motion for a unit of q, qd and qdd, with the joint axis e.
+    """Return the change of motion for a unit of q, qd and qdd.
 
-    For a rotation by dq about e, the quantities of the subtree are unchanged in its own axes, and
-    those of the parent are rotated by -dq::
+    The derivatives of the motion subspace S, with the joint axis e::
 
-        R:  by q: dw = w x e, da = (alpha x e, beta e)     by qd: dw = e, da = (0, 2 w x e)
-        T:  by q: dw = 0,     da = (beta e, 0)             by qd: dw = 0, da = (2 w x e, 0)
+        R:  S = (0, e)      S' = (0, w x e)      S'' = (alpha x e, beta e)
+        T:  S = (e, 0)      S' = (w x e, 0)      S'' = (beta e, 0)
     """
     axis = frame.joint_axis
     omega_change = motion.omega.cross(axis)
@@ -183,7 +188,10 @@ def _compute_drift(frame: Frame, parent_omega: Vector) -> Vector:
 
 
 def _vary_force(body: CompositeBody, joint: JointVariation) -> ForceVariation:
-    """Return the change of the force of a composite body for a unit of its joint's q, qd, qdd."""
+    """Return the change of the force of a composite body for a unit of its joint's q, qd, qdd.
+
+    A change of q also rotates the force with the subtree.
+    """
     (linear, angular), (f, n) = joint.by_qdd, body.force
     rotated_force = Spatial((angular.cross(f), angular.cross(n) + linear.cross(f)))
     of_omega_by_q = body.compute_gyroscopic_force(joint.omega_by_q)

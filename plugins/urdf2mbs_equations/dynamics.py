@@ -7,8 +7,7 @@ of Multibody Systems, 2003), a body's angular motion is used as one matrix::
 
     beta = [dw/dt]x + [w]x [w]x          alpha = a - g
 
-so that a point r of the body accelerates by ``alpha + beta r``, gravity subtracted.  A force
-without an index is that of a joint and its whole subtree, about the origin of the joint's frame.
+so that a point r of the body accelerates by ``alpha + beta r``, gravity subtracted.
 """
 
 from __future__ import annotations

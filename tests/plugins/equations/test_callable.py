@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from conftest import SHARED
 from oracle.generated import Data, error, random_state
 from oracle.pin import Truth, pin
-from plugins.equations.test_loops import few, trees, written
+from plugins.equations.test_loops import few, trees, write_equations
 from robots import CONVERTIBLE
 from urdf2mbs import Robot, load_equations
 from urdf2mbs.mbs.model import BASE, Mbs
@@ -47,10 +47,10 @@ def loaded(path: Path, data: bytes, language: str) -> tuple[Mbs, Robot]:
 def pinocchios_regressor(truth: Truth, s: Data) -> Any:
     """Pinocchio has the inertia in another order: xx, xy, yy, xz, yz, zz."""
     state = [truth.vector(x) for x in (s.q, s.qd, s.qdd)]
-    every = pin.computeJointTorqueRegressor(truth.model, truth.data, *state)[truth.column]
+    all_joints = pin.computeJointTorqueRegressor(truth.model, truth.data, *state)[truth.column]
     order = np.array([0, 1, 2, 3, 4, 5, 7, 6, 8, 9])
     joints = [truth.joint_of[body.name] for body in truth.mbs.bodies]
-    return np.hstack([every[:, 10 * (joint - 1) + order] for joint in joints])
+    return np.hstack([all_joints[:, 10 * (joint - 1) + order] for joint in joints])
 
 
 def compare(robot: Robot, mbs: Mbs) -> None:
@@ -64,35 +64,40 @@ def compare(robot: Robot, mbs: Mbs) -> None:
         (robot.inverse_dynamics(q, qd, qdd), truth.forces(s, accelerated=True)),
         (robot.regressor(q, qd, qdd), pinocchios_regressor(truth, s)),
         (robot.regressor(q, qd, qdd) @ robot.parameters(), truth.forces(s, accelerated=True)),
-        (robot.energy(q, qd), [pin.computeKineticEnergy(model, data, v, w),
-                               pin.computePotentialEnergy(model, data, v)]),
+        (
+            robot.energy(q, qd),
+            [
+                pin.computeKineticEnergy(model, data, v, w),
+                pin.computePotentialEnergy(model, data, v),
+            ],
+        ),
         (robot.centre_of_mass(q), pin.centerOfMass(model, data, v)),
         (robot.momentum(q, qd), pin.computeCentroidalMomentum(model, data, v, w)),
-    ]  # fmt: skip
+    ]
     for body in mbs.bodies:
         joint = truth.number(body.name)
-        for place, at in [
+        for label, at in [
             (body.name, np.zeros(3)),
             *(((body.name, point.name), np.array(point.coordinates)) for point in body.points),
         ]:
-            wanted = truth.sensor(s, joint, at)
-            pairs.append((robot.position(place, q), wanted.P[1:]))
-            pairs.append((robot.jacobian(place, q), wanted.J[1:, 1:]))
+            expected = truth.sensor(s, joint, at)
+            pairs.append((robot.position(label, q), expected.P[1:]))
+            pairs.append((robot.jacobian(label, q), expected.J[1:, 1:]))
     for point in mbs.base.points:
-        place = BASE, point.name
-        pairs.append((robot.position(place, q), np.array(point.coordinates)))
-        pairs.append((robot.jacobian(place, q), np.zeros((6, len(q)))))
+        label = BASE, point.name
+        pairs.append((robot.position(label, q), np.array(point.coordinates)))
+        pairs.append((robot.jacobian(label, q), np.zeros((6, len(q)))))
     driven = [joint.nature == "driven" for body in mbs.bodies for joint in body.joints]
     s.qdd[1:][driven] = 0.0
     tau = truth.forces(s, accelerated=True)
     pairs.append((robot.forward_dynamics(q, qd, tau), s.qdd[1:]))
-    for found, wanted in pairs:
-        assert error(np.asarray(found), np.asarray(wanted)) <= TOLERANCE
+    for actual, expected in pairs:
+        assert error(np.asarray(actual), np.asarray(expected)) <= TOLERANCE
     assert robot.joints == list(mbs.numbers())
 
 
 class Complex:
-    """Functions for complex numbers."""
+    """A module of functions for complex numbers."""
 
     sin, cos, sqrt = staticmethod(cmath.sin), staticmethod(cmath.cos), staticmethod(cmath.sqrt)
 
@@ -102,13 +107,13 @@ class Complex:
 def test_random_trees(mbs: Mbs, fold: bool, seed: int) -> None:
     """All kinds of joints, driven ones too, with forces on the bodies."""
     functions = ["invdyna", "derivatives", "regressor"]
-    eq = written(mbs, fold=fold, functions=functions)
+    eq = write_equations(mbs, fold=fold, functions=functions)
     s: Any = random_state(mbs, np.random.default_rng(seed))
     n = s.njoint + 1
-    tables, found = np.zeros((3, n, n)), np.zeros((n, 10 * len(mbs.bodies) + 1))
+    tables, actual = np.zeros((3, n, n)), np.zeros((n, 10 * len(mbs.bodies) + 1))
     eq.fill("derivatives", s, *tables)
-    eq.fill("regressor", s, found)
-    assert error(found[1:, 1:], pinocchios_regressor(Truth(mbs), s)) <= 1e-12
+    eq.fill("regressor", s, actual)
+    assert error(actual[1:, 1:], pinocchios_regressor(Truth(mbs), s)) <= 1e-12
     joints = [joint for body in mbs.bodies for joint in body.joints]
     state = [s.q.astype(object), s.qd.astype(object), s.qdd.astype(object)]
     s.math = Complex
@@ -126,7 +131,7 @@ def test_random_trees(mbs: Mbs, fold: bool, seed: int) -> None:
 
 
 def pinocchios(truth: Truth, tables: Any) -> list[Any]:
-    """Derivatives of pinocchio, by joint number."""
+    """Return derivatives of Pinocchio in the order of our joints."""
     at = np.ix_(truth.column, truth.column)
     return [np.asarray(table)[at] for table in tables]
 
@@ -142,21 +147,21 @@ def test_real_robots(source: Any, language: str, tmp_path: Path) -> None:
     state = [truth.vector(x) for x in (s.q, s.qd, s.qdd)]
     given = [x[1:].copy() for x in (s.q, s.qd, s.qdd)]
     model, free = truth.model, np.ix_(moving, moving)
-    found = robot.inverse_dynamics_derivatives(*given)
+    actual = robot.inverse_dynamics_derivatives(*given)
     by_q, by_qd, _ = pin.computeRNEADerivatives(model, truth.data, *state)
-    wanted = pinocchios(truth, (by_q, by_qd))
-    for a, b in zip(found, [*wanted, truth.matrix(s)], strict=True):
+    expected = pinocchios(truth, (by_q, by_qd))
+    for a, b in zip(actual, [*expected, truth.matrix(s)], strict=True):
         assert error(a[free], b[free]) <= 1e-9
     tau = truth.forces(s, accelerated=True)
-    found = robot.forward_dynamics_derivatives(*given[:2], tau)
+    actual = robot.forward_dynamics_derivatives(*given[:2], tau)
     if moving.all():
         force = np.zeros(model.nv)
         force[truth.column] = tau
         tables = pin.computeABADerivatives(model, truth.data, *state[:2], force)
         inverse = np.triu(tables[2]) + np.triu(tables[2], 1).T
-        for a, b in zip(found, pinocchios(truth, (*tables[:2], inverse)), strict=True):
+        for a, b in zip(actual, pinocchios(truth, (*tables[:2], inverse)), strict=True):
             assert error(a, b) <= 1e-9
-    for a, b in zip(found, wanted, strict=False):
+    for a, b in zip(actual, expected, strict=False):
         assert error((truth.matrix(s) @ a)[free], -b[free]) <= 1e-9
 
 
@@ -224,11 +229,11 @@ def test_many_states_at_once_have_the_same_bits(minimal: Path) -> None:
     many = load_equations(minimal, math=np)
     states = np.random.default_rng(2).uniform(-1, 1, (3, len(robot.joints), 4))
     for name, call in CALLS.items():
-        found = call(many, *states)
+        actual = call(many, *states)
         for k in range(4):
-            wanted = call(robot, *states[:, :, k])
+            expected = call(robot, *states[:, :, k])
             # numpy's own sines of arrays may differ in the last bit
-            assert error(found[..., k], wanted) <= 1e-14, name
+            assert error(actual[..., k], expected) <= 1e-14, name
     with pytest.raises(ValueError, match="joints"):
         many.mass_matrix(states[0, 1:])
 
@@ -236,29 +241,35 @@ def test_many_states_at_once_have_the_same_bits(minimal: Path) -> None:
 @pytest.mark.parametrize("math", [None, np])
 def test_joints_that_never_move_may_be_left_out(math: Any) -> None:
     """An arm of seven joints and a follower is 8 by 8, whatever the .mbs turns its axes with."""
-    every, some = (
+    all_joints, moving_joints = (
         load_equations(CONFIGS / "arm.urdf.xacro", language="python", math=math, moving=moving)
         for moving in (False, True)
     )
-    assert repr(every) == "<Robot arm: 17 joints, of which 8 move; 9 bodies>"
-    assert [every.joints[k] for k in every.moving] == some.joints
+    assert repr(all_joints) == "<Robot arm: 17 joints, of which 8 move; 9 bodies>"
+    assert [all_joints.joints[k] for k in all_joints.moving] == moving_joints.joints
     state = np.random.default_rng(9).uniform(-1, 1, (3, 8))
     full = np.zeros((3, 17))
-    full[0] = every.data.q0[1:]
-    full[:, some.moving] = state
-    of_joints = {"mass_matrix": (0, 1), "bias": (0,), "inverse": (0,), "by_q": (0, 1),
-                 "regressor": (0,), "jacobian": (1,)}  # fmt: skip
+    full[0] = all_joints.data.q0[1:]
+    full[:, moving_joints.moving] = state
+    of_joints = {
+        "mass_matrix": (0, 1),
+        "bias": (0,),
+        "inverse": (0,),
+        "by_q": (0, 1),
+        "regressor": (0,),
+        "jacobian": (1,),
+    }
     for name, call in CALLS.items():
         if name == "forward":
             continue
-        found, wanted = call(some, *state), call(every, *full)
+        actual, expected = call(moving_joints, *state), call(all_joints, *full)
         for axis in of_joints.get(name, ()):
-            wanted = np.take(wanted, some.moving, axis)
-        assert found.shape == wanted.shape, name
-        assert error(found, wanted) <= 1e-13, name
+            expected = np.take(expected, moving_joints.moving, axis)
+        assert actual.shape == expected.shape, name
+        assert error(actual, expected) <= 1e-13, name
     if math is None:
-        wanted = every.forward_dynamics(*full)[some.moving]
-        assert error(some.forward_dynamics(*state), wanted) <= 1e-13
+        expected = all_joints.forward_dynamics(*full)[moving_joints.moving]
+        assert error(moving_joints.forward_dynamics(*state), expected) <= 1e-13
 
 
 def test_casadi(minimal: Path) -> None:
@@ -269,9 +280,9 @@ def test_casadi(minimal: Path) -> None:
     state = np.random.default_rng(7).uniform(-1, 1, (3, n))
     symbols = [casadi.SX.sym(name, n) for name in ("q", "qd", "u")]
     for name, call in CALLS.items():
-        found = np.array(casadi.Function("f", symbols, [call(symbolic, *symbols)])(*state))
-        wanted = call(robot, *state)
-        assert error(found.reshape(wanted.shape), wanted) <= 1e-13, name
+        actual = np.array(casadi.Function("f", symbols, [call(symbolic, *symbols)])(*state))
+        expected = call(robot, *state)
+        assert error(actual.reshape(expected.shape), expected) <= 1e-13, name
 
 
 @pytest.mark.slow

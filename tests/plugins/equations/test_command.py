@@ -42,9 +42,9 @@ def test_files_go_to_the_project(model: Path, capsys: Any) -> None:
         assert (folder / f"mbs_{name}_robot.c").is_file()
     text = (folder / "mbs_dirdyna_robot.c").read_text()
     assert text.startswith("// Written by urdf2mbs from robot.mbs")
-    found = json.loads(capsys.readouterr().out)
-    assert found["counts"]["dirdyna"]["products"] > 0
-    assert found["not_generated"] == {}
+    actual = json.loads(capsys.readouterr().out)
+    assert actual["counts"]["dirdyna"]["products"] > 0
+    assert actual["not_generated"] == {}
 
 
 @pytest.mark.parametrize(
@@ -67,8 +67,8 @@ def test_the_language_is_that_of_the_project(
         (project / file).parent.mkdir(exist_ok=True)
         (project / file).write_text("")
     assert main(["equations", str(model if named == "model" else project)]) == 0
-    found = {file.suffix[1:] for file in (project / "symbolicR").glob("mbs_*_robot.*")}
-    assert sorted(found) == languages
+    actual = {file.suffix[1:] for file in (project / "symbolicR").glob("mbs_*_robot.*")}
+    assert sorted(actual) == languages
     names = {"py": "Python", "c": "C", "m": "MATLAB"}
     shown = " and ".join(names[language] for language in sorted(languages, reverse=True))
     assert f"written to {project / 'symbolicR'}, in {shown}\n" in capsys.readouterr().out
@@ -163,7 +163,7 @@ def test_no_such_model_and_no_such_mix(model: Path, tmp_path: Path, capsys: Any)
 
 
 def test_what_is_not_generated_stops_the_run() -> None:
-    """In C: accelred says so by what it returns, the others stop the run."""
+    """In C, accelred returns a failure, and all functions stop the run."""
     writer = CWriter(read_mbs(convert_text(TINY).data, ""))
     refused = {name: writer.write_function(name, Refused("no")) for name in ("accelred", "dirdyna")}
     assert "int mbs_accelred(" in refused["accelred"]

@@ -29,8 +29,8 @@ def model(path: Path) -> tuple[Mbs, bytes]:
     return read_mbs(data, path.name, mechanics_only=True), data
 
 
-def real(name: str) -> tuple[Mbs, bytes]:
-    """A robot beside the project, as compact makes it."""
+def convert_robot(name: str) -> tuple[Mbs, bytes]:
+    """Convert a real robot by the preset compact."""
     for param in CONVERTIBLE:
         if param.values[0].name == name:
             data = param.values[0].convert(pipeline="compact").data
@@ -47,7 +47,7 @@ def compare(eq: PythonEquations, mbs: Mbs, *, sensors: bool = True) -> None:
 
 
 def compare_accelerations(eq: PythonEquations, mbs: Mbs) -> None:
-    """The accelerations are those that need the forces of the independent joints."""
+    """Compare accelred with Pinocchio: its accelerations require the forces that were given."""
     truth, s = Truth(mbs), random_state(mbs, np.random.default_rng(9), loads=False)
     free = np.array([joint.nature != "driven" for joint in mbs.joints().values()])
     s.Qq[1:] = truth.forces(s, accelerated=True)
@@ -71,18 +71,23 @@ def test_walkmans_own_file_in_python(fold: bool, work: tuple[int, ...], tmp_path
 #: The operations of biped, and how many of them are done in pairs.
 WORK = {
     "c": {
-        "dirdyna": (4623, 3388), "invdyna": (2026, 1222), "accelred": (5044, 0),
+        "dirdyna": (4623, 3388),
+        "invdyna": (2026, 1222),
+        "accelred": (5044, 0),
         "gensensor": (8142, 0),
     },
     "python": {
-        "dirdyna": (4142, 0), "invdyna": (1818, 0), "accelred": (5044, 0), "gensensor": (8142, 0),
+        "dirdyna": (4142, 0),
+        "invdyna": (1818, 0),
+        "accelred": (5044, 0),
+        "gensensor": (8142, 0),
     },
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("language", WORK)
 def test_the_operations_of_a_biped(language: str) -> None:
-    """They are counted exactly: a change that costs some shows here, and one that saves some."""
+    """The exact number shows each change that costs or saves operations."""
     data = convert(CONFIGS / "biped.urdf.xacro", pipeline="compact").data
     counts = generate(
         read_mbs(data, ""), data, "biped.mbs", EquationOptions(language=language)
@@ -92,7 +97,7 @@ def test_the_operations_of_a_biped(language: str) -> None:
 
 
 def test_what_is_asked_of_a_model() -> None:
-    """Only what a model has is called, or has memory."""
+    """accelred calls only functions that the model needs."""
     mbs = read_mbs(convert_text(TINY).data, "")
     for body in mbs.bodies:
         for joint in body.joints:
@@ -144,7 +149,7 @@ def test_real_robots(source: RealRobot, preset: str, tmp_path: Path) -> None:
 def test_c_in_pieces() -> None:
     """Cassie's equations take several pieces, which share variables.  What they compute is held
     against Pinocchio by ``test_callable``."""
-    mbs, data = real("cassie-cassie_v4")
+    mbs, data = convert_robot("cassie-cassie_v4")
     made = generate(mbs, data, "robot.mbs", EquationOptions(language="c"))
     text = made.files[f"mbs_dirdyna_{mbs.name}.c"]
     assert b"mbs_dirdyna_5(" in text
@@ -182,8 +187,8 @@ def test_masses_can_change_without_generating_again(tmp_path: Path) -> None:
 
 
 def test_generated_python_is_silent_under_ruff() -> None:
-    """Nothing is assigned that no line uses."""
-    mbs, data = real("cassie-cassie_v4")
+    """Each variable that is assigned is used."""
+    mbs, data = convert_robot("cassie-cassie_v4")
     for name, text in generate(
         mbs, data, "robot.mbs", EquationOptions(language="python")
     ).files.items():

@@ -1,4 +1,4 @@
-"""The checksum of what equations rely on: it changes when they do, and not by an edit beside."""
+"""The checksum of a model changes if its equations change, and not by other edits."""
 
 import re
 import shutil
@@ -25,7 +25,7 @@ def model() -> bytes:
 
 
 def code(model: bytes, functions: Iterable[str] = FUNCTIONS, **options: Any) -> tuple[str, bytes]:
-    """The code of all equations without what stands above it, and the head of a file."""
+    """Return the code of all equations without their heads, and the head of a file."""
     settings = EquationOptions(language="python", **options)
     made = generate(read_mbs(model, "m.mbs"), model, "m.mbs", settings, functions)
     texts = [re.sub(rb"(?m)^#.*\n", b"", text) for text in made.files.values()]
@@ -43,16 +43,17 @@ def test_equations_fit_the_model_that_they_were_made_of(
 def test_the_file_may_have_any_encoding_and_unknown_elements(model: bytes) -> None:
     plain, text = fingerprint(model, "tree"), model.decode()
     for data in (
-        text.encode("utf-16"), b"\xef\xbb\xbf" + model,
+        text.encode("utf-16"),
+        b"\xef\xbb\xbf" + model,
         text.replace("UTF-8", "GBK").encode("gbk"),
         text.replace("<inertia>", "<inertia><unit>kg m2</unit><x>t</x>").encode(),
-    ):  # fmt: skip
+    ):
         read_mbs(data, "m.mbs")
         assert fingerprint(data, "tree") == plain, data[:60]
 
 
 def test_whatever_changes_the_equations_changes_the_checksum(model: bytes) -> None:
-    """Each number of the model in turn, made zero and made another."""
+    """Set each number of the model to zero, and to another number."""
     some: Any = {"functions": ("invdyna", "gensensor")}
     plain, head = code(model, **some)
     changed = 0
@@ -77,11 +78,18 @@ EDITS = {
     ("renamed point", "tip</pointname>", "end</pointname>"): "",
     ("renamed body", "arm</bodyname>", "limb</bodyname>"): "",
     ("renamed joint", "swing</jointname>", "sway</jointname>"): "",
-    ("another end", "<pointname>rail</pointname>\n      </endpoint2>",
-     "<pointname>origin</pointname>\n      </endpoint2>"): "tree",
-    ("another body's end", "<bodyname>leg</bodyname>\n        <pointname>origin</pointname>\n"
-     "      </endpoint2>\n      <length>", "<bodyname>arm</bodyname>\n        <pointname>origin"
-     "</pointname>\n      </endpoint2>\n      <length>"): "tree",
+    (
+        "another end",
+        "<pointname>rail</pointname>\n      </endpoint2>",
+        "<pointname>origin</pointname>\n      </endpoint2>",
+    ): "tree",
+    (
+        "another body's end",
+        "<bodyname>leg</bodyname>\n        <pointname>origin</pointname>\n"
+        "      </endpoint2>\n      <length>",
+        "<bodyname>arm</bodyname>\n        <pointname>origin"
+        "</pointname>\n      </endpoint2>\n      <length>",
+    ): "tree",
     ("another kind of link", "link3D>", "link>"): "tree",
     ("no length", "<length>2.765625<", "<length>0.0<"): "tree",
     ("another length", "<length>2.765625<", "<length>2.5<"): "numbers",
@@ -94,17 +102,23 @@ EDITS = {
     ("a point at zero", "<x>0.375<", "<x>0.0<"): "tree",
     ("a driven joint that starts elsewhere", "<q>0.09375<", "<q>0.5<"): "fixed",
     ("a free joint that starts elsewhere", "<q>0.015625<", "<q>0.5<"): "",
-    ("a driven joint that moves", "<q/>\n        </symbols>",
-     "<q/><qd/>\n        </symbols>"): "tree",
+    (
+        "a driven joint that moves",
+        "<q/>\n        </symbols>",
+        "<q/><qd/>\n        </symbols>",
+    ): "tree",
     ("another axis", "<type>R3<", "<type>R2<"): "tree",
     ("another nature", "<nature>independent<", "<nature>driven<"): "tree",
     ("no mass", "<mass>0.140625</mass>", ""): "tree",
     ("other line ends", "\n", "\r\n"): "",
     ("moved in the diagram", "<position>", "<position><x>77.0</x>"): "",
     ("another name", "<mbsname>machine<", "<mbsname>robot<"): "tree",
-    ("the other parent point", "shoulder</pointname>\n      </parent>",
-     "handle</pointname>\n      </parent>"): "tree",
-}  # fmt: skip
+    (
+        "the other parent point",
+        "shoulder</pointname>\n      </parent>",
+        "handle</pointname>\n      </parent>",
+    ): "tree",
+}
 
 
 @pytest.mark.parametrize("edit", EDITS, ids=lambda edit: edit[0])
@@ -134,7 +148,7 @@ int main(int count, char **words)
 
 @pytest.fixture(scope="module")
 def check_in_c(tmp_path_factory: pytest.TempPathFactory) -> Any:
-    """Return a function that asks the twin in C, by parts, whether equations of a model fit."""
+    """Return a function that compiles and runs the check in C, for given heads of equations."""
     gcc = shutil.which("gcc") or pytest.skip("gcc is not there")
     folder = tmp_path_factory.mktemp("fit")
     source = Path(equations_fit.__file__).with_suffix(".c")
@@ -147,11 +161,25 @@ def check_in_c(tmp_path_factory: pytest.TempPathFactory) -> Any:
         )
         program = folder / f"exe{len(list(folder.iterdir()))}"
         command = [
-            gcc, "-std=c99", "-pedantic", "-O1", "-Wall", "-Wextra", "-Werror",
-            "-fsanitize=address,undefined", "-fno-sanitize-recover", f"-I{folder}",
-            f"-I{source.parent}", "-DWITH_EQUATIONS_OF_BUILD", '-DBUILD_FOLDER="b"',
-            str(folder / "main.c"), str(source), "-o", str(program), "-lm",
-        ]  # fmt: skip
+            gcc,
+            "-std=c99",
+            "-pedantic",
+            "-O1",
+            "-Wall",
+            "-Wextra",
+            "-Werror",
+            "-fsanitize=address,undefined",
+            "-fno-sanitize-recover",
+            f"-I{folder}",
+            f"-I{source.parent}",
+            "-DWITH_EQUATIONS_OF_BUILD",
+            '-DBUILD_FOLDER="b"',
+            str(folder / "main.c"),
+            str(source),
+            "-o",
+            str(program),
+            "-lm",
+        ]
         subprocess.run(command, check=True)
         return program
 
@@ -179,7 +207,7 @@ def test_c_finds_the_same_differences_as_python(check_in_c: Any) -> None:
 
 
 def test_c_reads_other_layouts_as_python_does(check_in_c: Any) -> None:
-    """Comments, declarations, quotes, empty elements and blanks do not count."""
+    """Comments, declarations, quotes, empty elements and blanks do not change the checksum."""
     text = write(everything()).decode()
     other = text.replace("<mass>", "<!-- <mass> > -->\n<mass> ").replace("<q/>", "<q note='>'/>")
     other = "<?xml version='1.0'?><!DOCTYPE mbsDescR7>\n" + other.partition("?>")[2]

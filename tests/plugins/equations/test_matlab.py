@@ -48,8 +48,8 @@ usrfun = struct('fext', @wrench, 'flink', @pull);
 """
 
 
-class Told(Data):
-    """The same forces of the user in Python, and what the functions were told."""
+class Received(Data):
+    """The same user functions in Python; they record their arguments."""
 
     def __init__(self, mbs: Mbs) -> None:
         super().__init__(mbs)
@@ -64,8 +64,8 @@ class Told(Data):
         return float(arguments[2] + 2 * z + 3 * zd)
 
 
-def model_with_all() -> Mbs:
-    """A loop, links and forces, all signals or some."""
+def make_complete_model() -> Mbs:
+    """Make a model with a loop, links and forces, with all signals or some."""
     signals = ("Pos", "Rot", "Vit", "Om", "Acc", "Omp")
     mbs = Mbs("everything")
     for k, (parent, kind) in enumerate([(None, "R2"), ("b0", "R1"), (None, "R3"), ("b2", "T1")]):
@@ -87,26 +87,28 @@ def model_with_all() -> Mbs:
     return mbs
 
 
-def biped() -> Mbs:
+def convert_biped() -> Mbs:
     text = (CONFIGS / "biped.urdf.xacro").read_text()
     return read_mbs(convert_text(text).data, "biped", mechanics_only=True)
 
 
-def sample(name: str) -> Mbs:
+def read_sample(name: str) -> Mbs:
     file = SHARED / "mbs-samples" / name
     if not file.is_file():
         pytest.skip(f"no sample beside the project: {file}")
     return read_mbs(file.read_bytes(), name, mechanics_only=True)
 
 
-def in_python(eq: PythonEquations, s: Told) -> dict[str, list[Any]]:
-    """All that each function computes, as Octave prints it: column by column."""
+def call_python(eq: PythonEquations, s: Received) -> dict[str, list[Any]]:
+    """Call all functions; return their results as Octave prints them, column by column."""
     rows = count_equations(eq.mbs)
     h, jac, jdqd = eq.constraints(s, rows) if rows else (np.zeros(0),) * 3
     out: dict[str, list[Any]] = {
-        "dirdyna": list(eq.dirdyna(s)), "invdyna": [eq.invdyna(s)],
-        "cons_hJ": [h, jac], "cons_jdqd": [jdqd],
-    }  # fmt: skip
+        "dirdyna": list(eq.dirdyna(s)),
+        "invdyna": [eq.invdyna(s)],
+        "cons_hJ": [h, jac],
+        "cons_jdqd": [jdqd],
+    }
     points = [point for body in eq.mbs.bodies for point in body.points]
     count = sum(point.sensor is not None for point in points)
     pushed = any(point.extforce for point in points)
@@ -114,9 +116,11 @@ def in_python(eq: PythonEquations, s: Told) -> dict[str, list[Any]]:
         for k in range(1, number + 1):
             sens = eq.sensor(s, k, kind)
             out[f"{kind},{k}"] = [
-                sens.P[1:], sens.R[1:, 1:], *(x[1:] for x in (sens.V, sens.OM, sens.A, sens.OMP)),
+                sens.P[1:],
+                sens.R[1:, 1:],
+                *(x[1:] for x in (sens.V, sens.OM, sens.A, sens.OMP)),
                 sens.J[1:, 1:],
-            ]  # fmt: skip
+            ]
     for name, any_load in (("link", bool(eq.mbs.links)), ("extforces", pushed)):
         frc, trq = s.frc.copy(), s.trq.copy()
         if any_load:
@@ -126,9 +130,12 @@ def in_python(eq: PythonEquations, s: Told) -> dict[str, list[Any]]:
         s.frc[:], s.trq[:] = frc, trq
     square, three = (s.njoint + 1,) * 2, (4,)
     for name, shapes in {
-        "energy": [(3,)], "momentum": [three, three], "com": [three], "derivatives": [square] * 3,
+        "energy": [(3,)],
+        "momentum": [three, three],
+        "com": [three],
+        "derivatives": [square] * 3,
         "regressor": [(s.njoint + 1, 10 * len(eq.mbs.bodies) + 1)],
-    }.items():  # fmt: skip
+    }.items():
         arrays = [np.zeros(shape) for shape in shapes]
         eq.fill(name, s, *arrays)
         out[name] = [array[(slice(1, None),) * array.ndim] for array in arrays]
@@ -138,7 +145,7 @@ def in_python(eq: PythonEquations, s: Told) -> dict[str, list[Any]]:
 @needs_octave
 @pytest.mark.parametrize(
     "make",
-    [biped, model_with_all, lambda: sample("Vhinque-Ankle.mbs")],
+    [convert_biped, make_complete_model, lambda: read_sample("Vhinque-Ankle.mbs")],
     ids=["biped", "all", "ankle"],
 )
 def test_octave_computes_what_python_computes(make: Any, tmp_path: Path) -> None:
@@ -154,17 +161,17 @@ def test_octave_computes_what_python_computes(make: Any, tmp_path: Path) -> None
     )
     for name, text in matlab.files.items():
         (tmp_path / name).write_bytes(text)
-    s = Told(mbs)
+    s = Received(mbs)
     random = random_state(mbs, np.random.default_rng(7), loads=True)
     for name in ("q", "qd", "qdd", "frc", "trq"):
         getattr(s, name)[:] = getattr(random, name)
-    wanted = in_python(PythonEquations(python, mbs, tmp_path), s)
+    expected = call_python(PythonEquations(python, mbs, tmp_path), s)
     script = DRIVER
     for name in ("q", "qd", "qdd", "m", "g", "lrod", *TABLES):
         array = getattr(s, name)[(slice(1, None),) * getattr(s, name).ndim]
         rows = array.reshape(-1, 1) if array.ndim == 1 else array
         script += f"s.{name} = [{';'.join(' '.join(map(repr, row)) for row in rows.tolist())}];\n"
-    for call, results in wanted.items():
+    for call, results in expected.items():
         name, _, number = call.partition(",")
         count = 1 if number else 2 if name == "extforces" else len(results)
         outs = [f"r{k}" for k in range(count)]
@@ -175,20 +182,23 @@ def test_octave_computes_what_python_computes(make: Any, tmp_path: Path) -> None
     (tmp_path / "driver.m").write_text(script)
     ran = subprocess.run(
         ["octave-cli", "--norc", "--quiet", "driver.m"],
-        cwd=tmp_path, capture_output=True, text=True, check=False,
-    )  # fmt: skip
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert ran.returncode == 0, ran.stderr
     *printed, rest = ran.stdout.split("end\n")
     assert rest == ""
-    for (call, results), text in zip(wanted.items(), printed, strict=True):
-        ours = np.concatenate([np.ravel(result, order="F") for result in results])
-        found = np.array(text.split(), dtype=float)
-        assert found.shape == ours.shape, call
-        assert error(found, ours) < 1e-12, call
+    for (call, results), text in zip(expected.items(), printed, strict=True):
+        generated = np.concatenate([np.ravel(result, order="F") for result in results])
+        actual = np.array(text.split(), dtype=float)
+        assert actual.shape == generated.shape, call
+        assert error(actual, generated) < 1e-12, call
 
 
 def test_matlab_says_what_it_leaves_out() -> None:
-    mbs = model_with_all()
+    mbs = make_complete_model()
     made = generate(mbs, b"<mbsDescR7/>", "m.mbs", EquationOptions(language="matlab"))
     assert "link3D" not in made.left_out
     (link,) = (text for name, text in made.files.items() if name.startswith("mbs_link_"))

@@ -1,4 +1,4 @@
-"""Names in models that were drawn by hand: whatever they are, the files are the same code."""
+"""Any names in a model give the same code: names in an .mbs drawn by hand may be hostile."""
 
 from pathlib import Path
 
@@ -30,7 +30,7 @@ HOSTILE_MIX = ("*/ a\nb", '"\\', "плечо'''", "//\\\r")
 
 
 def model(names: tuple[str, ...]) -> Mbs:
-    """An arm of two links with a joint that never moves, a sensor, forces, and a rod."""
+    """Make an arm of two links with a joint that never moves, a sensor, forces, and a rod."""
     a, b, c, d = names
     mbs = Mbs("arm")
     mbs.base.gravity = (0.0, 0.0, -9.81)
@@ -51,7 +51,7 @@ def model(names: tuple[str, ...]) -> Mbs:
 
 
 def code(made: Equations) -> dict[str, bytes]:
-    """The files below their headers."""
+    """Return the files without their heads."""
     return {name: text.partition(b"\n\n")[2] for name, text in made.files.items()}
 
 
@@ -75,7 +75,7 @@ def test_names_are_no_code(kind: str, language: str) -> None:
 
 @pytest.mark.parametrize("language", ["python", "c"])
 def test_files_with_hostile_names_run(language: str, tmp_path: Path) -> None:
-    """Also where no matter moves with a joint, which the file names."""
+    """Also if no mass moves with a joint, whose name is in the file."""
     mbs, run = model(HOSTILE_MIX), CEquations if language == "c" else PythonEquations
     made = generate(mbs, b"<mbsDescR7/>", "*/ \\\n'.mbs", EquationOptions(language=language))
     m, c = run(made, mbs, tmp_path).dirdyna(random_state(mbs, np.random.default_rng(1)))
@@ -105,7 +105,7 @@ def test_the_name_of_a_model(
     path, out = tmp_path / "arm.mbs", tmp_path / "out"
     path.write_bytes(write(mbs))
     assert main(["equations", str(path), "-o", str(out)]) == code
-    said = capsys.readouterr().err
-    assert says in said
-    assert "Traceback" not in said
+    printed = capsys.readouterr().err
+    assert says in printed
+    assert "Traceback" not in printed
     assert code == 0 or not list(out.glob("*"))

@@ -1,4 +1,4 @@
-"""Mirrored limbs, which C computes together."""
+"""Mirrored limbs, which C computes in pairs."""
 
 import tempfile
 from pathlib import Path
@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from conftest import reproducible
 from oracle.generated import CEquations, error, random_state
 from oracle.pin import Truth
-from plugins.equations.test_dynamics import real
+from plugins.equations.test_dynamics import convert_robot
 from urdf2mbs.mbs.model import Base, Body, Joint, Mbs, Point
 from urdf2mbs_equations.files import generate
 from urdf2mbs_equations.graph import Expr, Graph, Op
@@ -26,10 +26,10 @@ vectors = st.tuples(numbers, numbers, numbers)
 
 @st.composite
 def limbs(draw: st.DrawFn) -> Mbs:
-    """A body that flies, and two limbs of the same joints.
+    """Draw a floating body with two limbs of the same joints.
 
-    The second has other numbers, its axes may have other names, and it may have a fixed turn or
-    a joint that the first has not.
+    The second limb has other numbers.  It may have its axes in another order, and a joint that the
+    first limb does not have.
     """
     mbs = Mbs("limbs", base=Base(gravity=(0.0, 0.0, -9.81)))
     base = Body("base", None, None, [Joint(f"b{k}", k) for k in ("T1", "T2", "T3", "R1", "R2")])
@@ -86,19 +86,22 @@ def test_humanoids_are_mirrored(
 
     iCub's left and right limbs turn about axes of other names.
     """
-    mbs, _ = real(name)
+    mbs, _ = convert_robot(name)
     twin, _ = find_mirrored(Tree(mbs))
     names = [joint.name for body in mbs.bodies for joint in body.joints]
     for k, j in twin.items():
-        one, other = sorted((names[k - 1].lower(), names[j - 1].lower()))
-        assert one.replace("l", "r") == other.replace("l", "r"), (one, other)
+        first_result, second_result = sorted((names[k - 1].lower(), names[j - 1].lower()))
+        assert first_result.replace("l", "r") == second_result.replace("l", "r"), (
+            first_result,
+            second_result,
+        )
     counts = generate(mbs, b"<mbsDescR7/>", "robot.mbs", EquationOptions(language="c")).counts
     for routine, expected in (("dirdyna", dirdyna), ("invdyna", invdyna)):
         assert (counts[routine].operations, counts[routine].paired) == expected
 
 
 def test_no_pairs_if_they_are_not_asked_for() -> None:
-    mbs, data = real("cassie-cassie_v4")
+    mbs, data = convert_robot("cassie-cassie_v4")
     made = generate(mbs, data, "robot.mbs", EquationOptions(language="c", pairs=False))
     for text in made.files.values():
         assert b"pair" not in text
@@ -107,7 +110,7 @@ def test_no_pairs_if_they_are_not_asked_for() -> None:
 
 def test_compilers_without_vectors_use_the_plain_c_of_the_same_file(tmp_path: Path) -> None:
     """MSVC among them: below ``#else`` the file is the one that is generated without pairs."""
-    mbs, data = real("cassie-cassie_v4")
+    mbs, data = convert_robot("cassie-cassie_v4")
     paired, plain = (
         generate(mbs, data, "robot.mbs", EquationOptions(language="c", pairs=pairs), ["dirdyna"])
         for pairs in (True, False)
@@ -141,14 +144,14 @@ def test_twins_that_need_each_other_are_taken_apart() -> None:
     graph = Graph()
     a, b, c, d = (graph.make_symbol(f"{x}[{k}]") for x in "ab" for k in (1, 2))
     low, high = a * c, b * d
-    one = (low + a) * c
+    first_result = (low + a) * c
     # the sum is a twin of its own operand's sum
-    other = (one * d + b) * d
+    second_result = (first_result * d + b) * d
     routine = Routine(graph)
-    routine.store("c[1]", one)
-    routine.store("c[2]", other)
+    routine.store("c[1]", first_result)
+    routine.store("c[2]", second_result)
     routine.store("c[3]", high)
-    routine.mark_mirrored(one, other)
+    routine.mark_mirrored(first_result, second_result)
     routine.mark_mirrored(low, high)
     paired = pair_mirrored(routine)
     made: set[str] = set()

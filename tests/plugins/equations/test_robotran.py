@@ -1,4 +1,4 @@
-"""Beside Robotran's own equations, and what follows from that: rows, signs, messages."""
+"""Our equations beside those of Robotran's generator: numbers, rows, signs, messages."""
 
 import ctypes
 import importlib.util
@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from oracle.generated import HEADER, Data, PythonEquations
-from plugins.equations.test_loops import written
+from plugins.equations.test_loops import write_equations
 from plugins.project.passes.test_loops import BALL, FOUR_BAR, at, link
 from urdf2mbs.cli import main
 from urdf2mbs.mbs.model import Body, Connection, Joint, Mbs, Point
@@ -47,23 +47,23 @@ def test_the_numbers_of_robotrans_own_equations(reference: Path, tmp_path: Path)
         mbs, b"<mbsDescR7/>", name, EquationOptions(language="python")
     ).files.items():
         (tmp_path / file).write_bytes(text)
-    wanted, data = json.loads(reference.read_text()), check.Data(str(model))
+    expected, data = json.loads(reference.read_text()), check.Data(str(model))
     different = set()
-    for function, results in wanted["functions"].items():
-        ours = check.load(str(tmp_path), function)
-        for state, result in zip(wanted["states"], results, strict=True):
-            if not check.difference(result, check.run(data, function, ours, state)) < 1e-9:
+    for function, results in expected["functions"].items():
+        generated = check.load(str(tmp_path), function)
+        for state, result in zip(expected["states"], results, strict=True):
+            if not check.difference(result, check.run(data, function, generated, state)) < 1e-9:
                 different.add(function)
     assert different == DIFFERENT.get(name, set())
 
 
-def closed(text: str, cuts: dict[str, Any]) -> Mbs:
+def convert_closed(text: str, cuts: dict[str, Any]) -> Mbs:
     result = convert_text(text, base="fixed", passes={"loops": {"cuts": cuts}})
     return read_mbs(result.data, "four_bar", mechanics_only=True)
 
 
-def residual(eq: PythonEquations, s: Data, count: int) -> float:
-    """How far J qdd + jdqd is from zero."""
+def compute_residual(eq: PythonEquations, s: Data, count: int) -> float:
+    """Return the largest element of J qdd + jdqd."""
     _, jacobian, jdqd = eq.constraints(s, count)
     return float(np.abs(jacobian @ s.qdd[1:] + jdqd).max())
 
@@ -78,9 +78,9 @@ def test_two_planar_four_bars(c: bool) -> None:
         **BALL,
         "pin2": {"ends": [{**end, "link": f"{end['link']}2"} for end in BALL["pin"]["ends"]]},
     }
-    mbs = closed(FOUR_BAR.replace("</robot>", f"{second}</robot>"), cuts)
+    mbs = convert_closed(FOUR_BAR.replace("</robot>", f"{second}</robot>"), cuts)
     assert sum(j.nature == "dependent" for body in mbs.bodies for j in body.joints) == 4
-    eq, s = written(mbs, c=c), Data(mbs)
+    eq, s = write_equations(mbs, c=c), Data(mbs)
     names = mbs.numbers()
     s.q[names["crank"]], s.qd[names["crank"]], s.qd[names["crank2"]] = 0.3, 1.0, -2.0
     s.q[names["elbow"]], s.q[names["rocker"]] = -0.3, 0.3
@@ -89,18 +89,18 @@ def test_two_planar_four_bars(c: bool) -> None:
     assert abs(s.qd[names["rocker2"]] + 2.0) <= 1e-9
     _, jacobian, _ = eq.constraints(s, 6)
     assert np.abs(jacobian).max(axis=1).astype(bool).tolist() == [True] * 4 + [False] * 2
-    assert residual(eq, s, 4) <= 1e-9
+    assert compute_residual(eq, s, 4) <= 1e-9
 
 
 def test_a_turn_that_never_moves_brings_no_row_back() -> None:
     """A plane that stands upright by a driven quarter turn: Robotran's form is that of its
     number."""
-    mbs = closed(FOUR_BAR, BALL)
+    mbs = convert_closed(FOUR_BAR, BALL)
     for body in mbs.bodies:
         if body.parent is None:
             turn = Joint(f"turn_{body.name}", "R1", "driven", q=np.pi / 2, symbols=("q",))
             body.joints.insert(0, turn)
-    eq, s = written(mbs), Data(mbs)
+    eq, s = write_equations(mbs), Data(mbs)
     assert eq.accelred(s) == 0
     _, jacobian, _ = eq.constraints(s, 3)
     assert np.abs(jacobian).max(axis=1).astype(bool).tolist() == [True, True, False]
@@ -112,9 +112,14 @@ def test_a_row_that_is_zero_after_cancelling_only_is_kept() -> None:
     mbs.base.points = [Point("P", (0.0, 0.5, 0.5))]
     mbs.bodies = [
         Body("a", None, None, [Joint("a1", "R1", "dependent")], points=[Point("P", (0, 0.5, 0))]),
-        Body("b", "a", "P", [Joint("b1", "R1", "dependent"), Joint("b2", "R3")],
-             points=[Point("P", (0.0, 0.0, 0.5)), Point("Q")]),
-    ]  # fmt: skip
+        Body(
+            "b",
+            "a",
+            "P",
+            [Joint("b1", "R1", "dependent"), Joint("b2", "R3")],
+            points=[Point("P", (0.0, 0.0, 0.5)), Point("Q")],
+        ),
+    ]
     rows = {}
     for point in ("P", "Q"):
         mbs.cuts = [Connection("ball", "cut", ("b", point), (None, "P"))]
@@ -127,29 +132,29 @@ def test_a_row_that_is_zero_after_cancelling_only_is_kept() -> None:
     assert rows == {"P": 3, "Q": 2}
 
 
-def off_plane() -> str:
+def make_gap() -> str:
     return FOUR_BAR.replace(at(1, 0, 0), at(1, 0.1, 0))
 
 
-def test_a_gap_that_no_joint_closes_is_told_in_a_conversion() -> None:
-    result = convert_text(off_plane(), base="fixed", passes={"loops": {"cuts": BALL}})
+def test_a_conversion_warns_of_a_gap_that_no_joint_closes() -> None:
+    result = convert_text(make_gap(), base="fixed", passes={"loops": {"cuts": BALL}})
     (warning,) = [d for d in result.diagnostics if d.code.startswith("loop-")]
     assert warning.code == "loop-never-closes"
     assert "0.1 m apart along y of 'base'" in warning.message
 
 
-def test_a_gap_that_no_joint_closes_is_told_with_the_equations(
+def test_the_command_warns_of_a_gap_that_no_joint_closes(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    mbs = closed(off_plane(), BALL)
+    mbs = convert_closed(make_gap(), BALL)
     path = tmp_path / "four_bar.mbs"
     path.write_bytes(write(mbs))
     assert main(["equations", str(path), "-o", str(tmp_path / "out"), "--json"]) == 0
-    said = capsys.readouterr()
-    assert "warning[loop-never-closes]: cut 'pin' can never close" in said.err
-    (warning,) = json.loads(said.out)["warnings"]
+    printed = capsys.readouterr()
+    assert "warning[loop-never-closes]: cut 'pin' can never close" in printed.err
+    (warning,) = json.loads(printed.out)["warnings"]
     assert warning["code"] == "loop-never-closes"
-    assert not list(find_constant_gaps(closed(FOUR_BAR, BALL)))
+    assert not list(find_constant_gaps(convert_closed(FOUR_BAR, BALL)))
     mbs.cuts[0].kind = "solid"  # in the plane its bodies are parallel
     assert len(list(find_constant_gaps(mbs))) == 1
     turn = Joint("turn", "R1", "driven", q=0.3, symbols=("q",))
@@ -159,7 +164,7 @@ def test_a_gap_that_no_joint_closes_is_told_with_the_equations(
     assert ["not as far apart" in message for _, message in find_constant_gaps(mbs)] == [True]
 
 
-def arm(*, links: int = 0) -> Mbs:
+def make_arm(*, links: int = 0) -> Mbs:
     mbs = Mbs("arm")
     mbs.base.points = [Point("P", (0.0, 0.0, 1.0))]
     mbs.bodies = [
@@ -173,9 +178,9 @@ def arm(*, links: int = 0) -> Mbs:
 @pytest.mark.parametrize("c", [False, True], ids=["python", "c"])
 def test_links_along_one_shift_and_in_one_place(c: bool) -> None:
     """Z is the distance of the ends, also in a model of MBSysPad of 2014 (0.0.beta)."""
-    mbs = arm(links=3)
+    mbs = make_arm(links=3)
     mbs.version = "0.0.beta"
-    eq, s = written(mbs, c=c), Data(mbs)
+    eq, s = write_equations(mbs, c=c), Data(mbs)
     s.q[1], s.qd[1], s.user_LinkForces = -0.5, 2.0, lambda *arguments: 10.0 * arguments[-1]
     eq.loads(s, "link")
     assert s.Z[1:].tolist() == [0.5, 0.5, 0.0]
@@ -189,14 +194,16 @@ def test_links_along_one_shift_and_in_one_place(c: bool) -> None:
 def test_a_function_that_the_model_does_not_need(
     c: bool, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    """To call it is a mistake: the simulation stops, and a message says why."""
-    mbs = arm()
-    eq, s = written(mbs, c=c), Data(mbs)
+    """If it is called, the simulation stops with a message."""
+    mbs = make_arm()
+    eq, s = write_equations(mbs, c=c), Data(mbs)
     s.flag_stop = 0
     for call in (
-        lambda: eq.loads(s, "link"), lambda: eq.loads(s, "link3D"),
-        lambda: eq.loads(s, "extforces"), lambda: eq.sensor(s, 1),
-    ):  # fmt: skip
+        lambda: eq.loads(s, "link"),
+        lambda: eq.loads(s, "link3D"),
+        lambda: eq.loads(s, "extforces"),
+        lambda: eq.sensor(s, 1),
+    ):
         call()
         libc.fflush(None)
         assert "symbolic files seem obsolete" in capfd.readouterr().err
@@ -209,9 +216,9 @@ libc = ctypes.CDLL(None)
 
 @pytest.mark.parametrize("c", [False, True], ids=["python", "c"])
 def test_a_sensor_that_the_model_does_not_have(c: bool, capfd: pytest.CaptureFixture[str]) -> None:
-    mbs = arm()
+    mbs = make_arm()
     mbs.bodies[0].points[0].sensor = Measures("eye", ("Pos",))
-    eq, s = written(mbs, c=c), Data(mbs)
+    eq, s = write_equations(mbs, c=c), Data(mbs)
     assert eq.sensor(s, 1).P[1] == pytest.approx(0.1)
     eq.loads(s, "extforces")  # an empty function, as Robotran's
     for kind, what in (("sensor", "sensor"), ("gensensor", "joint")):
@@ -229,14 +236,14 @@ def test_a_sensor_that_the_model_does_not_have(c: bool, capfd: pytest.CaptureFix
 def test_inverse_dynamics_of_a_loop() -> None:
     """The forces that invdynared finds make the accelerations that it was given, and the
     dependent joints have none; a driven joint's force is felt by nobody else."""
-    mbs = closed(FOUR_BAR, BALL)
+    mbs = convert_closed(FOUR_BAR, BALL)
     bodies = {body.joints[0].name: body for body in mbs.bodies}
     bodies["crank"].joints.append(Joint("drive", "R2", "driven", q=0.0))
-    eq, s = written(mbs, c=True), Data(mbs)
+    eq, s = write_equations(mbs, c=True), Data(mbs)
     names = mbs.numbers()
     s.q[names["drive"]], s.qd[names["drive"]], s.qdd[names["drive"]] = 0.1, 0.4, -3.0
     s.qd[names["crank"]], s.qdd[names["crank"]] = 1.5, 2.5
-    wanted = s.qdd[names["crank"]]
+    expected = s.qdd[names["crank"]]
     assert eq.fill("invdynared", s) == 0
     dependent = [names["elbow"], names["rocker"]]
     assert not s.Qq[dependent].any()
@@ -244,13 +251,13 @@ def test_inverse_dynamics_of_a_loop() -> None:
     before = s.qdd.copy()
     s.qdd[names["crank"]] = 0.0
     assert eq.accelred(s) == 0
-    assert s.qdd[names["crank"]] == pytest.approx(wanted, rel=1e-9)
+    assert s.qdd[names["crank"]] == pytest.approx(expected, rel=1e-9)
     assert np.abs(s.qdd - before).max() <= 1e-9
 
 
 def test_inverse_dynamics_of_a_tree() -> None:
-    mbs = arm()
-    eq, s = written(mbs, c=True), Data(mbs)
+    mbs = make_arm()
+    eq, s = write_equations(mbs, c=True), Data(mbs)
     s.qdd[1] = 2.0
     assert eq.fill("invdynared", s) == 0
     assert s.Qq[1] == pytest.approx(2.0 + 9.81)
@@ -268,8 +275,8 @@ def test_the_c_of_loops_compiles_as_it_stands(flags: list[str], tmp_path: Path) 
 
 
 def test_a_draft_of_a_cut_or_a_link() -> None:
-    """What does not need it is generated."""
-    mbs = arm(links=1)
+    """Functions that do not need it are generated."""
+    mbs = make_arm(links=1)
     mbs.links[0].endpoint1 = ("", None)
     made = generate(mbs, b"<mbsDescR7/>", "arm.mbs", EquationOptions(language="c"))
     assert set(made.left_out) == {"link"}

@@ -14,20 +14,20 @@ from urdf2mbs.testing import TINY, convert_text
 
 
 @pytest.mark.parametrize(
-    ("options", "said"), [({}, True), ({"fold": True}, True), ({"language": None}, False)]
+    ("options", "is_warned"), [({}, True), ({"fold": True}, True), ({"language": None}, False)]
 )
-def test_options_without_a_language_are_told(options: dict[str, Any], said: bool) -> None:
-    found = convert_text(passes={"equations": options}).diagnostics
-    assert ("equations-language" in [each.code for each in found]) == said
+def test_options_without_a_language_are_a_warning(options: dict[str, Any], is_warned: bool) -> None:
+    actual = convert_text(passes={"equations": options}).diagnostics
+    assert ("equations-language" in [each.code for each in actual]) == is_warned
 
 
 def test_the_pass_works_where_it_is_asked_to(tmp_path: Path) -> None:
     (tmp_path / "tiny.urdf").write_text(TINY)
     asked = "source: tiny.urdf\noutput: {project: tiny}\npasses:\n  equations: {language: c}\n"
-    for text, wanted in (("source: tiny.urdf\n", 0), (asked, 11)):
+    for text, expected in (("source: tiny.urdf\n", 0), (asked, 11)):
         conversion = Pipeline(*parse(text, tmp_path / "tiny.yaml")).run()
         files = [path for path in conversion.files if path.parent.name == "symbolicR"]
-        assert len(files) == wanted
+        assert len(files) == expected
     write_files(conversion.files)
     (tmp_path / "tiny" / "symbolicR" / "mbs_link_tiny.c").write_text("mine")
     conversion = Pipeline(*parse(asked, tmp_path / "tiny.yaml")).run()
@@ -92,8 +92,8 @@ def test_equations_of_robotran_for_other_joints_are_named_each_time(tmp_path: Pa
         assert codes.count("equations-stale") == n_warnings
 
 
-def test_equations_of_another_model_go_or_are_told(tmp_path: Path) -> None:
-    """Ours are removed; what somebody has changed, and Robotran's, stay and are named."""
+def test_equations_of_another_model_are_removed_or_named(tmp_path: Path) -> None:
+    """Files of urdf2mbs are removed; edited files and those of Robotran are named."""
     source = tmp_path / "tiny.urdf"
     source.write_text(TINY)
     asked = "source: tiny.urdf\noutput: {project: tiny}\npasses: {equations: {language: python}}\n"
@@ -106,7 +106,7 @@ def test_equations_of_another_model_go_or_are_told(tmp_path: Path) -> None:
     plain = parse(asked.partition("passes")[0], tmp_path / "tiny.yaml")
     same = Pipeline(*plain).run()
     assert not same.files_of("obsolete").keys() & set(ours)
-    assert not [found for found in same.diagnostics if found.code == "equations-stale"]
+    assert not [actual for actual in same.diagnostics if actual.code == "equations-stale"]
     source.write_text(TINY.replace('axis xyz="0 1 1"', 'axis xyz="0 0 1"'))
     changed = Pipeline(*plain).run()
     assert changed.files_of("obsolete").keys() >= set(ours[1:])
