@@ -90,27 +90,26 @@ class _RobotSource:
         text = text.replace("@NEEDS_USER_MODELS@", str(int(bool(self.parameters))))
         n_constraints = len(self.simulation.couplings)
         zeros = (f"jdqd[{k}] = 0.0;" for k in range(1, n_constraints + 1))
-        for word, parameters, statements in (
-            ("CONSTRAINTS", "h Jac mbs_data", self.write_constraints()),
-            ("JDQD", "jdqd", zeros),
-            ("DRIVEN", "mbs_data", self.write_driven_joints()),
-            ("JOINT_FORCES", "mbs_data", self.write_joint_forces()),
-            ("EFFORTS", "mbs_data joint force", self.write_efforts()),
-            (
-                "EXTERNAL_FORCES",
-                "PxF RxF VxF OMxF mbs_data tsim ixF",
-                self.write_external_forces(),
+        bodies = {
+            "CONSTRAINTS": format_body("h Jac mbs_data", self.write_constraints()),
+            "JDQD": format_body("jdqd", zeros),
+            "DRIVEN": format_body("mbs_data", self.write_driven_joints()),
+            "JOINT_FORCES": format_body("mbs_data", self.write_joint_forces()),
+            "EFFORTS": format_body("mbs_data joint force", self.write_efforts()),
+            "EXTERNAL_FORCES": format_body(
+                "PxF RxF VxF OMxF mbs_data tsim ixF", self.write_external_forces()
             ),
-            ("LINK_FORCES", "Z Zd mbs_data ilnk", self.write_link_forces()),
-            ("SENSORS", "sensor isens mbs_data force turn", self.write_sensors()),
-        ):
-            text = text.replace(f"@{word}@\n", format_body(parameters, statements))
+            "LINK_FORCES": format_body("Z Zd mbs_data ilnk", self.write_link_forces()),
+            "SENSORS": format_body("sensor isens mbs_data force turn", self.write_sensors()),
+        }
+        for word, body in bodies.items():
+            text = text.replace(f"@{word}@\n", body)
         return text
 
-    def read_number(self, model: str, name: str, default: str = "0.0") -> str:
-        """Return the expression of a number of the user models; the default without it."""
-        has_number = name in self.parameters.get(model, ())
-        return f"user_model->{model}.{name}" if has_number else default
+    def get_expression(self, model: str, name: str, default: str = "0.0") -> str:
+        """Return the C expression of a number in the user models; the default if it has none."""
+        exists = name in self.parameters.get(model, ())
+        return f"user_model->{model}.{name}" if exists else default
 
     # --- joints ---
 
@@ -155,22 +154,22 @@ class _RobotSource:
     def write_damping(self) -> Iterator[str]:
         """Yield the damping of joints."""
         for name in self.parameters.get("damping", ()):
-            damping = self.read_number("damping", name)
+            damping = self.get_expression("damping", name)
             yield f"Qq[{name}_id] -= {damping} * qd[{name}_id];"
 
     def write_springs(self) -> Iterator[str]:
         """Yield the springs of joints."""
         for name in self.parameters.get("spring_stiffness", ()):
-            stiffness = self.read_number("spring_stiffness", name)
-            reference = self.read_number("spring_reference", name)
+            stiffness = self.get_expression("spring_stiffness", name)
+            reference = self.get_expression("spring_reference", name)
             yield f"Qq[{name}_id] -= {stiffness}\n    * (q[{name}_id] - {reference});"
 
     def write_friction(self) -> Iterator[str]:
         """Yield the friction of joints."""
-        time = self.read_number("joint_forces", "friction_time")
+        time = self.get_expression("joint_forces", "friction_time")
         for name, state in find_state_indices(self.mbs, JOINT_STATES).items():
-            friction = self.read_number("friction", name)
-            stiffness = self.read_number("friction_stiffness", name)
+            friction = self.get_expression("friction", name)
+            stiffness = self.get_expression("friction_stiffness", name)
             yield (
                 f"Qq[{name}_id] -= joint_friction(mbs_data, {state}, qd[{name}_id], {friction},\n"
                 f"    {stiffness}, {time});"
@@ -178,23 +177,23 @@ class _RobotSource:
 
     def write_stops(self) -> Iterator[str]:
         """Yield the stops of joints at their limits."""
-        speed = self.read_number("joint_forces", "stop_speed")
+        speed = self.get_expression("joint_forces", "stop_speed")
         for name in self.parameters.get("stop_stiffness", ()):
-            lower = self.read_number("q_min", name, "-INFINITY")
-            upper = self.read_number("q_max", name, "INFINITY")
+            lower = self.get_expression("q_min", name, "-INFINITY")
+            upper = self.get_expression("q_max", name, "INFINITY")
             yield (
                 f"Qq[{name}_id] -= stop_forces(q[{name}_id], qd[{name}_id],\n"
                 f"    {lower}, {upper},\n"
-                f"    {self.read_number('stop_stiffness', name)}, {speed});"
+                f"    {self.get_expression('stop_stiffness', name)}, {speed});"
             )
 
     def write_hold(self) -> Iterator[str]:
         """Yield the controller that holds the start position."""
         for name in self.parameters.get("hold_stiffness", ()):
-            stiffness = self.read_number("hold_stiffness", name)
-            damping = self.read_number("hold_damping", name)
+            stiffness = self.get_expression("hold_stiffness", name)
+            damping = self.get_expression("hold_damping", name)
             yield (
-                f"Qq[{name}_id] += limit_effort({self.read_number('effort', name)},\n"
+                f"Qq[{name}_id] += limit_effort({self.get_expression('effort', name)},\n"
                 f"    {stiffness} * (q0[{name}_id] - q[{name}_id])\n"
                 f"    - {damping} * qd[{name}_id]);"
             )
@@ -202,7 +201,7 @@ class _RobotSource:
     def write_efforts(self) -> Iterator[str]:
         """Yield the limits of the motors' forces."""
         cases = {
-            name: [f"return limit_effort({self.read_number('effort', name)}, force);"]
+            name: [f"return limit_effort({self.get_expression('effort', name)}, force);"]
             for name in self.parameters.get("effort", ())
         }
         yield from self.write_switch("joint", "joint", cases, "return force;")
@@ -218,7 +217,7 @@ class _RobotSource:
             cases.setdefault(name, []).append(call)
         for wrench in self.simulation.wrenches:
             start, stop, *components = (
-                self.read_number(wrench.model.name, name)
+                self.get_expression(wrench.model.name, name)
                 for name in ("start", "stop", *WRENCH_COMPONENTS)
             )
             cases.setdefault(get_force_name(wrench.point), []).extend(
@@ -237,7 +236,7 @@ class _RobotSource:
         if self.simulation.contacts:
             yield "const Ground ground = {"
             for name in GROUND_FIELDS:
-                yield f"    .{name} = {self.read_number('contact', name)},"
+                yield f"    .{name} = {self.get_expression('contact', name)},"
             yield "};\n"
         yield "for (int i = 1; i <= 6; i++) {\n    force[i] = 0.0;\n}"
         broken = {name: [*statements, "break;"] for name, statements in cases.items()}
@@ -247,9 +246,9 @@ class _RobotSource:
         """Yield the springs between two points."""
         cases = {}
         for link in self.simulation.springs:
-            stiffness = self.read_number("link_stiffness", link.name)
-            length = self.read_number("link_length", link.name)
-            damping = self.read_number("link_damping", link.name)
+            stiffness = self.get_expression("link_stiffness", link.name)
+            length = self.get_expression("link_length", link.name)
+            damping = self.get_expression("link_damping", link.name)
             cases[link.name] = [
                 f"return {stiffness}\n    * (Z - {length})\n    + {damping} * Zd;",
             ]
