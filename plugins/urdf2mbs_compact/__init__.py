@@ -9,13 +9,17 @@ PASSES = ("lump-fixed", "merge-massless", "align-frames")
 
 @hookimpl
 def urdf2mbs_passes() -> list[PassEntry]:
-    before = ("prune-massless", "force-torque")
+    """Return the passes, each placed after those before it."""
+    previous = ("prune-massless", "force-torque")
     return [
-        PassEntry(name, "urdf2mbs_compact", (*before, *PASSES[:n]), always, presets=("compact",))
-        for n, name in enumerate(PASSES)
+        PassEntry(
+            name, "urdf2mbs_compact", (*previous, *PASSES[:index]), always, presets=("compact",)
+        )
+        for index, name in enumerate(PASSES)
     ]
 
 
 @hookimpl
 def urdf2mbs_presets() -> dict[str, dict[str, Any]]:
+    """Return the preset ``compact``."""
     return {"compact": {"extends": "faithful"}}

@@ -1,16 +1,27 @@
-"""Align frames: turn each body's frame so that a coordinate axis lies along its joint's axis.
+r"""Align frames: turn each body's frame so that a coordinate axis lies along its joint's axis.
 
 Beyond the method.  The method's Table A.2 turns the frame before a joint, and turns it back after
 the joint.  Turning back is never needed: whatever is constant in a body can be written in any
 frame.  So centre, inertia, points, visuals and the next joints are written in the frame that the
-joint leaves.  The turns before a joint bring a coordinate axis onto the joint's direction ``u``.
-No turn is needed if u is +x, +y or +z.  One turn is needed if u has a zero component or is a
-negative axis, else two.  The joint's coordinate stays the URDF's: same zero, same sign.
+joint leaves.  The turns before a joint bring a coordinate axis onto the joint's direction u.  No
+turn is needed if u is +x, +y or +z.  One turn is needed if u has a zero component or is a negative
+axis, else two.  The joint's coordinate stays the URDF's: same zero, same sign.
 
-Each body's frame may have any angle about its own joint's axis.  As by Denavit and Hartenberg, the
-second axis of the frame points toward the axis of the joint before; if the two are parallel, toward
-the second axis of the frame before.  Four quarter turns about the joint's axis are free: dynamic
-programming, from the tips of the tree to the base, finds those with the fewest turns in all.
+Each body's frame may have any angle about its own joint's axis u, which is its x.  As by Denavit
+and Hartenberg, y is in the plane of u and the axis p of the joint before; if the two are parallel,
+p is the second axis of the frame before::
+
+        y ^     p   (axis of the joint before)
+          |    /
+          |   /
+          |  /
+          | /
+          |/
+          +-----------> x = u
+
+The four quarter turns of this frame about u are its *candidates*.  Dynamic programming chooses
+among them: from the tips of the tree to the base, each joint adds to every candidate of its parent
+frame the fewest turns of its branch; from the base to the tips, each frame takes its best one.
 """
 
 from __future__ import annotations
@@ -27,6 +38,7 @@ from urdf2mbs.plugin import (
     Rot,
     Step,
     Tolerance,
+    UrdfJoint,
     Vec,
     axis_turns,
     cross,
@@ -40,12 +52,13 @@ from urdf2mbs.plugin import (
     transpose,
     unit,
 )
-from urdf2mbs.plugin import UrdfJoint as Joint
 
 AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
 class AlignFrames(Pass):
+    """Turn the frame of each body along its joint, which saves driven joints."""
+
     reads = ("bodies",)
     writes = ("bodies",)
 
@@ -55,172 +68,197 @@ class AlignFrames(Pass):
     are."""
 
     def run(self, conversion: Conversion) -> None:
-        places = _walk(conversion, self.tolerance)
-        frames = [place.frame for place in places if place.step.joint.moves]
+        """Choose the frames, and write all that is constant in a body in its new frame."""
+        placed_steps = _place_steps(conversion, self.tolerance)
+        frames = [placed.frame for placed in placed_steps if placed.step.joint.moves]
         for frame in reversed(frames):
-            frame.count_turns(self.tolerance)
-        for place in places:
-            place.step.turns = ()
+            frame.count_turns()
+        for placed in placed_steps:
+            placed.step.turns = ()
         for frame in frames:
-            frame.choose(self.tolerance)
+            frame.choose()
             if frame.step.joint.type != "floating":
-                _lay_axis(conversion, frame)
+                _align_axis(conversion, frame)
         conversion.aligned = True
-        conversion.report["align-frames"] = {"driven": sum(len(one.step.turns) for one in frames)}
-        _write(conversion, places)
+        n_driven = sum(len(frame.step.turns) for frame in frames)
+        conversion.report["align-frames"] = {"driven": n_driven}
+        _write_frames(conversion, placed_steps)
 
 
-class _Frame:
-    """The frame behind a moving joint; or the ground's, which cannot be turned."""
+class JointFrame:
+    """The frame after a moving joint, or that of the ground, which cannot be turned."""
 
-    def __init__(self, step: Step, before: _Frame | None, rot: Rot, small: float) -> None:
+    def __init__(
+        self, step: Step, parent: JointFrame | None, rotation: Rot, tolerance: float
+    ) -> None:
         self.step = step
         """The joint that moves the frame."""
-        self.before = before or self
-        self.rot = rot
-        """The frame of the URDF's link, as seen from that of the link before, at zero."""
+        self.parent = parent or self
+        """The frame before the joint; the ground's is its own parent."""
+        self.rotation = rotation
+        """Rotation of the URDF's link frame in that of the parent, the joint at zero."""
+        self.tolerance = tolerance
+        """An element of a rotation up to this counts as zero."""
         self.candidates = [IDENTITY]
-        """The frames to choose from, as seen from the frame of the URDF's link."""
+        """The rotations to choose from, in the URDF's link frame."""
         if step.joint.type == "planar":
             self.candidates = [from_turns(axis_turns(step.axis)[0])]
         elif step.joint.type not in ("fixed", "floating"):
-            self.candidates = self._along_joint(direction(step.axis), small)
+            self.candidates = self._list_quarter_turns(direction(step.axis))
         self.costs = [0] * len(self.candidates)
-        """For each candidate, the fewest turns of all joints behind."""
-        self.best: list[int] = []
-        """For each candidate of the frame before, the number of the best candidate here."""
+        """For each candidate, the fewest turns of all joints after this frame."""
+        self.best_candidates: list[int] = []
+        """For each candidate of the parent, the number of the best candidate of this frame."""
         self.chosen = 0
-        """The number of the candidate that is chosen."""
-        self.held = IDENTITY
-        """The frame of the URDF's link, as seen from the chosen frame."""
+        """The number of the chosen candidate."""
+        self.link_rotation = IDENTITY
+        """Rotation of the URDF's link frame in the chosen frame."""
 
-    def _along_joint(self, axis: Vec, small: float) -> list[Rot]:
-        """The four frames whose x is the joint's axis, and whose y or z is on the line toward the
-        first axis of the frame before, or toward its second axis."""
-        a, b, _, d, e, _, g, h, _ = multiply(transpose(self.rot), self.before.candidates[0])
-        across = _across((a, d, g), axis, small) or _across((b, e, h), axis, small)
-        assert across is not None  # the joint is parallel to one of the two axes at most
-        (x, y, z), (p, q, r) = across, cross(axis, across)
-        pairs = (
-            ((x, y, z), (p, q, r)), ((p, q, r), (-x, -y, -z)),
-            ((-x, -y, -z), (-p, -q, -r)), ((-p, -q, -r), (x, y, z)),
-        )  # fmt: skip
+    def _list_quarter_turns(self, axis: Vec) -> list[Rot]:
+        """Return the frame in the picture at the top of this file, and its three quarter turns.
+
+        Args:
+            axis: The joint's axis u, in the URDF's link frame.
+        """
+        parent_axes = multiply(transpose(self.rotation), self.parent.candidates[0])
+        r11, r12, _, r21, r22, _, r31, r32, _ = parent_axes
+        y_axis = _reject((r11, r21, r31), axis, self.tolerance)
+        y_axis = y_axis or _reject((r12, r22, r32), axis, self.tolerance)
+        assert y_axis is not None  # the joint is parallel to one of the two axes at most
+        y, z = y_axis, cross(axis, y_axis)
+        minus_y, minus_z = (-y[0], -y[1], -y[2]), (-z[0], -z[1], -z[2])
+        pairs = ((y, z), (z, minus_y), (minus_y, minus_z), (minus_z, y))
         return [transpose((*axis, *second, *third)) for second, third in pairs]
 
-    def count_turns(self, small: float) -> None:
-        """Add to each candidate of the frame before the fewest turns of this branch."""
-        for number, frame in enumerate(self.before.candidates):
-            back = multiply(transpose(frame), self.rot)
+    def count_turns(self) -> None:
+        """Add to each candidate of the parent the fewest turns of this branch."""
+        for index, parent_candidate in enumerate(self.parent.candidates):
+            rotation = multiply(transpose(parent_candidate), self.rotation)
             counts = [
-                cost + self._turns(multiply(back, own), small)
-                for own, cost in zip(self.candidates, self.costs, strict=True)
+                cost + self._count_joint_turns(multiply(rotation, candidate))
+                for candidate, cost in zip(self.candidates, self.costs, strict=True)
             ]
-            self.before.costs[number] += min(counts)
-            self.best.append(counts.index(min(counts)))
+            self.parent.costs[index] += min(counts)
+            self.best_candidates.append(counts.index(min(counts)))
 
-    def _turns(self, rot: Rot, small: float) -> int:
-        """The number of turns of a rotation after which the axes may be renumbered."""
+    def _count_joint_turns(self, rotation: Rot) -> int:
+        """Count the turns of a rotation, after which the axes may be renumbered."""
         if self.step.joint.type == "floating":
-            return len(fewest_turns(rot))
-        # two turns leave some element zero, one turn leaves one axis where it is
-        rows = rot[:3], rot[3:6], rot[6:]
-        zeros = [sum(abs(c) <= small for c in row) for row in rows]
-        if not any(zeros):
+            return len(fewest_turns(rotation))
+        # Two turns leave some element zero; one turn leaves one axis where it is.
+        rows = rotation[:3], rotation[3:6], rotation[6:]
+        n_zeros = [sum(abs(element) <= self.tolerance for element in row) for row in rows]
+        if not any(n_zeros):
             return 3
-        still = sum(n == 2 and sum(row) > 0.0 for n, row in zip(zeros, rows, strict=True))
-        return (2, 1, 1, 0)[still]
+        n_kept_axes = sum(
+            zeros == 2 and sum(row) > 0.0 for zeros, row in zip(n_zeros, rows, strict=True)
+        )
+        return (2, 1, 1, 0)[n_kept_axes]
 
-    def choose(self, small: float) -> None:
-        """Give the joint its turns; the joints before it must have theirs."""
-        before = self.before
-        self.chosen = self.best[before.chosen]
-        rot = multiply(before.held, self.rot)
-        frame = multiply(rot, self.candidates[self.chosen])
+    def choose(self) -> None:
+        """Choose the best candidate, and give the joint its turns; the parent has to be chosen."""
+        self.chosen = self.best_candidates[self.parent.chosen]
+        rotation = multiply(self.parent.link_rotation, self.rotation)
+        frame = multiply(rotation, self.candidates[self.chosen])
         if self.step.joint.type == "floating":  # its axes are those of the URDF
             self.step.turns = fewest_turns(frame)
         else:
-            ways = (fewest_turns(_renumber(frame, by), small) for by in range(3))
-            self.step.turns = min(ways, key=len)
-        self.held = multiply(transpose(from_turns(self.step.turns)), rot)
+            renumbered = (_renumber_axes(frame, by) for by in range(3))
+            self.step.turns = min(
+                (fewest_turns(candidate, self.tolerance) for candidate in renumbered), key=len
+            )
+        self.link_rotation = multiply(transpose(from_turns(self.step.turns)), rotation)
 
 
-class _Place(NamedTuple):
-    """A step, and the frames behind it and before it."""
+class PlacedStep(NamedTuple):
+    """A step, and the frames before and after it."""
 
     step: Step
-    frame: _Frame
-    rot: Rot
-    """The frame that the URDF has behind the step, as seen from that of ``frame``'s link."""
-    before: _Frame
-    rot_before: Rot
+    frame: JointFrame
+    """That of the last moving joint up to the step, itself included."""
+    rotation: Rot
+    """Rotation of the URDF's frame after the step, in the URDF's link frame of ``frame``."""
+    frame_before: JointFrame
+    rotation_before: Rot
+    """Rotation of the URDF's frame before the step, in the URDF's link frame of
+    ``frame_before``."""
 
 
-def _walk(conversion: Conversion, small: float) -> list[_Place]:
-    """All steps, those nearer to the ground first."""
-    ground = _Frame(Step.of(Joint("", "fixed", "", conversion.ground.link)), None, IDENTITY, small)
+def _place_steps(conversion: Conversion, tolerance: float) -> list[PlacedStep]:
+    """Return all steps with their frames, from the ground outwards."""
+    ground_joint = UrdfJoint("", "fixed", "", conversion.ground.link)
+    ground = JointFrame(Step.of(ground_joint), None, IDENTITY, tolerance)
     ends = {conversion.ground.link: (ground, IDENTITY)}
-    places: list[_Place] = []
+    placed_steps: list[PlacedStep] = []
     for link, segment in conversion.segments.items():
         if segment.parent is None:
             continue
-        frame, rot = ends[segment.parent]
+        frame, rotation = ends[segment.parent]
         for step in segment.steps:
-            before, rot_before = frame, rot
-            rot = multiply(rot, from_turns(step.turns))
+            frame_before, rotation_before = frame, rotation
+            rotation = multiply(rotation, from_turns(step.turns))
             if step.joint.moves:
-                frame, rot = _Frame(step, before, rot, small), IDENTITY
-            places.append(_Place(step, frame, rot, before, rot_before))
-        ends[link] = frame, rot
-    return places
+                frame = JointFrame(step, frame_before, rotation, tolerance)
+                rotation = IDENTITY
+            placed = PlacedStep(step, frame, rotation, frame_before, rotation_before)
+            placed_steps.append(placed)
+        ends[link] = frame, rotation
+    return placed_steps
 
 
-def _write(conversion: Conversion, places: list[_Place]) -> None:
+def _write_frames(conversion: Conversion, placed_steps: list[PlacedStep]) -> None:
     """Write all that is constant in a body in its new frame."""
-    after: dict[int, Rot] = {}
-    for step, frame, rot, before, rot_before in places:
-        step.xyz = drop_rounding(rotate(multiply(before.held, rot_before), step.xyz))
-        after[id(step)] = multiply(frame.held, rot)
-        step.frames = _turn(after[id(step)], step.frames)
+    rotations: dict[int, Rot] = {}  # of the URDF's frame after each step, in the new one
+    for step, frame, rotation, frame_before, rotation_before in placed_steps:
+        before = multiply(frame_before.link_rotation, rotation_before)
+        step.xyz = drop_rounding(rotate(before, step.xyz))
+        rotations[id(step)] = multiply(frame.link_rotation, rotation)
+        step.frames = _rotate_poses(rotations[id(step)], step.frames)
     for segment in conversion.segments.values():
         if segment.steps:
-            segment.parts = _turn(after[id(segment.steps[-1])], segment.parts)
+            segment.parts = _rotate_poses(rotations[id(segment.steps[-1])], segment.parts)
 
 
-def _turn(rot: Rot, frames: dict[str, Pose]) -> dict[str, Pose]:
+def _rotate_poses(rotation: Rot, poses: dict[str, Pose]) -> dict[str, Pose]:
+    """Return poses of one frame in another one, from the rotation of the one in the other."""
     return {
-        link: Pose(drop_rounding(rotate(rot, pose.xyz)), multiply(rot, pose.rot))
-        for link, pose in frames.items()
+        link: Pose(drop_rounding(rotate(rotation, pose.xyz)), multiply(rotation, pose.rot))
+        for link, pose in poses.items()
     }
 
 
-def _lay_axis(conversion: Conversion, frame: _Frame) -> None:
-    """Take the coordinate axis nearest to the joint's axis for it, and note how far off it is."""
+def _align_axis(conversion: Conversion, frame: JointFrame) -> None:
+    """Replace a joint's axis by the nearest coordinate axis, and note how far off it is."""
     step = frame.step
-    meant = rotate(frame.held, unit(step.axis))
-    step.axis = max(AXES, key=lambda axis: dot(axis, meant))
-    off = max(abs(a - b) for a, b in zip(meant, step.axis, strict=True))
-    if off > ROUNDING:
+    axis = rotate(frame.link_rotation, unit(step.axis))
+    step.axis = max(AXES, key=lambda coordinate_axis: dot(coordinate_axis, axis))
+    deviation = max(abs(a - b) for a, b in zip(axis, step.axis, strict=True))
+    if deviation > ROUNDING:
         conversion.note(
             "axis-aligned",
-            f"joint '{step.joint.name}': its axis is {off:.1e} rad off a coordinate "
+            f"joint '{step.joint.name}': its axis is {deviation:.1e} rad off a coordinate "
             "axis or plane of its body, and is taken to lie on it",
             joint=step.joint.name,
         )
 
 
-def _across(v: Vec, axis: Vec, small: float) -> Vec | None:
-    """The direction of the part of v at right angles to the axis; None if v is along the axis."""
-    for _ in range(2):  # if v is nearly along the axis, the second round removes the rounding
-        along = dot(v, axis)
-        x, y, z = (part - along * a for part, a in zip(v, axis, strict=True))
+def _reject(vector: Vec, axis: Vec, tolerance: float) -> Vec | None:
+    """Return the direction of a unit vector's part across an axis; None if it is along the axis."""
+    for _ in range(2):  # if the vector is nearly along the axis, the second round removes rounding
+        length_along = dot(vector, axis)
+        x, y, z = (part - length_along * a for part, a in zip(vector, axis, strict=True))
         length = hypot(x, y, z)
-        if length <= small:
+        if length <= tolerance:
             return None
-        v = (x / length, y / length, z / length)
-    return v
+        vector = (x / length, y / length, z / length)
+    return vector
 
 
-def _renumber(rot: Rot, by: int) -> Rot:
-    """The same frame with its axes renumbered: x, y, z become y, z, x if ``by`` is 1, and so on."""
-    a, b, c, d, e, f, g, h, i = rot
-    return (rot, (c, a, b, f, d, e, i, g, h), (b, c, a, e, f, d, h, i, g))[by]
+def _renumber_axes(rotation: Rot, by: int) -> Rot:
+    """Return the same frame with renumbered axes: for 1, x, y, z become y, z, x, and so on."""
+    r11, r12, r13, r21, r22, r23, r31, r32, r33 = rotation
+    return (
+        rotation,
+        (r13, r11, r12, r23, r21, r22, r33, r31, r32),
+        (r12, r13, r11, r22, r23, r21, r32, r33, r31),
+    )[by]

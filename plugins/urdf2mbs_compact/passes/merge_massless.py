@@ -1,15 +1,23 @@
-"""Merge massless: the joints of a massless link go to the body behind it, as one chain.
+"""Merge massless: the joints of a massless link go to the body after it, as one chain.
 
 Beyond the method, which chains only joints with nothing between them.  A shift between two joints
-may move to a place where it costs nothing: a shift commutes with a prismatic joint, and with a turn
-about the direction of the shift.  So the part of the shift along the first joint's axis goes before
-this joint, into the anchor point.  The part along the second joint's axis goes after this joint,
-into the body.  Then the body's frame is not at the link's frame; the report has its place.
+may move to a place where it costs nothing, since it commutes with a prismatic joint, and with a
+rotation about its own direction.  So the part of the shift along the first joint's axis goes
+before this joint, into the anchor point; the part along the second joint's axis goes after this
+joint, into the body::
+
+    URDF    R(u) ------------ shift a u + b v ------------ R(v)
+                              massless link
+    .mbs    shift a u --- R(u) R(v) --- shift b v
+            anchor point                body
+
+Then the body's frame is not at the link's frame; the report has its pose.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import NamedTuple
 
 from urdf2mbs.plugin import (
     ROUNDING,
@@ -29,97 +37,135 @@ from urdf2mbs.plugin import (
     transpose,
 )
 
+#: Axes are parallel if the squared sine of their angle is below this.
+PARALLEL = 1e-6
+
 
 class MergeMassless(Pass):
+    """Give the joints of massless links to the bodies after them."""
+
     reads = ("robot", "bodies")
     writes = ("bodies",)
 
     def run(self, conversion: Conversion) -> None:
+        """Merge from the base outwards: a body gets the joints of the massless one before it."""
         children: dict[str, dict[str, Segment]] = {link: {} for link in conversion.segments}
         for segment in conversion.segments.values():
             if segment.parent is not None:
                 children[segment.parent][segment.link] = segment
-        gone: set[str] = set()
-        # from the base outwards: a body takes the joints of the massless one before it, and so on
+        merged: set[str] = set()
         for segment in conversion.segments.values():
             if segment.parent is None or len(children[segment.link]) != 1:
                 continue
             (body,) = children[segment.link].values()
-            if _bare(segment, conversion) and _join(segment, body, children[body.link]):
+            if _is_bare(segment, conversion) and _merge(segment, body, children[body.link]):
                 siblings = children[segment.parent]
                 del siblings[segment.link]
                 siblings[body.link] = body
                 body.parent = segment.parent
-                gone.add(segment.link)
-        if gone:
-            conversion.regroup(
-                {link: segment for link, segment in conversion.segments.items() if link not in gone}
-            )
+                merged.add(segment.link)
+        if merged:
+            segments = conversion.segments.items()
+            conversion.regroup({link: segment for link, segment in segments if link not in merged})
 
 
-def _bare(segment: Segment, conversion: Conversion) -> bool:
-    """True if the segment is a massless link alone: no visual, and no other link's frame."""
+def _is_bare(segment: Segment, conversion: Conversion) -> bool:
+    """Return True if a segment is one massless link, without visual and other links' frames."""
     link = conversion.robot.links[segment.link]
     return list(segment.parts) == [segment.link] and link.massless and not link.visuals
 
 
-def _join(segment: Segment, body: Segment, carried: dict[str, Segment]) -> bool:
-    """Put the segment's joints before the body's, if all that lies between can be moved."""
+def _merge(segment: Segment, body: Segment, children: dict[str, Segment]) -> bool:
+    """Put the joints of a segment before those of a body, if the shift between can be moved.
+
+    Args:
+        segment: The segment of a massless link.
+        body: The only segment that is attached to it.
+        children: The segments that are attached to the body.
+
+    Returns:
+        False if the shift cannot be moved; then nothing is changed.
+    """
     last, first = segment.steps[-1], body.steps[0]
-    before, after = ZERO, ZERO
-    if first.xyz != ZERO:
-        for before, after in _splits(last, first):
-            # only out to the anchor point, and only into the body itself
-            if (before == ZERO or len(segment.steps) == 1) and (
-                after == ZERO or len(body.steps) == 1
-            ):
-                break
-        else:
-            return False
-    if before != ZERO:
-        last.xyz = add(last.xyz, rotate(from_turns(last.turns), before))
-    if after != ZERO:
-        shift = rotate(transpose(from_turns(first.turns)), after)
+    split = _choose_split(segment, body)
+    if split is None:
+        return False
+    if split.before != ZERO:
+        last.xyz = add(last.xyz, rotate(from_turns(last.turns), split.before))
+    if split.after != ZERO:
+        shift = rotate(transpose(from_turns(first.turns)), split.after)
         body.parts = {
             link: Pose(add(shift, pose.xyz), pose.rot) for link, pose in body.parts.items()
         }
-        for child in carried.values():
+        for child in children.values():
             child.steps[0].xyz = add(shift, child.steps[0].xyz)
     first.xyz = ZERO
-    # where the link's frame is in the frame after its joint, which `before` has displaced
+    # The frame after the last joint was displaced by ``split.before``, but not the link's frame.
     (pose,) = segment.parts.values()
-    x, y, z = add(pose.xyz, (-before[0], -before[1], -before[2]))
-    last.frames = {segment.link: Pose((x, y, z), pose.rot)}
+    x, y, z = split.before
+    last.frames = {segment.link: Pose(add(pose.xyz, (-x, -y, -z)), pose.rot)}
     segment.steps.extend(body.steps)
     body.steps = segment.steps
     return True
 
 
-def _splits(last: Step, first: Step) -> Iterator[tuple[Vec, Vec]]:
-    """The ways to split the shift between two joints in two: a part that may go before the first
-    joint, and one that may go after the second.  Both are in the frame between the joints."""
+class Split(NamedTuple):
+    """A shift between two joints, in two parts (m), in the frame between the joints."""
+
+    before: Vec
+    """The part that may go before the first joint."""
+    after: Vec
+    """The part that may go after the second joint."""
+
+
+def _choose_split(segment: Segment, body: Segment) -> Split | None:
+    """Choose how to split the shift before a body's first joint; None if it cannot be moved.
+
+    A part goes out to the anchor point, or into the body itself, and never between two joints.
+    """
+    last, first = segment.steps[-1], body.steps[0]
+    if first.xyz == ZERO:
+        return Split(ZERO, ZERO)
+    for split in _list_splits(last, first):
+        fits_before = split.before == ZERO or len(segment.steps) == 1
+        fits_after = split.after == ZERO or len(body.steps) == 1
+        if fits_before and fits_after:
+            return split
+    return None
+
+
+def _list_splits(last: Step, first: Step) -> Iterator[Split]:
+    """List the splits of the shift between two joints.
+
+    With u and v the axes of the joints, both parts are found by least squares for
+    ``shift = a u + b v``, whose normal equations are ``a + (u.v) b = shift.u`` and
+    ``(u.v) a + b = shift.v``.
+
+    Args:
+        last: The joint before the shift.
+        first: The joint after it, which begins with the shift.
+    """
     shift = first.xyz
     u = direction(last.axis)
     v = rotate(from_turns(first.turns), direction(first.axis))
     if _commutes(shift, first, v):
-        yield ZERO, shift
+        yield Split(ZERO, shift)
     if _commutes(shift, last, u):
-        yield shift, ZERO
+        yield Split(shift, ZERO)
     if {last.joint.type, first.joint.type} & {"prismatic", "floating"}:
         return
-    # least squares for shift = a u + b v
     uv, su, sv = dot(u, v), dot(shift, u), dot(shift, v)
-    det = 1.0 - uv * uv
-    if det < 1e-6:
+    determinant = 1.0 - uv * uv
+    if determinant < PARALLEL:
         return
-    a, b = (su - uv * sv) / det, (sv - uv * su) / det
+    a, b = (su - uv * sv) / determinant, (sv - uv * su) / determinant
     x, y, z = (s - a * p - b * q for s, p, q in zip(shift, u, v, strict=True))
     if max(abs(x), abs(y), abs(z)) <= ROUNDING * max(map(abs, shift)):
-        yield (a * u[0], a * u[1], a * u[2]), (b * v[0], b * v[1], b * v[2])
+        yield Split((a * u[0], a * u[1], a * u[2]), (b * v[0], b * v[1], b * v[2]))
 
 
 def _commutes(shift: Vec, step: Step, axis: Vec) -> bool:
-    """True if a shift before the joint's motion is the same as the shift after the motion."""
+    """Return True if a shift before a joint's motion is the same as the shift after the motion."""
     if step.joint.type in ("prismatic", "floating"):
         return step.joint.type == "prismatic"
     return max(map(abs, cross(shift, axis))) <= ROUNDING * max(map(abs, shift))
