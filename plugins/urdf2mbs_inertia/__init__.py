@@ -13,12 +13,13 @@ NEEDS = ("meshes",)
 
 
 def _has_rotors(conversion: Conversion, given: bool) -> bool:
-    """True if the robot states the inertia of motors."""
+    """Return True if the config has options of rotors, or the robot states inertias of motors."""
     return given or any(extension.rotors for extension in conversion.robot.extensions)
 
 
 @hookimpl
 def urdf2mbs_passes() -> list[PassEntry]:
+    """Return the passes, with the passes after which they run, and when they have work."""
     package = "urdf2mbs_inertia"
     return [
         PassEntry("snap", package, after=("expand",)),
@@ -29,6 +30,7 @@ def urdf2mbs_passes() -> list[PassEntry]:
 
 @hookimpl
 def urdf2mbs_codes() -> dict[str, str]:
+    """Return the codes of the messages."""
     from urdf2mbs_inertia.codes import CODES
 
     return CODES

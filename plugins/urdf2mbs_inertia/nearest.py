@@ -1,4 +1,4 @@
-"""The inertia nearest to one that no body can have."""
+"""The nearest possible inertia to one that no body can have."""
 
 from __future__ import annotations
 
@@ -7,28 +7,34 @@ from math import sqrt
 from urdf2mbs.plugin import Inertial, Sym, moments, principal, second_moment
 
 
-def nearest(inertial: Inertial) -> tuple[Inertial, float]:
-    """The nearest inertia that a body can have, and by how much it moved (kg m^2).
+def find_nearest_inertia(inertial: Inertial) -> tuple[Inertial, float]:
+    """Find the nearest inertia that a body can have.
 
-    Mass below zero becomes zero, and so does each negative eigenvalue of J: of all positive
-    semi-definite matrices that one is the nearest to the pseudo-inertia about the centre of mass
-    in the Frobenius norm (N. J. Higham, "Computing a nearest symmetric positive semidefinite
-    matrix", Linear Algebra and its Applications 103, 1988).  The centre of mass stays.  "Moved"
-    is the Frobenius norm of the change of J.
+    With the second moment ``J = trace(I)/2 E - I`` about the centre of mass, a body can have an
+    inertia if its pseudo-inertia ``[[J, 0], [0, m]]`` is positive semi-definite.  The nearest such
+    matrix in the Frobenius norm has zero instead of each negative eigenvalue (N. J. Higham,
+    "Computing a nearest symmetric positive semidefinite matrix", Linear Algebra and its
+    Applications 103, 1988).  So a negative mass becomes zero, too.  The centre of mass stays.
+
+    Returns:
+        The nearest inertia, and the Frobenius norm of the change of J (kg m^2).
     """
-    values, axes = principal(second_moment(inertial.inertia))
-    kept = [max(value, 0.0) for value in values]
-    moved = sqrt(sum(value * value for value in values if value < 0.0))
-    j = [
-        [sum(kept[k] * axes[p][k] * axes[q][k] for k in range(3)) for q in range(3)]
-        for p in range(3)
+    eigenvalues, vectors = principal(second_moment(inertial.inertia))
+    possible = [max(value, 0.0) for value in eigenvalues]
+    change = sqrt(sum(value * value for value in eigenvalues if value < 0.0))
+    J = [  # noqa: N806
+        [
+            sum(possible[k] * vectors[row][k] * vectors[column][k] for k in range(3))
+            for column in range(3)
+        ]
+        for row in range(3)
     ]
-    trace = sum(kept)
-    tensor = (trace - j[0][0], -j[0][1], -j[0][2], trace - j[1][1], -j[1][2], trace - j[2][2])
-    return Inertial(max(inertial.mass, 0.0), tensor, inertial.origin), moved
+    trace = sum(possible)
+    tensor = (trace - J[0][0], -J[0][1], -J[0][2], trace - J[1][1], -J[1][2], trace - J[2][2])
+    return Inertial(max(inertial.mass, 0.0), tensor, inertial.origin), change
 
 
-def second_moments(tensor: Sym) -> list[float]:
-    """Eigenvalues of J (kg m^2)."""
-    stated = moments(tensor)
-    return [sum(stated) / 2 - moment for moment in stated]
+def compute_second_moments(tensor: Sym) -> list[float]:
+    """Compute the eigenvalues of the second moment J of an inertia (kg m^2)."""
+    principal_moments = moments(tensor)
+    return [sum(principal_moments) / 2 - moment for moment in principal_moments]

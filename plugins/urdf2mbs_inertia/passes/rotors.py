@@ -2,8 +2,8 @@
 
 Beyond the method.  Robotran has no such number for a joint, and no joint force can depend on an
 acceleration.  So each rotor becomes a link without mass, of the inertia J that the joint feels,
-that turns on the base about z.  It follows its joint as ``<mimic>`` says, with the multiplier 1.
-It hangs on nothing that moves, so its energy is just ``J qd^2 / 2``.
+that rotates on the base about z.  It follows its joint as ``<mimic>`` says, with the multiplier 1.
+It is attached to nothing that moves, so its energy is just ``J qd^2 / 2``.
 """
 
 from __future__ import annotations
@@ -20,14 +20,16 @@ from urdf2mbs.plugin import (
     Link,
     Mimic,
     Pass,
+    UrdfJoint,
     choose,
     free_name,
     some,
 )
-from urdf2mbs.plugin import UrdfJoint as Joint
 
 
 class Rotors(Pass):
+    """Add the rotors of motors, whose inertia the joints feel."""
+
     reads = ("robot",)
     writes = ("robot",)
 
@@ -38,6 +40,18 @@ class Rotors(Pass):
     """Also take ``motorInertia`` times ``mechanicalReduction`` squared from ``<transmission>``."""
 
     def run(self, conversion: Conversion) -> None:
+        """Add a rotor for each joint whose armature is given."""
+        inertias = self._collect_inertias(conversion)
+        if not inertias:
+            return
+        if conversion.settings.project is None:
+            message = "rotors: only a project can couple rotors to their joints"
+            raise ConfigError("rotors-project", message, hint="'output: {project: DIR}'")
+        _add_rotors(conversion, inertias)
+        conversion.report["rotors"] = inertias
+
+    def _collect_inertias(self, conversion: Conversion) -> dict[str, float]:
+        """Return the inertia (kg m^2 or kg) of each rotor, by joint; warn of those left out."""
         robot = conversion.robot
         joints = [name for name, joint in robot.joints.items() if JOINT_TYPES[joint.type] == 1]
         stated = {
@@ -46,35 +60,33 @@ class Rotors(Pass):
             for name, inertia in extension.rotors.items()
             if name in joints
         }
-        felt = dict(stated) if self.from_urdf else {}
+        inertias = dict(stated) if self.from_urdf else {}
         for pattern, inertia in self.armature.items():
-            what = "rotors: no joint that moves by one coordinate"
-            felt |= dict.fromkeys(choose([pattern], joints, "rotors-joints", what), inertia)
-        left_out = {name: inertia for name, inertia in stated.items() if name not in felt}
+            label = "rotors: no joint that moves by one coordinate"
+            names = choose([pattern], joints, "rotors-joints", label)
+            inertias |= dict.fromkeys(names, inertia)
+        left_out = {name: inertia for name, inertia in stated.items() if name not in inertias}
         if left_out:
             listed = some(f"joint '{name}' {inertia:.3g}" for name, inertia in left_out.items())
             conversion.warn(
                 "rotors-left-out",
                 f"joints feel the inertia of rotors, which is left out: {listed} kg m^2",
-                hint="a project counts it: 'passes: {rotors: {from_urdf: true}}'",
+                hint="a project adds it: 'passes: {rotors: {from_urdf: true}}'",
             )
-        if not felt:
-            return
-        if conversion.settings.project is None:
-            raise ConfigError(
-                "rotors-project", "rotors: only a project can hold rotors to their joints",
-                hint="'output: {project: DIR}'",
-            )  # fmt: skip
-        base, taken = robot.root(), {*robot.links, *robot.joints}
-        links, turning = dict(robot.links), dict(robot.joints)
-        for name, inertia in felt.items():
-            rotor = free_name(f"{name}_rotor", taken)
-            turn = free_name(f"{rotor}_turn", taken)
-            taken |= {rotor, turn}
-            tensor = (inertia, 0.0, 0.0, inertia, 0.0, inertia)
-            links[rotor] = Link(rotor, Inertial(0.0, tensor))
-            turning[turn] = Joint(
-                turn, "continuous", base, rotor, axis=(0.0, 0.0, 1.0), mimic=Mimic(name)
-            )
-        conversion.robot = msgspec.structs.replace(robot, links=links, joints=turning)
-        conversion.report["rotors"] = felt
+        return inertias
+
+
+def _add_rotors(conversion: Conversion, inertias: dict[str, float]) -> None:
+    """Add a link and a joint for the rotor of each of these joints."""
+    robot = conversion.robot
+    base, names = robot.root(), {*robot.links, *robot.joints}
+    links, joints = dict(robot.links), dict(robot.joints)
+    for leader, inertia in inertias.items():
+        rotor = free_name(f"{leader}_rotor", names)
+        turn = free_name(f"{rotor}_turn", names)
+        names |= {rotor, turn}
+        links[rotor] = Link(rotor, Inertial(0.0, (inertia, 0.0, 0.0, inertia, 0.0, inertia)))
+        joints[turn] = UrdfJoint(
+            turn, "continuous", base, rotor, axis=(0.0, 0.0, 1.0), mimic=Mimic(leader)
+        )
+    conversion.robot = msgspec.structs.replace(robot, links=links, joints=joints)

@@ -1,9 +1,9 @@
 """Snap: an angle that is nearly a multiple of 45 degrees becomes this multiple, if asked.
 
 Beyond the method, which uses the numbers as they are written.  The robot is another one then, and
-the verdict says so.  For each joint a note says how far this moves the tips behind the joint at
-most:  the turn between the two origins, times the longest way from the joint to a tip;  twice the
-turn between the two axes, times this way, at any angle of the joint.
+the verdict says so.  A note for each joint bounds how far this moves the tips after the joint.
+With d the angle between the two origins, e that between the two axes and l the longest distance
+from the joint to a tip, a tip moves by at most ``(d + 2 e) l``, at any angle of the joint.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from urdf2mbs.plugin import (
     Conversion,
     Pass,
     Robot,
+    UrdfJoint,
     Vec,
     counted,
     cross,
@@ -27,10 +28,11 @@ from urdf2mbs.plugin import (
     transpose,
     unit,
 )
-from urdf2mbs.plugin import UrdfJoint as Joint
 
 
 class Snap(Pass):
+    """Replace angles that are nearly a multiple of 45 degrees by this multiple, if asked."""
+
     reads = ("robot",)
     writes = ("robot",)
 
@@ -38,89 +40,108 @@ class Snap(Pass):
     """rad: an angle that is at most this off a multiple of 45 degrees is this multiple."""
 
     def run(self, conversion: Conversion) -> None:
+        """Snap each joint, and bound by how much all together move a tip."""
         if self.angle is None:
             return
         robot = conversion.robot
-        reaches = _reaches(robot)
-        moved = {robot.root(): 0.0}
-        found: dict[str, dict[str, Any]] = {}
+        tip_distances = _compute_tip_distances(robot)
+        # Of each link: how far (m) all joints before it move it at most.
+        displacements = {robot.root(): 0.0}
+        snapped: dict[str, dict[str, Any]] = {}
         for joint in robot.depth_first():
-            old = msgspec.structs.replace(joint)
-            texts = _snap(joint, self.angle)
-            moves = _moves(old, joint, reaches[joint.child])
-            moved[joint.child] = moved[joint.parent] + moves
-            if texts:
-                found[joint.name] = {"numbers": texts, "moves": moves}
+            stated = msgspec.structs.replace(joint)
+            changes = _snap(joint, self.angle)
+            displacement = _bound_displacement(stated, joint, tip_distances[joint.child])
+            displacements[joint.child] = displacements[joint.parent] + displacement
+            if changes:
+                snapped[joint.name] = {"numbers": changes, "moves": displacement}
                 conversion.note(
                     "snapped",
-                    f"joint '{joint.name}': {', '.join(texts)}; this moves no tip by more than "
-                    f"{moves:.2g} m",
+                    f"joint '{joint.name}': {', '.join(changes)}; this moves no tip by more than "
+                    f"{displacement:.2g} m",
                     joint=joint.name,
                 )
-        if found:
-            most = max(moved.values())
+        if snapped:
+            largest = max(displacements.values())
             conversion.note(
                 "snapped",
-                f"the numbers of {counted(len(found), 'joint')} are taken for exact angles; all "
-                f"together this moves no tip by more than {most:.2g} m",
+                f"the numbers of {counted(len(snapped), 'joint')} are taken for exact angles; all "
+                f"together this moves no tip by more than {largest:.2g} m",
             )
-            conversion.report["snap"] = {"angle": self.angle, "joints": found, "moves": most}
+            report = {"angle": self.angle, "joints": snapped, "moves": largest}
+            conversion.report["snap"] = report
 
 
-def _snap(joint: Joint, most: float) -> list[str]:
-    """Replace a joint's angles and axis by exact ones; gives what was replaced, in words."""
-    texts: list[str] = []
-    exact: list[float] = []
+def _snap(joint: UrdfJoint, max_deviation: float) -> list[str]:
+    """Replace a joint's angles and axis by exact ones that are near.
+
+    Args:
+        joint: The joint, which is changed.
+        max_deviation: The largest angle (rad) by which a number is changed.
+
+    Returns:
+        Each change, in words.
+    """
+    changes: list[str] = []
+    angles: list[float] = []
     for name, angle in zip(("roll", "pitch", "yaw"), joint.origin.rpy, strict=True):
-        near = round(angle / (pi / 4)) * pi / 4
-        if not ROUNDING < abs(angle - near) <= most:
-            near = angle
+        exact = round(angle / (pi / 4)) * pi / 4
+        if ROUNDING < abs(angle - exact) <= max_deviation:
+            changes.append(f"{name} {angle!r} is taken for {degrees(exact):.0f} degrees")
+            angles.append(exact)
         else:
-            texts.append(f"{name} {angle!r} is taken for {degrees(near):.0f} degrees")
-        exact.append(near)
-    if texts:
-        roll, pitch, yaw = exact
+            angles.append(angle)
+    if changes:
+        roll, pitch, yaw = angles
         joint.origin = msgspec.structs.replace(joint.origin, rpy=(roll, pitch, yaw))
     largest = max(map(abs, joint.axis))  # the reader refuses an axis that is zero
-    x, y, z = (round(c / largest) + 0.0 for c in joint.axis)
-    if ROUNDING < _angle(joint.axis, (x, y, z)) <= most:
+    x, y, z = (round(component / largest) + 0.0 for component in joint.axis)
+    if ROUNDING < _compute_angle(joint.axis, (x, y, z)) <= max_deviation:
         listed = " ".join(map(repr, joint.axis))
-        texts.append(f"axis {listed} is taken for {x:g} {y:g} {z:g}")
+        changes.append(f"axis {listed} is taken for {x:g} {y:g} {z:g}")
         joint.axis = (x, y, z)
-    return texts
+    return changes
 
 
-def _angle(one: Vec, two: Vec) -> float:
-    """The angle (rad) between two directions."""
-    return atan2(hypot(*cross(unit(one), unit(two))), dot(unit(one), unit(two)))
+def _compute_angle(first: Vec, second: Vec) -> float:
+    """Compute the angle (rad) between two directions."""
+    return atan2(hypot(*cross(unit(first), unit(second))), dot(unit(first), unit(second)))
 
 
-def _moves(old: Joint, new: Joint, reach: float) -> float:
-    """How far (m) a tip in the ``reach`` (m) of a joint's link is moved at most."""
-    if old == new:
+def _bound_displacement(stated: UrdfJoint, snapped: UrdfJoint, tip_distance: float) -> float:
+    """Bound how far (m) a changed joint moves the tips after it.
+
+    Args:
+        stated: The joint as it was.
+        snapped: The joint as it is.
+        tip_distance: The longest distance (m) from the joint's link to a tip.
+    """
+    if stated == snapped:
         return 0.0
-    turn = multiply(transpose(from_rpy(old.origin.rpy)), from_rpy(new.origin.rpy))
-    # exact for small angles, too: the sine of the turn is in the part that is not symmetric
-    sine = hypot(turn[7] - turn[5], turn[2] - turn[6], turn[3] - turn[1]) / 2
-    angle = atan2(sine, (turn[0] + turn[4] + turn[8] - 1) / 2)
-    if old.axis != new.axis:
-        angle += 2 * _angle(old.axis, new.axis)
-    return (reach + _slide(old)) * angle
+    rotation = multiply(transpose(from_rpy(stated.origin.rpy)), from_rpy(snapped.origin.rpy))
+    # Exact for small angles, too: the sine of the angle is in the part that is not symmetric.
+    r11, r12, r13, r21, r22, r23, r31, r32, r33 = rotation
+    sine = hypot(r32 - r23, r13 - r31, r21 - r12) / 2
+    angle = atan2(sine, (r11 + r22 + r33 - 1) / 2)
+    if stated.axis != snapped.axis:
+        angle += 2 * _compute_angle(stated.axis, snapped.axis)
+    return (tip_distance + _get_stroke(stated)) * angle
 
 
-def _reaches(robot: Robot) -> dict[str, float]:
-    """For each link, the longest way (m) from its origin to a tip or a centre of mass behind."""
-    reaches = {
+def _compute_tip_distances(robot: Robot) -> dict[str, float]:
+    """Compute the longest distance (m) from each link to a tip or a centre of mass after it."""
+    distances = {
         name: hypot(*link.inertial.origin.xyz) if link.inertial else 0.0
         for name, link in robot.links.items()
     }
     for joint in reversed(robot.depth_first()):
-        way = hypot(*joint.origin.xyz) + _slide(joint) + reaches[joint.child]
-        reaches[joint.parent] = max(reaches[joint.parent], way)
-    return reaches
+        distance = hypot(*joint.origin.xyz) + _get_stroke(joint) + distances[joint.child]
+        distances[joint.parent] = max(distances[joint.parent], distance)
+    return distances
 
 
-def _slide(joint: Joint) -> float:
-    """How far (m) a prismatic joint moves its link at most, within its limits."""
-    ends = (joint.limit.lower, joint.limit.upper) if joint.limit else ()
-    return max((abs(end or 0.0) for end in ends), default=0.0) * (joint.type == "prismatic")
+def _get_stroke(joint: UrdfJoint) -> float:
+    """Return how far (m) a prismatic joint moves its link at most, within its limits."""
+    if joint.type != "prismatic" or not joint.limit:
+        return 0.0
+    return max(abs(joint.limit.lower or 0.0), abs(joint.limit.upper or 0.0))

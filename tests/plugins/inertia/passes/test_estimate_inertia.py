@@ -208,79 +208,65 @@ def test_a_mesh_is_scaled_and_mirrored(tmp_path: Path, scale: str) -> None:
     assert_near(found, Inertia(mass, BOX.com * factor, tensor), SINGLE)
 
 
-@pytest.mark.parametrize("faces", [slice(None), slice(8, 10), slice(0, 2)])
-def test_a_flat_mesh_gives_no_volume(tmp_path: Path, faces: slice) -> None:
-    """Closed, open, and nothing but edges."""
-    _, means = of_mesh(tmp_path, box_triangles((1, 1, 0), (0, 0, 0))[faces])
-    assert means == "a ball: part.stl gives no volume"
-
-
-@pytest.mark.parametrize("content", [None, b"not a mesh"])
-def test_where_a_mesh_cannot_be_read_rods_stand_in(tmp_path: Path, content: bytes | None) -> None:
-    if content is not None:
-        (tmp_path / "part.stl").write_bytes(content)
-    mesh = shape("visual", '<mesh filename="part.stl"/>')
-    source = tmp_path / "robot.urdf"
-    source.write_text(
-        robot(
-            link("a", mesh),
-            link("b", mesh),
-            link("c", mesh),
-            joint("a", "b", xyz="0 0 0.6"),
-            joint("a", "c", xyz="0.3 0.4 0"),
-        )
-    )
-    result = convert(
-        source,
-        pipeline=["expand", "estimate-inertia"],
-        passes={"estimate-inertia": {"density": 1000, "rod_radius": 0.1}},
-    )
-
-    def rod(length: float) -> Inertia:
-        mass = 1000 * pi * 0.01 * length
-        across = mass * (0.01 / 4 + length**2 / 12)
-        return Inertia(mass, np.array((0, 0, length / 2)), np.diag((across, across, mass * 0.005)))
-
-    aside = np.eye(4)
-    aside[:3, :3] = np.column_stack(((0.8, -0.6, 0), (0, 0, -1), (0.6, 0.8, 0)))
-    assert_near(inertia_of(result), lump([rod(0.6), rod(0.5).seen_from(aside)]))
-    assert inertia_of(result, "b").mass == pytest.approx(1000 * 4 / 3 * pi * 0.001)
-    (told,) = [d for d in result.diagnostics if d.code == "inertia-estimated"]
-    assert told.message.count("rods: part.stl gives no volume") == 1
-    assert told.message.count("a ball: part.stl gives no volume") == 2
-
-
-@pytest.mark.parametrize("content", [None, b"not a mesh"])
-@pytest.mark.parametrize("first", [False, True])
-def test_a_mesh_without_volume_beside_a_box(
-    tmp_path: Path, content: bytes | None, first: bool
-) -> None:
-    if content is not None:
-        (tmp_path / "part.stl").write_bytes(content)
-    shapes = [
-        shape("collision", '<box size="1 1 1"/>', '<origin xyz="0 0 2"/>'),
-        shape("collision", '<mesh filename="part.stl"/>'),
-    ]
-    source = tmp_path / "robot.urdf"
-    mesh = shape("collision", '<mesh filename="part.stl"/>')
-    alone = link("b", mesh) + joint("a", "b")
-    source.write_text(robot(link("a", *shapes[:: -1 if first else 1]), alone))
-    result = convert(
+def estimate_in(folder: Path, *elements: str) -> Result:
+    """Estimate the inertias of a robot whose meshes are in a folder."""
+    source = folder / "robot.urdf"
+    source.write_text(robot(*elements))
+    return convert(
         source,
         pipeline=["expand", "estimate-inertia"],
         passes={"estimate-inertia": {"density": 1000}},
     )
-    box = Inertia(1000.0, np.array((0.0, 0.0, 2.0)), 1000 / 6 * np.eye(3))
-    assert_near(inertia_of(result), box)
+
+
+BOX_SHAPE = shape("collision", '<box size="1 1 1"/>', '<origin xyz="0 0 2"/>')
+BOX_INERTIA = Inertia(1000.0, np.array((0.0, 0.0, 2.0)), 1000 / 6 * np.eye(3))
+MESH_SHAPE = shape("collision", '<mesh filename="part.stl"/>')
+
+
+@pytest.mark.parametrize("faces", [slice(None), slice(8, 10), slice(0, 2)])
+def test_a_flat_mesh_gives_no_inertia(tmp_path: Path, faces: slice) -> None:
+    """Closed, open, and nothing but edges."""
+    stl(tmp_path / "part.stl", box_triangles((1, 1, 0), (0, 0, 0))[faces])
+    result = estimate_in(tmp_path, link("a", MESH_SHAPE))
+    assert result.robot.links["a"].inertial is None
+    warnings = [found.code for found in result.diagnostics if found.level == "warning"]
+    assert warnings == ["nothing-estimated"]
+
+
+@pytest.mark.parametrize("content", [None, b"not a mesh"])
+@pytest.mark.parametrize("mesh_is_first", [False, True])
+def test_a_mesh_without_volume_is_skipped(
+    tmp_path: Path, content: bytes | None, mesh_is_first: bool
+) -> None:
+    """Beside a box the box remains; a link with the mesh alone gets no inertia."""
+    if content is not None:
+        (tmp_path / "part.stl").write_bytes(content)
+    shapes = [MESH_SHAPE, BOX_SHAPE] if mesh_is_first else [BOX_SHAPE, MESH_SHAPE]
+    result = estimate_in(tmp_path, link("a", *shapes), link("b", MESH_SHAPE), joint("a", "b"))
+    assert_near(inertia_of(result), BOX_INERTIA)
+    assert result.robot.links["b"].inertial is None
     links = result.report.passes["estimate-inertia"]["links"]
-    assert links["a"]["from"] == "collision geometry, without part.stl"
-    assert links["b"]["from"] == "a ball: part.stl gives no volume"
-    (partial,) = [d for d in result.diagnostics if d.code == "inertia-partial"]
+    assert {name: entry["from"] for name, entry in links.items()} == {
+        "a": "collision geometry, without part.stl"
+    }
+    partial, empty = [d for d in result.diagnostics if d.code == "inertia-partial"]
     assert partial.message == (
         "1 inertia estimated without meshes that are missing, unreadable or flat: "
         "link 'a' without 'part.stl'"
     )
-    assert (partial.level, partial.link) == ("warning", "a")
+    assert empty.message == (
+        "1 link got no inertia, as meshes are missing, unreadable or flat: link 'b' ('part.stl')"
+    )
+    assert [(d.level, d.link) for d in (partial, empty)] == [("warning", "a"), ("warning", "b")]
+
+
+def test_visuals_take_the_place_of_collisions_without_volume(tmp_path: Path) -> None:
+    visual = shape("visual", '<box size="1 1 1"/>', '<origin xyz="0 0 2"/>')
+    result = estimate_in(tmp_path, link("a", MESH_SHAPE, visual))
+    assert_near(inertia_of(result), BOX_INERTIA)
+    links = result.report.passes["estimate-inertia"]["links"]
+    assert links["a"]["from"] == "visual geometry, without part.stl"
 
 
 def test_nothing_to_estimate_is_told() -> None:
