@@ -22,7 +22,7 @@ WINDOWS_DEVICES = frozenset(
     ["con", "prn", "aux", "nul", *(f"{port}{n}" for port in ("com", "lpt") for n in range(10))]
 )
 
-#: How messages call standard input, and the name of the file that it stands for.
+#: How messages call standard input, and the name that replaces that of a file.
 STDIN = "<stdin>"
 #: The content of standard input, once ``take_stdin`` has read it.
 _stdin_content: list[bytes] = []
@@ -54,7 +54,7 @@ def read_bytes(path: Path, max_size: int | None = None) -> bytes:
 
     Args:
         path: The file.
-        max_size: The largest size (bytes); None stands for ``MAX_FILE_SIZE``.
+        max_size: The largest size (bytes); None for ``MAX_FILE_SIZE``.
 
     Raises:
         OSError: The file cannot be read, is larger, or is a pipe or a device, which may never end.
@@ -91,7 +91,7 @@ def is_stdin(path: Path) -> bool:
 
 
 def take_stdin() -> str:
-    """Read all of standard input, and return the name of the file that stands for it.
+    """Read all of standard input, and return the name to use as that of a file.
 
     Raises:
         ConversionError: ``file-unreadable``.
@@ -119,7 +119,7 @@ def read_stream(
     Args:
         stream: The stream.
         name: Its name, for the error.
-        max_size: The largest size (bytes); None stands for ``MAX_FILE_SIZE``.
+        max_size: The largest size (bytes); None for ``MAX_FILE_SIZE``.
         expected_size: Its probable size (bytes), which is read at once.
 
     Raises:

@@ -58,7 +58,7 @@ class ConfigError(ConversionError):
 
 
 def memory_full_error(who: str) -> ConversionError:
-    """Return the error that stands for a MemoryError.
+    """Return the error to raise in place of a MemoryError.
 
     Args:
         who: The subject of the message, such as "this command".

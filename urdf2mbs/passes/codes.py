@@ -2,11 +2,11 @@
 
 CODES = {
     "mbs-unwritable": "error: the model has an infinite number or unknown word. Look into plugins.",
-    "base-guessed": "warning: a guess says if the base floats. Say `base: fixed` or "
+    "base-guessed": "warning: it is a guess if the base floats or not. Say `base: fixed` or "
     "`base: floating`.",
     "no-mass": "warning: no link has mass or inertia; the model has no dynamics. Give masses, or "
     "use `estimate-inertia`.",
-    "massless-leaf": "warning: joints move no mass; they are held (`prune-massless`). Give the "
+    "massless-leaf": "warning: joints move no mass; they are locked (`prune-massless`). Give the "
     "links mass; `keep` keeps the joints, but not to simulate.",
     "mimic": "warning: joints that follow others are independent; a project (`mimic`) couples "
     "them. Write a project.",
@@ -18,7 +18,7 @@ CODES = {
     "base": "note: the base floats, or is fixed; the note says why",
     "mbs-name": "note: the name of the file is no identifier; the model has another name",
     "ground-mass": "note: mass that is fixed to the ground has no body",
-    "axis-aligned": "note: an axis is within 1e-9 of a coordinate axis or plane, and is put there",
+    "axis-aligned": "note: an axis within 1e-9 of a coordinate axis or plane is taken to lie there",
     "mimic-massless": "note: a joint without mass leads joints with mass; a project keeps it",
     "generator-limits": "note: the model exceeds most accounts of Robotran's generator",
     "point-without-rotation": "note: frames became anchor points, which have no rotation",

@@ -115,14 +115,14 @@ def _make_shape(conversion: Conversion, geometry: Geometry, name: str) -> Shape:
 def _choose_stem(filename: str, stems: set[str]) -> str:
     """Choose the name of the .wrl of a mesh file, without the suffix.
 
-    It is the mesh file's own name, made safe for every file system, and other than those of
+    It is the mesh file's own name, made safe for every file system, and different from those of
     ``stems`` even if letter case is ignored.
     """
     stem = PurePosixPath(filename.replace("\\", "/")).stem
     stem = (re.sub(r"[^A-Za-z0-9_-]", "_", stem) or "mesh")[:MAX_STEM_LENGTH]
     if not is_portable(stem):
         stem = f"{stem}_mesh"
-    return free_name(stem, {other.lower() for other in stems}, str.lower)
+    return free_name(stem, {stem_in_use.lower() for stem_in_use in stems}, str.lower)
 
 
 def _colour(shape: Shape, visual: Visual, materials: dict[str, Material]) -> None:

@@ -1,6 +1,6 @@
 """Layout: the method's step 5, "Give 2D graphical properties to each MBS element".
 
-The diagram shows the robot as it stands before you (``style: robot``), else a tidy tree (``tree``).
+The diagram shows the robot as seen from the front (``style: robot``), or a tidy tree (``tree``).
 """
 
 from __future__ import annotations
