@@ -23,7 +23,7 @@ class Rule(NamedTuple):
     kinds: str
     """Separated by commas."""
     key: Key
-    requires_equal_counts: bool
+    equal_counts: bool = False
     """Match the entities with a key only if both models have as many of them."""
 
 
@@ -68,7 +68,7 @@ class _Matching:
         """Apply rules one after the other."""
         for rule in rules:
             for kind in rule.kinds.split(", "):
-                self.apply(kind, rule.key, equal_counts=rule.requires_equal_counts)
+                self.apply(kind, rule.key, equal_counts=rule.equal_counts)
 
     def apply(self, kind: str, key: Key, *, equal_counts: bool) -> bool:
         """Match the entities of a kind that have equal keys, in the order of the files.
@@ -184,30 +184,46 @@ _BODY_KEYS = (
     _make_body_key("parent", "joint types", "place away from the parent's origin"),
 )
 _RULES_BEFORE_BODIES = (
-    Rule("model, base, view", lambda entity: entity.kind, False),
-    Rule("body, joint, sensor, force, user model", _get_name, False),
+    Rule("model, base, view", lambda entity: entity.kind),
+    Rule("body, joint, sensor, force, user model", _get_name),
 )
 _RULES_AFTER_BODIES = (
-    Rule("joint", lambda e: (_get_owner(e), e.part.type, e.part.nature, e.part.q), True),
-    Rule("joint", lambda e: (_get_owner(e), e.part.type), True),
-    Rule("point", _get_owner_and_name, False),
-    Rule("point", _get_place_and_use, True),
-    Rule("point", lambda e: (_get_owner(e), e.part.coordinates), True),
-    Rule("point", _get_attached_bodies, True),
-    Rule("sensor, force", _get_owner, False),
-    Rule("cut, link, user constraint, user variable, viewpoint, light", _get_name, False),
+    Rule(
+        "joint",
+        lambda entity: (_get_owner(entity), entity.part.type, entity.part.nature, entity.part.q),
+        equal_counts=True,
+    ),
+    Rule("joint", lambda entity: (_get_owner(entity), entity.part.type), equal_counts=True),
+    Rule("point", _get_owner_and_name),
+    Rule("point", _get_place_and_use, equal_counts=True),
+    Rule("point", lambda entity: (_get_owner(entity), entity.part.coordinates), equal_counts=True),
+    Rule("point", _get_attached_bodies, equal_counts=True),
+    Rule("sensor, force", _get_owner),
+    Rule("cut, link, user constraint, user variable, viewpoint, light", _get_name),
     Rule(
         "cut, link",
-        lambda e: (e.part.kind, e.list_targets("endpoint1"), e.list_targets("endpoint2")),
-        True,
+        lambda entity: (
+            entity.part.kind,
+            entity.list_targets("endpoint1"),
+            entity.list_targets("endpoint2"),
+        ),
+        equal_counts=True,
     ),
-    Rule("user model", lambda e: tuple(p.name for p in e.part.parameters) or None, True),
-    Rule("parameter", lambda e: (_get_owner(e), e.list_targets("name")), False),
-    Rule("parameter", _get_owner_and_name, False),
-    Rule("parameter", lambda e: (_get_owner(e), e.part.type, e.part.values), True),
-    Rule("user constraint", lambda e: e.list_targets("joints"), True),
-    Rule("shape", lambda e: repr(list_values(e)), False),
-    Rule("shape", lambda e: (_get_owner(e), e.name, e.part.kind), False),
-    Rule("shape, viewpoint, light", _get_values_but_name, True),
-    Rule("shape", _get_form, True),
+    Rule(
+        "user model",
+        lambda entity: tuple(parameter.name for parameter in entity.part.parameters) or None,
+        equal_counts=True,
+    ),
+    Rule("parameter", lambda entity: (_get_owner(entity), entity.list_targets("name"))),
+    Rule("parameter", _get_owner_and_name),
+    Rule(
+        "parameter",
+        lambda entity: (_get_owner(entity), entity.part.type, entity.part.values),
+        equal_counts=True,
+    ),
+    Rule("user constraint", lambda entity: entity.list_targets("joints"), equal_counts=True),
+    Rule("shape", lambda entity: repr(list_values(entity))),
+    Rule("shape", lambda entity: (_get_owner(entity), entity.name, entity.part.kind)),
+    Rule("shape, viewpoint, light", _get_values_but_name, equal_counts=True),
+    Rule("shape", _get_form, equal_counts=True),
 )

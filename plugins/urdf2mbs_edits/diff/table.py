@@ -169,10 +169,12 @@ def list_entities(mbs: Mbs) -> list[Entity]:
     """List all entities of a model, each after its owner, with their references."""
     entities = list(_walk("model", mbs, None))
     base = entities[1]
-    bodies: dict[str | None, Entity] = {e.name: e for e in entities if e.kind == "body"}
+    bodies: dict[str | None, Entity] = {
+        entity.name: entity for entity in entities if entity.kind == "body"
+    }
     bodies[None] = base
     joints = {entity.name: entity for entity in entities if entity.kind == "joint"}
-    points = {(e.owner, e.name): e for e in entities if e.kind == "point"}
+    points = {(entity.owner, entity.name): entity for entity in entities if entity.kind == "point"}
 
     def find_place(body: str | None, point: str | None) -> tuple[Entity | str | None, ...]:
         owner = bodies.get(body, body)
@@ -292,4 +294,6 @@ def _truncate_pixels(value: Any) -> Any:
     """Truncate positions in the diagram (px), as MBSysPad saves them; keep any other value."""
     if not isinstance(value, tuple):
         return value
-    return tuple(_truncate_pixels(c) if isinstance(c, tuple) else trunc(c) for c in value)
+    return tuple(
+        _truncate_pixels(part) if isinstance(part, tuple) else trunc(part) for part in value
+    )

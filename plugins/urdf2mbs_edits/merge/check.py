@@ -120,7 +120,9 @@ def _check_cycles(table: MergedTable) -> Iterator[str]:
             chain.append(body)
             body = (table.get_value(body, "place") or (None,))[0]
         if body in chain:
-            cycle = " to ".join(_get_label(table, n) for n in [*chain[chain.index(body) :], body])
+            cycle = " to ".join(
+                _get_label(table, member) for member in [*chain[chain.index(body) :], body]
+            )
             yield f"bodies are attached in a circle: {cycle}"
         checked |= set(chain)
 

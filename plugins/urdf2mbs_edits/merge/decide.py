@@ -268,7 +268,9 @@ def _decide_order(
 
     def get_sort_key(run: list[int]) -> list[tuple[str, str]]:
         edited, converted = table.edited.values, table.converted.values
-        return [(table.get_name(n), repr(edited.get(n) or converted[n])) for n in run]
+        return [
+            (table.get_name(child), repr(edited.get(child) or converted[child])) for child in run
+        ]
 
     # Joints act one after the other: their order is mechanics.
     sort_key = None if kind == "joint" else get_sort_key

@@ -101,7 +101,9 @@ def make_tables(base: Mbs, edited: Mbs, converted: Mbs) -> tuple[ModelTable, ...
     for side in sides:
         match_entities(base_entities, side)
     base_numbers = {entity.number for entity in base_entities}
-    match_added(*([e for e in side if e.number not in base_numbers] for side in sides))
+    match_added(
+        *([entity for entity in side if entity.number not in base_numbers] for side in sides)
+    )
     return tuple(make_table(mbs, side) for mbs, side in zip(models, entities, strict=True))
 
 

@@ -199,7 +199,7 @@ def _get_target_name(table: MergedTable, target: int | str | None) -> str | None
 def _write_texts(element: _Element, path: str, texts: list[str]) -> None:
     """Make the elements at a path have these texts, one each."""
     old = element.findall(path)
-    if [(e.text or "").strip() for e in old] == texts:
+    if [(old_element.text or "").strip() for old_element in old] == texts:
         return
     if not old and texts in ([""], [BASE]):  # the file omits the default
         return

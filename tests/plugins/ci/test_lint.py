@@ -87,8 +87,10 @@ def test_errors_say_where_and_what_to_do(here: Path, capsys: pytest.CaptureFixtu
     assert "did you mean 'arm'?" in said.out
     (first, *_) = results()
     assert (first["ruleId"], first["level"], place(first)) == (
-        "link-unknown", "error", ("wrong.urdf", 13),
-    )  # fmt: skip
+        "link-unknown",
+        "error",
+        ("wrong.urdf", 13),
+    )
     assert main(["lint", "wrong.urdf", "--json"]) == 1
     found = json.loads(capsys.readouterr().out)
     assert found["error"] >= 1

@@ -21,31 +21,32 @@ Edit = Callable[[m.Mbs], Any]
 
 
 def get(mbs: m.Mbs, path: str) -> Any:
-    thing: Any = mbs
+    """Return what is at a path."""
+    value: Any = mbs
     for step in path.split("."):
-        thing = thing[int(step)] if step.isdigit() else getattr(thing, step)
-    return thing
+        value = value[int(step)] if step.isdigit() else getattr(value, step)
+    return value
 
 
 def put(path: str, value: Any) -> Edit:
-    way, _, last = path.rpartition(".")
-    return lambda mbs: setattr(get(mbs, way) if way else mbs, last, value)
+    owner, _, field = path.rpartition(".")
+    return lambda mbs: setattr(get(mbs, owner) if owner else mbs, field, value)
 
 
-def add(path: str, thing: Any, at: int = 99) -> Edit:
-    return lambda mbs: get(mbs, path).insert(at, deepcopy(thing))
+def add(path: str, part: Any, index: int = 99) -> Edit:
+    return lambda mbs: get(mbs, path).insert(index, deepcopy(part))
 
 
-def drop(path: str, at: int = 0) -> Edit:
-    return lambda mbs: get(mbs, path).pop(at)
+def drop(path: str, index: int = 0) -> Edit:
+    return lambda mbs: get(mbs, path).pop(index)
 
 
-def move(from_: str, to: str, at: int = 0) -> Edit:
-    return lambda mbs: get(mbs, to).append(get(mbs, from_).pop(at))
+def move(source: str, target: str, index: int = 0) -> Edit:
+    return lambda mbs: get(mbs, target).append(get(mbs, source).pop(index))
 
 
 def call(path: str, name: str) -> Edit:
-    """Call a body, joint or point otherwise wherever it is named."""
+    """Rename a body, joint or point wherever it is named."""
     return lambda mbs: rename_part(mbs, get(mbs, path), name)
 
 
@@ -54,22 +55,28 @@ def all_of(*edits: Edit) -> Edit:
 
 
 def rename_part(mbs: m.Mbs, part: Any, name: str) -> None:
-    found = list_entities(mbs)
-    (thing,) = (thing for thing in found if thing.part is part)
-    for other in found:
-        for field, targets in other.references.items():
-            names = [
-                name if target is thing else None if target is None or target.kind == "base"
-                else target.name for target in targets if not isinstance(target, str)
-            ]  # fmt: skip
-            if thing in targets and len(names) == len(targets):
-                one = field in ("joint", "name")
-                setattr(other.part, field, names[0] if one else tuple(names))
+    """Rename a part of a model, and all references to it."""
+    entities = list_entities(mbs)
+    (renamed,) = (entity for entity in entities if entity.part is part)
+    for entity in entities:
+        for field, targets in entity.references.items():
+            if renamed not in targets or any(isinstance(target, str) for target in targets):
+                continue
+            names: list[str | None] = []
+            for target in targets:
+                if target is renamed:
+                    names.append(name)
+                elif target is None or isinstance(target, str) or target.kind == "base":
+                    names.append(None)
+                else:
+                    names.append(target.name)
+            is_single = field in ("joint", "name")
+            setattr(entity.part, field, names[0] if is_single else tuple(names))
     part.name = name
 
 
 def as_saved(data: bytes) -> bytes:
-    """A file as MBSysPad saves it: its own spelling of numbers, no zeros, no frames, CRLF."""
+    """Return a file as MBSysPad saves it: its spelling of numbers, no zeros, no frames, CRLF."""
     root = etree.fromstring(data, etree.XMLParser(remove_comments=True))
     for element in root.iter("Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz", "mass", "q"):
         if float(element.text or "1") == 0.0:
@@ -95,8 +102,8 @@ def sensor(mbs: m.Mbs, random: Random) -> None:
 
 
 def link(mbs: m.Mbs, random: Random) -> None:
-    one, two = random.sample(mbs.bodies, 2)
-    mbs.links.append(m.Connection("link", "my_link", (one.name, None), (two.name, None)))
+    first, second = random.sample(mbs.bodies, 2)
+    mbs.links.append(m.Connection("link", "my_link", (first.name, None), (second.name, None)))
 
 
 def mass(mbs: m.Mbs, random: Random) -> None:
@@ -119,21 +126,21 @@ def no_leaf(mbs: m.Mbs, random: Random) -> None:
 
 
 def concerned(mbs: m.Mbs) -> set[str | None]:
-    """The joints that something else names."""
-    found = {name for constraint in mbs.user_constraints for name in constraint.joints}
-    return found | {
+    """Return the joints that something else names."""
+    constrained = {name for constraint in mbs.user_constraints for name in constraint.joints}
+    return constrained | {
         part.joint for part in ([*mbs.view.lights, *mbs.view.viewpoints] if mbs.view else [])
     }
 
 
 def places(mbs: m.Mbs) -> set[tuple[str | None, str | None]]:
-    """Where bodies hang, and cuts and links end."""
+    """Return where bodies are attached, and where cuts and links end."""
     ends = [end for c in (*mbs.cuts, *mbs.links) for end in (c.endpoint1, c.endpoint2)]
     return {body.place for body in mbs.bodies} | {*ends}
 
 
 def is_free(mbs: m.Mbs, body: m.Body) -> bool:
-    """True if nothing needs the body."""
+    """Return whether nothing needs the body."""
     carries = body.name in {name for name, _ in places(mbs)}
     return not carries and concerned(mbs).isdisjoint(joint.name for joint in body.joints)
 
@@ -159,16 +166,16 @@ def joints(mbs: m.Mbs) -> list[m.Joint]:
 
 
 def a_value(mbs: m.Mbs, random: Random) -> None:
-    """Another number for something that has one."""
+    """Change a number."""
     owners: list[Any] = [*mbs.bodies, mbs.base]
-    found = [(body, field) for body in mbs.bodies for field in ("mass", "com")]
-    found += [(p, "coordinates") for o in owners for p in o.points if p.name != "origin"]
-    found += [
+    choices = [(body, field) for body in mbs.bodies for field in ("mass", "com")]
+    choices += [(p, "coordinates") for o in owners for p in o.points if p.name != "origin"]
+    choices += [
         (shape, field) for o in owners for shape in o.shapes for field in ("rotation", "scale")
     ]
-    found += [(joint, field) for joint in joints(mbs) for field in ("q", "qd")]
-    found += [(mbs.base, "gravity")]
-    part, field = random.choice(found)
+    choices += [(joint, field) for joint in joints(mbs) for field in ("q", "qd")]
+    choices += [(mbs.base, "gravity")]
+    part, field = random.choice(choices)
     value = vector(random)
     setattr(part, field, value if field not in ("mass", "q", "qd") else value[0])
 
@@ -219,9 +226,9 @@ def a_shape(mbs: m.Mbs, random: Random) -> None:
 
 def a_model(mbs: m.Mbs, random: Random) -> None:
     parameter = m.Parameter(new(random, "gain"), "scalar", ("0.5",))
-    own = some(random, mbs.user_models)
-    if own and random.random() < 0.5:
-        own.parameters.append(parameter)
+    model = some(random, mbs.user_models)
+    if model and random.random() < 0.5:
+        model.parameters.append(parameter)
     else:
         mbs.user_models.append(m.UserModel(new(random, "Mine"), [parameter]))
     mbs.user_variables.append(m.UserVariable(new(random, "mine"), "in", "3"))
@@ -231,13 +238,13 @@ def a_model(mbs: m.Mbs, random: Random) -> None:
 
 
 def a_cut(mbs: m.Mbs, random: Random) -> None:
-    one, two = (some(random, [None, *mbs.bodies]) for _ in range(2))
-    ends = [(body.name, None) if body else (None, None) for body in (one, two)]
+    first, second = (some(random, [None, *mbs.bodies]) for _ in range(2))
+    ends = [(body.name, None) if body else (None, None) for body in (first, second)]
     mbs.cuts.append(m.Connection("rod", new(random, "rod"), *ends, 1.5))
 
 
-def no_thing(mbs: m.Mbs, random: Random) -> None:
-    """A thing goes, of those that nothing needs."""
+def no_part(mbs: m.Mbs, random: Random) -> None:
+    """Remove a part that nothing needs."""
     used, named = places(mbs), concerned(mbs)
     lists: list[tuple[list[Any], Any]] = []
     for body in mbs.bodies:
@@ -251,37 +258,37 @@ def no_thing(mbs: m.Mbs, random: Random) -> None:
         lists += [(parts, part) for part in parts]
     if lists:
         parts, part = random.choice(lists)
-        parts[:] = [one for one in parts if one is not part]
+        parts[:] = [kept for kept in parts if kept is not part]
 
 
 def sensors_change_places(mbs: m.Mbs, random: Random) -> None:
     points = [point for body in mbs.bodies for point in body.points]
     if len(points) > 1:
-        one, two = random.sample(points, 2)
+        points = random.sample(points, 2)
         field = random.choice(["sensor", "extforce"])
-        here, there = getattr(one, field), getattr(two, field)
-        if here and there and random.random() < 0.5:  # only their names do
-            here.name, there.name = there.name, here.name
+        first, second = (getattr(point, field) for point in points)
+        if first and second and random.random() < 0.5:  # only their names change places
+            first.name, second.name = second.name, first.name
         else:
-            setattr(one, field, there)
-            setattr(two, field, here)
+            setattr(points[0], field, second)
+            setattr(points[1], field, first)
 
 
 def joint_moves(mbs: m.Mbs, random: Random) -> None:
     body = some(random, [body for body in mbs.bodies if len(body.joints) > 1])
     if body:
         joint = body.joints.pop(random.randrange(len(body.joints)))
-        other = random.choice(mbs.bodies)
-        other.joints.insert(random.randrange(len(other.joints) + 1), joint)
+        body = random.choice(mbs.bodies)
+        body.joints.insert(random.randrange(len(body.joints) + 1), joint)
 
 
-def body_hangs_elsewhere(mbs: m.Mbs, random: Random) -> None:
+def body_moves(mbs: m.Mbs, random: Random) -> None:
     body = some(random, mbs.bodies)
     if body is None:
         return
     below = {body.name}
-    for other in mbs.bodies:
-        below |= {other.name} if other.parent in below else set()
+    for descendant in mbs.bodies:
+        below |= {descendant.name} if descendant.parent in below else set()
     on = random.choice([mbs.base, *[b for b in mbs.bodies if b.name not in below]])
     body.parent = on.name if isinstance(on, m.Body) else None
     body.point = random.choice([None, *[p.name for p in on.points if p.name != "origin"]])
@@ -298,29 +305,43 @@ def order(mbs: m.Mbs, random: Random) -> None:
 
 def rename(mbs: m.Mbs, random: Random) -> None:
     kinds = ("body", "joint", "sensor", "point")
-    thing = some(random, [entity for entity in list_entities(mbs) if entity.kind in kinds])
-    if thing is None or thing.name == "origin":
+    entity = some(random, [entity for entity in list_entities(mbs) if entity.kind in kinds])
+    if entity is None or entity.name == "origin":
         return
-    rename_part(mbs, thing.part, new(random, "other"))
+    rename_part(mbs, entity.part, new(random, "other"))
 
 
 EDITS: list[Callable[[m.Mbs, Random], None]] = [
-    a_value, a_word, a_place, body_on_a_new_point, a_point, a_joint, a_shape, a_model, a_cut,
-    no_thing, sensors_change_places, joint_moves, body_hangs_elsewhere, order, rename,
-]  # fmt: skip
+    a_value,
+    a_word,
+    a_place,
+    body_on_a_new_point,
+    a_point,
+    a_joint,
+    a_shape,
+    a_model,
+    a_cut,
+    no_part,
+    sensors_change_places,
+    joint_moves,
+    body_moves,
+    order,
+    rename,
+]
 
 
 def edited(data: bytes, random: Random, count: int) -> bytes:
-    """A file with some edits, and with elements that nobody knows."""
+    """Return a file with some edits, and with elements that the model does not know."""
     mbs = read_mbs(data, "base")
     for edit in random.choices(EDITS, k=count):
         edit(mbs, random)
     made = write(mbs)
     if random.random() < 0.3:
-        places = [found.end() for found in re.finditer(rb"</jointname>|</bodyname>", made)]
+        places = [match.end() for match in re.finditer(rb"</jointname>|</bodyname>", made)]
         if places:
-            at = random.choice(places)
-            made = made[:at] + b"<brake><force>%d</force></brake>" % random.randrange(9) + made[at:]
+            place = random.choice(places)
+            brake = b"<brake><force>%d</force></brake>" % random.randrange(9)
+            made = made[:place] + brake + made[place:]
     return made
 
 
@@ -352,24 +373,29 @@ def larger(root: Any, random: Random) -> None:
 
 def link_added(root: Any, random: Random) -> None:
     parent = random.choice(root.findall("link")).get("name")
-    root.append(etree.fromstring(
-        '<link name="extra"><inertial><mass value="0.75"/><inertia ixx="1" iyy="1" izz="1" '
-        'ixy="0" ixz="0" iyz="0"/></inertial></link>'
-    ))  # fmt: skip
-    root.append(etree.fromstring(
-        f'<joint name="to_extra" type="revolute"><parent link="{parent}"/><child link="extra"/>'
-        '<origin xyz="0.1 0.2 0.3"/><axis xyz="0 1 0"/>'
-        '<limit lower="-1" upper="1" effort="1" velocity="1"/></joint>'
-    ))  # fmt: skip
+    root.append(
+        etree.fromstring(
+            '<link name="extra"><inertial><mass value="0.75"/><inertia ixx="1" iyy="1" izz="1" '
+            'ixy="0" ixz="0" iyz="0"/></inertial></link>'
+        )
+    )
+    root.append(
+        etree.fromstring(
+            f'<joint name="to_extra" type="revolute"><parent link="{parent}"/><child link="extra"/>'
+            '<origin xyz="0.1 0.2 0.3"/><axis xyz="0 1 0"/>'
+            '<limit lower="-1" upper="1" effort="1" velocity="1"/></joint>'
+        )
+    )
 
 
 def link_removed(root: Any, random: Random) -> None:
     parents = {joint.find("parent").get("link") for joint in root.findall("joint")}
     tied = re.findall(r"<(?:parent|child)>([^<]*)<", etree.tostring(root).decode())
     joints = [
-        joint for joint in root.findall("joint")
+        joint
+        for joint in root.findall("joint")
         if joint.find("child").get("link") not in {*parents, *tied}
-    ]  # fmt: skip
+    ]
     followed = {mimic.get("joint") for mimic in root.findall("joint/mimic")}
     joints = [joint for joint in joints if joint.get("name") not in followed]
     if joints:
@@ -413,6 +439,13 @@ def other_type(root: Any, random: Random) -> None:
 
 
 CHANGES: list[Callable[[Any, Random], None]] = [
-    heavier, elsewhere, other_limit, larger, link_added, link_removed, link_renamed, joint_renamed,
+    heavier,
+    elsewhere,
+    other_limit,
+    larger,
+    link_added,
+    link_removed,
+    link_renamed,
+    joint_renamed,
     other_type,
-]  # fmt: skip
+]

@@ -26,7 +26,7 @@ real = pytest.mark.skipif(not SHARED.exists(), reason=f"the real files are not h
 Found = set[tuple[str, str, str, str]]
 
 
-def found(changes: Differences) -> Found:
+def list_findings(changes: Differences) -> Found:
     assert len({describe_change(change) for change in changes.changes}) == len(changes.changes)
     return {(c.change, c.kind, c.name, c.field) for c in changes.changes}
 
@@ -46,7 +46,8 @@ EDITS: dict[str, tuple[Edit, Found]] = {
     "body heavier": (put("bodies.0.mass", 77.0), {("changed", "body", "trunk", "mass")}),
     "inertia": (put("bodies.2.inertia", INERTIA), {("changed", "body", "leg", "inertia")}),
     "body hung elsewhere": (
-        put("bodies.2.point", "handle"), {("changed", "body", "leg", "point")},
+        put("bodies.2.point", "handle"),
+        {("changed", "body", "leg", "point")},
     ),
     "body moved in the diagram": (
         put("bodies.0.drawing.control_points", ((1.0, 2.0),)),
@@ -58,21 +59,24 @@ EDITS: dict[str, tuple[Edit, Found]] = {
         {("renamed", "body", "arm", "name"), ("renamed", "joint", "swing", "name")},
     ),
     "point renamed": (
-        call("base.points.0", "track"), {("renamed", "point", "rail", "name")},
+        call("base.points.0", "track"),
+        {("renamed", "point", "rail", "name")},
     ),
     "cut removed": (drop("cuts", 1), {("removed", "cut", "a_rod", "")}),
     "cuts reordered": (lambda mbs: mbs.cuts.reverse(), {("reordered", "cut", "", "order")}),
     "link renamed": (put("links.0.name", "coil"), {("renamed", "link", "a_spring", "name")}),
     "link added": (add("links", DAMPER), {("added", "link", "damper", "")}),
     "force renamed": (
-        put("bodies.0.points.1.extforce.name", "shove"), {("renamed", "force", "push", "name")},
+        put("bodies.0.points.1.extforce.name", "shove"),
+        {("renamed", "force", "push", "name")},
     ),
     "signal dropped": (
         put("bodies.0.points.1.extforce.measures", ("Rot", "Vit", "Om", "Acc", "Omp")),
         {("changed", "force", "push", "measures")},
     ),
     "gravity": (
-        put("base.gravity", (0.0, 0.0, -1.62)), {("changed", "base", "workshop", "gravity")},
+        put("base.gravity", (0.0, 0.0, -1.62)),
+        {("changed", "base", "workshop", "gravity")},
     ),
     "joint type": (put("bodies.0.joints.1.type", "R2"), {("changed", "joint", "turn", "type")}),
     "start": (put("bodies.0.joints.0.q", 0.0), {("changed", "joint", "lift", "q")}),
@@ -81,10 +85,12 @@ EDITS: dict[str, tuple[Edit, Found]] = {
         {("changed", "joint", "lift", "position")},
     ),
     "joint added": (
-        add("bodies.0.joints", Joint("more", "T2")), {("added", "joint", "more", "")},
+        add("bodies.0.joints", Joint("more", "T2")),
+        {("added", "joint", "more", "")},
     ),
     "joint moved": (
-        move("bodies.0.joints", "bodies.2.joints", 2), {("moved", "joint", "tilt", "owner")},
+        move("bodies.0.joints", "bodies.2.joints", 2),
+        {("moved", "joint", "tilt", "owner")},
     ),
     "parameter changed": (
         put("user_models.0.parameters.0.values", ("0.75",)),
@@ -95,10 +101,12 @@ EDITS: dict[str, tuple[Edit, Found]] = {
         {("added", "parameter", "mine", "")},
     ),
     "variable removed": (
-        drop("user_variables"), {("removed", "user variable", "q_ref", "")},
+        drop("user_variables"),
+        {("removed", "user variable", "q_ref", "")},
     ),
     "sensor moved": (
-        sensor_moved, {("moved", "sensor", "imu", "owner"), ("added", "point", "origin", "")},
+        sensor_moved,
+        {("moved", "sensor", "imu", "owner"), ("added", "point", "origin", "")},
     ),
     "shape of a name there already": (
         add("base.shapes", Shape("box", "a_box", size=(9.0, 9.0, 9.0)), 0),
@@ -112,7 +120,7 @@ EDITS: dict[str, tuple[Edit, Found]] = {
         put("view.viewpoints.0.position", (9.0, 9.0, 9.0)),
         {("changed", "viewpoint", "eye", "position")},
     ),
-}  # fmt: skip
+}
 
 
 def edited(before: Mbs, names: Iterable[str]) -> tuple[Mbs, Found]:
@@ -134,23 +142,26 @@ def test_random_edits_are_all_found_and_nothing_else(names: list[str], from_file
     after, expected = edited(before, names)
     if from_file:
         after = read_mbs(write(after), "after.mbs")
-    assert found(find_differences(before, after)) == expected
+    assert list_findings(find_differences(before, after)) == expected
     # the other way round, as many
     back = find_differences(after, before).changes
     assert len(back) == len(expected)
-    physics = {(c.change, c.kind, c.name, c.field) for c in find_differences(before, after).changes
-               if not c.drawing}  # fmt: skip
-    assert found(find_differences(before, after, physics=True)) == physics
+    physics = {
+        (c.change, c.kind, c.name, c.field)
+        for c in find_differences(before, after).changes
+        if not c.drawing
+    }
+    assert list_findings(find_differences(before, after, physics=True)) == physics
 
 
 @pytest.mark.parametrize("name", EDITS)
 def test_each_edit_is_found_by_itself(name: str) -> None:
     before = everything()
     after, expected = edited(before, [name])
-    assert found(find_differences(before, after)) == expected
+    assert list_findings(find_differences(before, after)) == expected
     pictures = {"shape", "viewpoint", "light", "view"}
     drawn = {c for c in expected if c[1] in pictures or c[3].startswith(("position", "drawing"))}
-    assert found(find_differences(before, after, physics=True)) == expected - drawn
+    assert list_findings(find_differences(before, after, physics=True)) == expected - drawn
 
 
 def test_numbers_that_only_respell_are_no_difference() -> None:
@@ -179,28 +190,32 @@ def test_what_the_model_does_not_know_is_compared() -> None:
     joint.find("extforce").text = "2.5"
     del root.find("bodytree").attrib["age"]  # type: ignore[union-attr]
     after = read_mbs(etree.tostring(root), "after.mbs")
-    assert found(find_differences(before, after)) == {
-        ("changed", "joint", "lift", "extforce"), ("changed", "model", "machine", "bodytree/@age"),
-    }  # fmt: skip
+    assert list_findings(find_differences(before, after)) == {
+        ("changed", "joint", "lift", "extforce"),
+        ("changed", "model", "machine", "bodytree/@age"),
+    }
     # and against a model of which there is no file
-    assert ("changed", "joint", "lift", "extforce") in found(find_differences(before, everything()))
+    assert ("changed", "joint", "lift", "extforce") in list_findings(
+        find_differences(before, everything())
+    )
 
 
 def test_what_belongs_to_a_removed_body_is_not_named_beside_it() -> None:
     before, after = everything(), everything()
     after.bodies = after.bodies[:3]
     after.cuts, after.links = after.cuts[:2], after.links[1:]
-    assert found(find_differences(before, after)) == {
-        ("removed", "body", "cart", ""), ("removed", "cut", "a_solid", ""),
+    assert list_findings(find_differences(before, after)) == {
+        ("removed", "body", "cart", ""),
+        ("removed", "cut", "a_solid", ""),
         ("removed", "link", "a_spring", ""),
-    }  # fmt: skip
+    }
 
 
 def test_bodies_in_another_order_are_said_once_and_joints_have_other_numbers() -> None:
     before, after = everything(), everything()
     after.bodies = [after.bodies[3], *after.bodies[:3]]
     differ = find_differences(before, after)
-    assert found(differ) == {("reordered", "body", "", "order")}
+    assert list_findings(differ) == {("reordered", "body", "", "order")}
     assert differ.renumbered["lift"] == (1, 2)
     assert differ.renumbered["roll"] == (7, 1)
     assert find_differences(before, before).renumbered == {}
@@ -210,9 +225,10 @@ def test_two_sensors_without_a_view_and_with_one() -> None:
     before, after = everything(), everything()
     before.view, after.view = None, View()
     after.bodies[1].points[0].sensor = Sensor("eye")
-    assert found(find_differences(before, after)) == {
-        ("added", "view", "", ""), ("added", "sensor", "eye", "")
-    }  # fmt: skip
+    assert list_findings(find_differences(before, after)) == {
+        ("added", "view", "", ""),
+        ("added", "sensor", "eye", ""),
+    }
 
 
 # --- words ---
@@ -224,8 +240,9 @@ def test_the_words_of_changes() -> None:
     after, _ = edited(before, names)
     lines = describe_changes(find_differences(before, after))
     assert "body 'trunk' renamed to 'torso'" in lines
-    assert any(text.startswith("body 'trunk': mass ") and text.endswith(" -> 77 kg")
-               for text in lines)  # fmt: skip
+    assert any(
+        text.startswith("body 'trunk': mass ") and text.endswith(" -> 77 kg") for text in lines
+    )
     assert "joint 'tilt' moved from body 'trunk' to body 'leg'" in lines
     assert "link 'damper' added: link between body 'leg' (origin) and the base (origin)" in lines
     assert any(text.startswith("body 'head' added: on body 'torso'") for text in lines)
@@ -264,19 +281,21 @@ def test_no_edit_is_found_in_what_mbsyspad_only_saved(robot: str, year: str) -> 
 def test_what_students_edited() -> None:
     base = "emecdelam-suspension.base"
     ours = real_differences(base, "emecdelam-suspension.ours")
-    assert found(ours) == {("added", "point", "Point_6", "")}
-    assert found(real_differences(base, "emecdelam-suspension.theirs", physics=True)) == {
-        ("changed", "joint", "Joint_3", "type"), ("changed", "joint", "Joint_5", "type"),
+    assert list_findings(ours) == {("added", "point", "Point_6", "")}
+    assert list_findings(real_differences(base, "emecdelam-suspension.theirs", physics=True)) == {
+        ("changed", "joint", "Joint_3", "type"),
+        ("changed", "joint", "Joint_5", "type"),
         ("added", "link", "Link_1", ""),
-    }  # fmt: skip
+    }
     base = "ovankerm-Jeep.base"
-    assert found(real_differences(base, "ovankerm-Jeep.ours", physics=True)) == {
+    assert list_findings(real_differences(base, "ovankerm-Jeep.ours", physics=True)) == {
         ("added", "parameter", "Bumpy", "")
     }
     lost = real_differences("ovankerm-Jeep.ours", "ovankerm-Jeep.merged")
-    assert ("removed", "shape", "New_Shape", "") in found(lost)
-    moved = found(real_differences("emecdelam-Jpp.before", "emecdelam-Jpp.after"))
+    assert ("removed", "shape", "New_Shape", "") in list_findings(lost)
+    moved = list_findings(real_differences("emecdelam-Jpp.before", "emecdelam-Jpp.after"))
     assert {change for change in moved if change[0] == "moved"} == {
-        ("moved", "joint", "Joint_10", "owner"), ("moved", "joint", "Joint_14", "owner")
-    }  # fmt: skip
+        ("moved", "joint", "Joint_10", "owner"),
+        ("moved", "joint", "Joint_14", "owner"),
+    }
     assert not {change for change in moved if change[1] == "body" and change[0] != "changed"}

@@ -38,10 +38,10 @@ def test_exit_codes_are_those_of_diff(pair: Path, capsys: Any) -> None:
 
 def test_numbers_are_said_as_people_write_them(pair: Path, capsys: Any) -> None:
     data = (pair / "a.mbs").read_bytes()
-    for text, said in (("3.5999999999999996", "0.5 -> 3.6"), ("0.5000000000000001", "0.5 -> 0.50")):
-        (pair / "b.mbs").write_bytes(data.replace(b"<mass>0.5<", f"<mass>{text}<".encode()))
+    for spelling, shown in (("3.5999999999999996", "0.5 -> 3.6"), ("0.5000000000000001", "0.5 -> 0.50")):
+        (pair / "b.mbs").write_bytes(data.replace(b"<mass>0.5<", f"<mass>{spelling}<".encode()))
         assert main(["diff", "a.mbs", "b.mbs"]) == 1
-        assert f"mass {said}" in capsys.readouterr().out
+        assert f"mass {shown}" in capsys.readouterr().out
 
 
 def test_what_is_drawn_is_counted_listed_or_left_out(pair: Path, capsys: Any) -> None:
@@ -56,11 +56,15 @@ def test_what_is_drawn_is_counted_listed_or_left_out(pair: Path, capsys: Any) ->
 
 def test_json(pair: Path, capsys: Any) -> None:
     assert main(["diff", "a.mbs", "b.mbs", "--json"]) == 1
-    said = json.loads(capsys.readouterr().out)
-    assert said["same"] is False
-    assert said["differences"]["changes"] == [
+    text = json.loads(capsys.readouterr().out)
+    assert text["same"] is False
+    assert text["differences"]["changes"] == [
         {
-            "change": "changed", "kind": "body", "name": "arm", "field": "mass",
-            "before": 0.5, "after": 0.75,
+            "change": "changed",
+            "kind": "body",
+            "name": "arm",
+            "field": "mass",
+            "before": 0.5,
+            "after": 0.75,
         }
-    ]  # fmt: skip
+    ]

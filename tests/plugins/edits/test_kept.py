@@ -38,9 +38,12 @@ def canonical(element: etree._Element) -> object:
     """All that an element says, comments included, without white space."""
     tag = element.tag if isinstance(element.tag, str) else "?"
     return (
-        tag, (element.text or "").strip(), (element.tail or "").strip(), sorted(element.items()),
+        tag,
+        (element.text or "").strip(),
+        (element.tail or "").strip(),
+        sorted(element.items()),
         [canonical(child) for child in element],
-    )  # fmt: skip
+    )
 
 
 def sample(name: str) -> bytes:
@@ -59,10 +62,13 @@ def texts(root: etree._Element, old: str, new: str, *tags: str) -> None:
 
 
 @pytest.mark.skipif(not SAMPLES, reason=f"the real files are not here: {SHARED} does not exist")
-@pytest.mark.parametrize("file", [
-    pytest.param(file, id=file.stem, marks=[pytest.mark.slow] * (k % 4 > 0))
-    for k, file in enumerate(SAMPLES)
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "file",
+    [
+        pytest.param(file, id=file.stem, marks=[pytest.mark.slow] * (k % 4 > 0))
+        for k, file in enumerate(SAMPLES)
+    ],
+)
 def test_a_real_file_stays_but_for_what_is_changed(file: Path) -> None:
     data = file.read_bytes()
     mbs = read_mbs(data, file.name)
@@ -80,8 +86,9 @@ def test_a_real_file_stays_but_for_what_is_changed(file: Path) -> None:
         place[0].text, place[1].text = "1.5", "2.0"
         for heavy, mass in zip(
             [body for body in mbs.bodies if body.mass is not None][:1],
-            expected.findall("bodytree/body/mass")[:1], strict=True,
-        ):  # fmt: skip
+            expected.findall("bodytree/body/mass")[:1],
+            strict=True,
+        ):
             heavy.mass = 12345.0
             mass.text = "12345.0"
     mbs.name = "other"
@@ -153,8 +160,8 @@ def sprinkled(draw: st.DrawFn) -> bytes:
             etree.SubElement(made, "body").text = " 1.50 "
         least = 1 if place[0].tag in FIRST else 0
         place.insert(draw(st.integers(least, len(place))), made)
-    known = [element for element in root.iter(*NUMBERS) if element.text and not len(element)]
-    for element in draw(st.lists(st.sampled_from(known), max_size=8)):
+    numbers = [element for element in root.iter(*NUMBERS) if element.text and not len(element)]
+    for element in draw(st.lists(st.sampled_from(numbers), max_size=8)):
         value = float(element.text or "")
         spelled = draw(st.sampled_from(["{:.17E}", " {!r}\n", "+{!r}", "{!r}"]))
         element.text = spelled.format(value)
@@ -232,8 +239,16 @@ def remove(element: Any) -> None:
 
 
 EDITS: list[Callable[[Mbs, Any], None]] = [
-    mass, start, joint_name, shape_kind, measures, no_link, no_cuts, no_com, a_point,
-]  # fmt: skip
+    mass,
+    start,
+    joint_name,
+    shape_kind,
+    measures,
+    no_link,
+    no_cuts,
+    no_com,
+    a_point,
+]
 
 
 def test_what_stands_in_a_place_goes_with_it() -> None:
@@ -259,19 +274,21 @@ def test_whatever_else_stands_in_a_file_stays(
     for edit in edits:
         edit(mbs, expected)
     again = write(mbs)
-    assert said(etree.fromstring(again)) == said(expected)
+    assert simplify(etree.fromstring(again)) == simplify(expected)
     assert read_mbs(again, "m.mbs") == mbs
     assert write(read_mbs(again, "m.mbs")) == again
 
 
-def said(element: etree._Element) -> object:
+def simplify(element: etree._Element) -> object:
     """``canonical``, with all stray text of an element in one: after what, is of no meaning."""
     tag = element.tag if isinstance(element.tag, str) else "?"
     stray = [element.text, *(child.tail for child in element)]
     return (
-        tag, "".join("".join(text or "" for text in stray).split()), sorted(element.items()),
-        [said(child) for child in element],
-    )  # fmt: skip
+        tag,
+        "".join("".join(text or "" for text in stray).split()),
+        sorted(element.items()),
+        [simplify(child) for child in element],
+    )
 
 
 def test_text_behind_what_goes_stays() -> None:
@@ -421,8 +438,11 @@ def test_a_value_that_a_file_leaves_out_comes_when_it_changes() -> None:
     mbs.view.frame = 0.5
     again = etree.fromstring(write(mbs))
     assert [child.tag for child in again.find("x3D/shapeScaleFactors")] == [
-        "frame", "joint", "com", "point",
-    ]  # fmt: skip
+        "frame",
+        "joint",
+        "com",
+        "point",
+    ]
     assert read_mbs(write(mbs), "m.mbs") == mbs
 
 
@@ -440,21 +460,23 @@ def test_what_the_model_does_not_know() -> None:
         assert data.count(old)
         data = data.replace(old, new, 1)
     mbs = read_mbs(data, "m.mbs")
-    found, usual = (
+    table, usual = (
         make_table(model, list_entities(model)) for model in (mbs, read_mbs(OWN, "m.mbs"))
     )
     texts = {}
-    for thing, values, before in zip(
-        found.entities.values(), found.values.values(), usual.values.values(), strict=True
+    for entity, values, before in zip(
+        table.entities.values(), table.values.values(), usual.values.values(), strict=True
     ):
         for field, text in values.items():
             if field[0] == "?" and before.get(field) != text:
-                texts[thing.label, field] = text
+                texts[entity.label, field] = text
     assert texts == {
-        ("the base", "?@at"): "2", ("the base", "?@size"): "9",
+        ("the base", "?@at"): "2",
+        ("the base", "?@size"): "9",
         ("the base", "?mine"): "<mine>1.5</mine>",
         ("body 'leg'", "?a"): '<a><b x="2.0">t</b></a><a></a><a></a>',
         ("body 'trunk'", "?graphics/x3D/x3D_hand"): "<x3D_hand></x3D_hand>",
-        ("joint 'turn'", "?nature/@unit"): "m", ("sensor 'touch'", "?@Jerk"): "true",
+        ("joint 'turn'", "?nature/@unit"): "m",
+        ("sensor 'touch'", "?@Jerk"): "true",
         ("the view", "?background/color/@A"): "1e0",
-    }  # fmt: skip
+    }

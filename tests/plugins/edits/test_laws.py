@@ -25,19 +25,19 @@ def three(base: bytes, ours: bytes, theirs: bytes) -> Merged:
     return merge(read_mbs(base, "base"), read_mbs(ours, "ours"), read_mbs(theirs, "theirs"), None)
 
 
-def differ(one: bytes, two: bytes) -> list[Any]:
-    return find_differences(read_mbs(one, "one"), read_mbs(two, "two")).changes
+def differ(first: bytes, second: bytes) -> list[Any]:
+    return find_differences(read_mbs(first, "one"), read_mbs(second, "two")).changes
 
 
-def said(done: Merged) -> list[Any]:
+def list_conflicts(done: Merged) -> list[Any]:
     return [*done.plan.conflicts, *done.plan.orphaned]
 
 
-def check_one_side_alone(base: bytes, other: bytes) -> None:
-    for ours, theirs in ((other, base), (base, other), (other, other)):
+def check_one_side_alone(base: bytes, changed: bytes) -> None:
+    for ours, theirs in ((changed, base), (base, changed), (changed, changed)):
         done = three(base, ours, theirs)
-        assert not said(done), done.plan
-        assert not differ(done.data, other)
+        assert not list_conflicts(done), done.plan
+        assert not differ(done.data, changed)
         assert done.data == ours or ours == base
 
 
@@ -57,37 +57,37 @@ def check_both(base: bytes, ours: bytes, theirs: bytes) -> None:
     assert (results[0] is None) == (results[1] is None)  # whichever side is called ours
     if results[0] is None or results[1] is None:
         return
-    one, two = results
+    first, second = results
     before, *names = (
         {(entity.kind, entity.name) for entity in list_entities(read_mbs(data, "m"))}
         for data in (base, ours, theirs)
     )
     renamed = {
         change.edit.after
-        for done in (one, two)
+        for done in (first, second)
         for change in done.plan.conflicts
         if change.edit.change == "renamed"
     }
-    for done in (one, two):
+    for done in (first, second):
         merged = {(entity.kind, entity.name) for entity in list_entities(read_mbs(done.data, "m"))}
         for _, name in (names[0] | names[1]) - before - merged:
-            assert name in renamed or said(done), done.plan
-    assert bool(said(one)) == bool(said(two)), (one.plan, two.plan)
-    if said(one):
+            assert name in renamed or list_conflicts(done), done.plan
+    assert bool(list_conflicts(first)) == bool(list_conflicts(second)), (first.plan, second.plan)
+    if list_conflicts(first):
         return
     moved, moved_too = (
         {(c.kind, c.name) for c in differ(base, side) if c.field == "position"}
         for side in (ours, theirs)
     )
     drawn = "position" if moved & moved_too else ""
-    assert not [change for change in differ(one.data, two.data) if change.field != drawn]
-    check_one_side_alone(theirs, one.data)
+    assert not [change for change in differ(first.data, second.data) if change.field != drawn]
+    check_one_side_alone(theirs, first.data)
 
 
 @settings(few, max_examples=8)
 @given(models(), models(), st.integers(0, 10**6))
-def test_the_laws_hold_whatever_the_models_are(base: m.Mbs, other: m.Mbs, seed: int) -> None:
-    check_one_side_alone(write(base), write(other))
+def test_the_laws_hold_whatever_the_models_are(base: m.Mbs, changed: m.Mbs, seed: int) -> None:
+    check_one_side_alone(write(base), write(changed))
     random = Random(seed)
     ours, theirs = (edited(write(everything()), random, 4) for _ in range(2))
     check_one_side_alone(write(everything()), ours)

@@ -26,14 +26,26 @@ CONFIGS = Path(__file__).resolve().parents[3] / "configs"
 ROBOTS = ("lamp.urdf", "biped.urdf.xacro", "arm.urdf.xacro", "hexapod.urdf.xacro")
 
 BESIDE: list[Any] = [
-    made.a_place, made.a_point, made.a_shape, made.a_model, made.sensor, made.link,
-    renamed_joint, made.renamed_body,
-]  # fmt: skip
+    made.a_place,
+    made.a_point,
+    made.a_shape,
+    made.a_model,
+    made.sensor,
+    made.link,
+    renamed_joint,
+    made.renamed_body,
+]
 #: The edits that make it another robot.
 MECHANICS: list[Any] = [
-    made.a_value, made.a_word, made.body_on_a_new_point, made.a_joint, made.a_cut, made.mass,
-    made.sensors_change_places, no_leaf,
-]  # fmt: skip
+    made.a_value,
+    made.a_word,
+    made.body_on_a_new_point,
+    made.a_joint,
+    made.a_cut,
+    made.mass,
+    made.sensors_change_places,
+    no_leaf,
+]
 
 
 @cache
@@ -58,16 +70,16 @@ def changed(text: bytes, changes: list[Any], random: Random) -> bytes:
 
 def model(data: bytes) -> Mbs:
     mbs = read_mbs(data, "m.mbs")
-    for thing in list_entities(mbs):
-        if hasattr(thing.part, "origin"):
-            thing.part.origin = None
+    for entity in list_entities(mbs):
+        if hasattr(entity.part, "origin"):
+            entity.part.origin = None
     return mbs
 
 
 def check_all_kept_or_named(base: Mbs, edited: Mbs, merged: Merged, new: Mbs) -> None:
     plan = merged.plan
-    said = [conflict.edit for conflict in plan.conflicts]
-    said += [edit for orphan in plan.orphaned for edit in orphan.edits]
+    reported = [conflict.edit for conflict in plan.conflicts]
+    reported += [edit for orphan in plan.orphaned for edit in orphan.edits]
     before, ours, theirs = make_tables(base, edited, new)
     for change, (number, field) in compare_tables(before, ours):
         kept = any(
@@ -80,13 +92,17 @@ def check_all_kept_or_named(base: Mbs, edited: Mbs, merged: Merged, new: Mbs) ->
                 (c.change, c.kind, c.name) == (change.change, change.kind, change.name)
                 for c in plan.kept
             )
-        mine, then = (side.values.get(number) for side in (ours, theirs))
-        alike = mine == then if mine is None or then is None else mine.get(field) == then.get(field)
+        mine, new_values = (side.values.get(number) for side in (ours, theirs))
+        alike = (
+            mine == new_values
+            if mine is None or new_values is None
+            else mine.get(field) == new_values.get(field)
+        )
         gone = number in before.values and number not in theirs.values
         is_drawing = is_diagram_position(change.kind, field) or change.change == "reordered"
         passes_with_it = gone and is_drawing
         passes_with_it |= gone and change.change == "removed"
-        assert kept or alike or change in said or passes_with_it, change
+        assert kept or alike or change in reported or passes_with_it, change
 
 
 def check_physics(new: Mbs, merged: Mbs) -> None:
@@ -100,21 +116,21 @@ def own_text(data: bytes) -> dict[tuple[str, str, str], set[str]]:
     """What each object of a file says itself, without the objects in it."""
     mbs, elements = read_mbs_again(data)
     texts: dict[tuple[str, str, str], set[str]] = {}
-    for thing in list_entities(mbs):
-        origin = getattr(thing.part, "origin", None)
-        if origin is not None and thing.kind != "model":
-            owner = "" if thing.owner is None else thing.owner.qualified_label
-            said = words(elements[origin.number], set(elements))
-            texts.setdefault((thing.kind, owner, thing.name), set()).add(" ".join(said))
+    for entity in list_entities(mbs):
+        origin = getattr(entity.part, "origin", None)
+        if origin is not None and entity.kind != "model":
+            owner = "" if entity.owner is None else entity.owner.qualified_label
+            reported = words(elements[origin.number], set(elements))
+            texts.setdefault((entity.kind, owner, entity.name), set()).add(" ".join(reported))
     return texts
 
 
 def words(element: Any, objects: set[Any]) -> list[str]:
     """An element as text, without those of objects in it."""
-    own = [f"{element.tag}{sorted(element.items())}{(element.text or '').strip()}"]
+    texts = [f"{element.tag}{sorted(element.items())}{(element.text or '').strip()}"]
     for child in element.iterchildren("*"):
-        own += words(child, objects) if child not in objects else []
-    return own
+        texts += words(child, objects) if child not in objects else []
+    return texts
 
 
 def check_plan_is_deed(edited: bytes, merged: Merged) -> None:
@@ -136,14 +152,22 @@ def check_plan_is_deed(edited: bytes, merged: Merged) -> None:
 @pytest.mark.slow
 @few
 @given(
-    st.sampled_from(ROBOTS), st.sampled_from(["faithful", "compact"]), st.integers(0, 10**6),
+    st.sampled_from(ROBOTS),
+    st.sampled_from(["faithful", "compact"]),
+    st.integers(0, 10**6),
     st.lists(st.sampled_from(BESIDE + MECHANICS), unique=True, max_size=5),
-    st.lists(st.sampled_from(CHANGES), unique=True, max_size=3), st.booleans(),
-)  # fmt: skip
+    st.lists(st.sampled_from(CHANGES), unique=True, max_size=3),
+    st.booleans(),
+)
 def test_each_edit_is_kept_or_named_and_the_plan_is_the_deed(
-    tmp_path_factory: Any, robot: str, preset: str, seed: int, edits: list[Any],
-    changes: list[Any], backwards: bool,
-) -> None:  # fmt: skip
+    tmp_path_factory: Any,
+    robot: str,
+    preset: str,
+    seed: int,
+    edits: list[Any],
+    changes: list[Any],
+    backwards: bool,
+) -> None:
     folder = tmp_path_factory.getbasetemp()
     random = Random(seed)
     texts = [urdf(robot), changed(urdf(robot), changes, random)]

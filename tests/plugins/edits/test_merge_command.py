@@ -25,8 +25,10 @@ needs_samples = pytest.mark.skipif(not SAMPLES.is_dir(), reason="the samples are
 def changes(before: Path | bytes, after: Path | bytes, *, physics: bool = False) -> list[str]:
     data = [file if isinstance(file, bytes) else file.read_bytes() for file in (before, after)]
     models = [read_mbs(file, "m") for file in data]
-    found = find_differences(models[0], models[1], physics=physics).changes
-    return [f"{change.change} {change.kind} {change.name} {change.field}" for change in found]
+    changes_found = find_differences(models[0], models[1], physics=physics).changes
+    return [
+        f"{change.change} {change.kind} {change.name} {change.field}" for change in changes_found
+    ]
 
 
 @needs_samples
@@ -37,9 +39,9 @@ def test_what_mbsyspad_saved_follows_the_urdf(name: str, year: str, change: Any)
     """A changed mass, a new, a renamed and a removed link: nothing is taken for an edit."""
     written = (SAMPLES / f"saved/{name}.written.mbs").read_bytes()
     new = read_mbs(written, "new")
-    for thing in list_entities(new):
-        if hasattr(thing.part, "origin"):
-            thing.part.origin = None
+    for entity in list_entities(new):
+        if hasattr(entity.part, "origin"):
+            entity.part.origin = None
     change(new, Random(name + year))
     saved = read_mbs((SAMPLES / f"saved/{name}.saved-{year}.mbs").read_bytes(), "saved")
     merged = merge(read_mbs(written, "base"), saved, new)
@@ -82,7 +84,7 @@ def test_the_next_version_of_students_on_a_base_that_changed(pair: str) -> None:
 
 
 @pytest.fixture
-def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     from mbs.models import everything
 
     monkeypatch.chdir(tmp_path)
@@ -97,20 +99,20 @@ def change(file: str, old: str, new: str) -> None:
     Path(file).write_text(text.replace(old, new, 1))
 
 
-def test_a_conflict_is_named_and_ours_stays(here: Path, capsys: Any) -> None:
+def test_a_conflict_is_named_and_ours_stays(folder: Path, capsys: Any) -> None:
     change("ours.mbs", "<type>T3</type>", "<type>T1</type>")
     change("theirs.mbs", "<type>T3</type>", "<type>T2</type>")
     change("theirs.mbs", "<type>R3</type>", "<type>R2</type>")
     assert main(["merge", "base.mbs", "ours.mbs", "theirs.mbs", "--path", "arm.mbs"]) == 1
-    said = capsys.readouterr()
+    output = capsys.readouterr()
     conflict = "joint 'lift' of body 'trunk': type 'T3' -> 'T1'; theirs has 'T2'; ours is used"
-    assert f"arm.mbs: conflict: {conflict}\n" in said.err
-    text = (here / "ours.mbs").read_text()
+    assert f"arm.mbs: conflict: {conflict}\n" in output.err
+    text = (folder / "ours.mbs").read_text()
     assert "<type>T1</type>" in text
     assert text.count("<type>R2</type>") == 3
 
 
-def test_what_theirs_added_comes_with_all_that_stands_in_it(here: Path) -> None:
+def test_what_theirs_added_comes_with_all_that_stands_in_it(folder: Path) -> None:
     change(
         "theirs.mbs",
         "<user_model>",
@@ -118,12 +120,12 @@ def test_what_theirs_added_comes_with_all_that_stands_in_it(here: Path) -> None:
     )
     change("ours.mbs", "<bodytree>", "<bodytree><!-- mine -->")
     assert main(["merge", "base.mbs", "ours.mbs", "theirs.mbs", "-q"]) == 0
-    text = (here / "ours.mbs").read_text()
+    text = (folder / "ours.mbs").read_text()
     assert "<unit>m</unit>" in text
     assert "<!-- mine -->" in text
 
 
-def test_what_nobody_knows_and_both_changed_is_a_conflict(here: Path, capsys: Any) -> None:
+def test_what_nobody_knows_and_both_changed_is_a_conflict(folder: Path, capsys: Any) -> None:
     for side, unit in (("base", "m"), ("ours", "cm"), ("theirs", "mm")):
         change(f"{side}.mbs", "<user_model>", f"<user_model><unit>{unit}</unit>")
     assert main(["merge", "base.mbs", "ours.mbs", "theirs.mbs", "-q"]) == 1
@@ -131,36 +133,36 @@ def test_what_nobody_knows_and_both_changed_is_a_conflict(here: Path, capsys: An
 
 
 def test_changes_that_do_not_fit_together_are_listed_and_ours_stays(
-    here: Path, capsys: Any
+    folder: Path, capsys: Any
 ) -> None:
     for side, x in (("ours", 1), ("theirs", 2)):
         place = f"<coordinates><x>{x}</x><y>0</y><z>0</z></coordinates>"
         point = f"<point><pointname>new</pointname>{place}</point>"
         change(f"{side}.mbs", "</body>", f"{point}</body>")
-    ours = (here / "ours.mbs").read_bytes()
+    ours = (folder / "ours.mbs").read_bytes()
     assert main(["merge", "base.mbs", "ours.mbs", "theirs.mbs", "--path", "arm.mbs"]) == 1
     assert capsys.readouterr().err.splitlines()[0] == (
         "arm.mbs: error[merge-inconsistent]: "
         "theirs and ours each gave a point the name 'new' in body 'trunk'"
     )
-    assert (here / "ours.mbs").read_bytes() == ours
+    assert (folder / "ours.mbs").read_bytes() == ours
 
 
-def test_a_file_that_is_none_is_trouble(here: Path) -> None:
-    (here / "theirs.mbs").write_text("<<<<<<< HEAD")
-    ours = (here / "ours.mbs").read_bytes()
+def test_a_file_that_is_none_is_trouble(folder: Path) -> None:
+    (folder / "theirs.mbs").write_text("<<<<<<< HEAD")
+    ours = (folder / "ours.mbs").read_bytes()
     assert main(["merge", "base.mbs", "ours.mbs", "theirs.mbs", "-q"]) == 2
-    assert (here / "ours.mbs").read_bytes() == ours
+    assert (folder / "ours.mbs").read_bytes() == ours
 
 
 @pytest.mark.slow
-def test_git_merges_by_it(here: Path) -> None:
+def test_git_merges_by_it(folder: Path) -> None:
     def git(*words: str, code: int = 0) -> str:
         made = subprocess.run(["git", *words], capture_output=True, text=True, check=False)
         assert made.returncode == code, made.stdout + made.stderr
         return made.stdout
 
-    base = (here / "base.mbs").read_text()
+    base = (folder / "base.mbs").read_text()
     git("init", "-q", ".")
     git("config", "user.email", "a@b.c")
     git("config", "user.name", "a")
@@ -182,7 +184,7 @@ def test_git_merges_by_it(here: Path) -> None:
     assert text.count("<type>R2</type>") == 3
 
 
-def test_the_same_merge_gives_the_same_bytes_in_each_process(here: Path) -> None:
+def test_the_same_merge_gives_the_same_bytes_in_each_process(folder: Path) -> None:
     """Python hashes words differently in each process; signals are a set of words."""
     change(
         "theirs.mbs",
@@ -207,6 +209,6 @@ def test_the_same_merge_gives_the_same_bytes_in_each_process(here: Path) -> None
             check=True,
             env={**os.environ, "PYTHONHASHSEED": seed},
         )
-        merged.append((here / f"{seed}.mbs").read_bytes())
+        merged.append((folder / f"{seed}.mbs").read_bytes())
     assert b'<sensor name="touch" Pos="true" Jac="true" Om="true" Acc="true"/>' in merged[0]
     assert len(set(merged)) == 1

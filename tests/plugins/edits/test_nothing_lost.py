@@ -22,7 +22,7 @@ from urdf2mbs_edits.merge.merge import Merged
 
 PAIRS = [
     pair for pair in combinations(SAMPLES, 2) if len({f.name.split(".")[0] for f in pair}) == 1
-]  # fmt: skip
+]
 
 
 def check_says_nothing(done: Merged) -> None:
@@ -38,9 +38,9 @@ def sensors(*names: str | None) -> Edit:
 
     def edit(mbs: Mbs) -> None:
         points = [*mbs.bodies[0].points, *mbs.bodies[1].points]
-        there = {point.sensor.name: point.sensor for point in points if point.sensor}
+        existing = {point.sensor.name: point.sensor for point in points if point.sensor}
         for point, name in zip(points, names, strict=True):
-            point.sensor = there.get(name, Sensor(name)) if name else None
+            point.sensor = existing.get(name, Sensor(name)) if name else None
 
     return edit
 
@@ -48,11 +48,18 @@ def sensors(*names: str | None) -> Edit:
 @pytest.mark.parametrize(
     "names",
     [
-        ("touch", "imu", None), (None, "imu", "touch"), ("touch", None, None), (None, "imu", None),
-        ("touch", None, "imu"), ("new", "imu", "touch"), ("new", "touch", None),
-        ("touch", "new", "imu"), (None, None, "imu"), (None, "new", "imu"),
+        ("touch", "imu", None),
+        (None, "imu", "touch"),
+        ("touch", None, None),
+        (None, "imu", None),
+        ("touch", None, "imu"),
+        ("new", "imu", "touch"),
+        ("new", "touch", None),
+        ("touch", "new", "imu"),
+        (None, None, "imu"),
+        (None, "new", "imu"),
     ],
-)  # fmt: skip
+)
 @pytest.mark.parametrize("prefer", ["urdf", "edited", None])
 def test_sensors_that_change_places_are_all_there(
     names: tuple[str | None, ...], prefer: Any
@@ -95,7 +102,7 @@ def test_what_both_sides_added_is_one_or_refused(prefer: Any) -> None:
     result, done = merged(both_add("trunk", "leg", eye), theirs, prefer)
     assert [[p.name for p in b.points] for b in result.bodies if b.name == "load"] == [
         ["hook", "eye"]
-    ]  # fmt: skip
+    ]
     assert b'"looking"' in done.data
     check_says_nothing(done)
 
@@ -109,10 +116,9 @@ def test_what_both_sides_added_is_one_or_refused(prefer: Any) -> None:
     [
         (drop("bodies.0.joints", 0), all_of(*[drop("bodies.0.joints", 1)] * 3)),
         (move("bodies.0.joints", "bodies.1.joints"), all_of(*[drop("bodies.0.joints", 1)] * 3)),
-        (drop("bodies.0.joints", 0),
-         all_of(*[move("bodies.0.joints", "bodies.1.joints", 1)] * 3)),
+        (drop("bodies.0.joints", 0), all_of(*[move("bodies.0.joints", "bodies.1.joints", 1)] * 3)),
     ],
-)  # fmt: skip
+)
 def test_a_body_that_would_lose_all_joints_is_refused(
     mine: Edit, theirs: Edit, prefer: Any
 ) -> None:
@@ -132,9 +138,10 @@ def test_a_new_body_that_loses_its_joint_in_a_conflict_is_refused() -> None:
 @pytest.mark.parametrize("prefer", ["urdf", "edited", None])
 def test_bodies_that_would_be_attached_in_a_circle_are_refused(prefer: Any) -> None:
     arm_on_leg = all_of(
-        put("bodies.1.parent", "leg"), put("bodies.1.point", None),
+        put("bodies.1.parent", "leg"),
+        put("bodies.1.point", None),
         lambda mbs: mbs.bodies.insert(2, mbs.bodies.pop(1)),
-    )  # fmt: skip
+    )
     leg_on_arm = all_of(put("bodies.2.parent", "arm"), put("bodies.2.point", "tip"))
     for mine, theirs in ((arm_on_leg, leg_on_arm), (leg_on_arm, arm_on_leg)):
         with pytest.raises(ConversionError, match="bodies are attached in a circle: body '"):
@@ -179,37 +186,44 @@ def light_of_nothing(mbs: Mbs) -> None:
 
 
 ALONE: dict[str, tuple[Edit, Edit]] = {
-    "an end is chosen": (put("cuts.0.endpoint1", ("", "origin")),
-                         put("cuts.0.endpoint1", ("arm", "tip"))),
+    "an end is chosen": (
+        put("cuts.0.endpoint1", ("", "origin")),
+        put("cuts.0.endpoint1", ("arm", "tip")),
+    ),
     "an end is chosen no more": (nothing, put("cuts.0.endpoint1", ("", "origin"))),
     "an end of a body and no point": (nothing, put("cuts.0.endpoint1", ("arm", ""))),
     "a joint goes, its light stays": (light_of_nothing, drop("bodies.0.joints", 3)),
     "a joint goes, and comes on another body": (
-        nothing, move("bodies.0.joints", "bodies.1.joints", 3),
+        nothing,
+        move("bodies.0.joints", "bodies.1.joints", 3),
     ),
     "a light behind nothing": (nothing, put("view.lights.0.joint", "nobody")),
     "no drawing": (nothing, put("bodies.0.drawing", None)),
     "a drawing": (put("bodies.0.drawing", None), put("bodies.0.drawing", Drawing((3.0, 4.0)))),
     "no place": (nothing, put("bodies.0.joints.0.position", None)),
     "a place": (
-        put("bodies.0.joints.0.position", None), put("bodies.0.joints.0.position", (4.0, 5.0)),
+        put("bodies.0.joints.0.position", None),
+        put("bodies.0.joints.0.position", (4.0, 5.0)),
     ),
-    "the base has no place": (nothing, all_of(put("base.position", None),
-                                             put("base.drawing", None))),
-    "the base has a place": (all_of(put("base.position", None), put("base.drawing", None)),
-                             all_of(put("base.position", (4.0, 5.0)),
-                                    put("base.drawing", Drawing((3.0, 4.0))))),
+    "the base has no place": (
+        nothing,
+        all_of(put("base.position", None), put("base.drawing", None)),
+    ),
+    "the base has a place": (
+        all_of(put("base.position", None), put("base.drawing", None)),
+        all_of(put("base.position", (4.0, 5.0)), put("base.drawing", Drawing((3.0, 4.0)))),
+    ),
     "a point on the base": (nothing, add("base.points", Point("new"))),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("case", ALONE)
 def test_what_one_side_changed_is_no_conflict(case: str) -> None:
-    before, then = ALONE[case]
+    before, change = ALONE[case]
     model = everything()
     before(model)
     base = write(model)
-    then(model)
+    change(model)
     changed = write(model)
     for ours, theirs in ((base, changed), (changed, base), (changed, changed)):
         done = three(base, ours, theirs)
@@ -235,8 +249,8 @@ UNKNOWN = [
 def test_what_nobody_knows_goes_along_if_ours_did_not_change_it(old: str, new: str) -> None:
     base = write(everything()).decode()
     assert old in base
-    other = base.replace(old, new, 1)
-    for one, two in ((base, other), (other, base)):
+    changed = base.replace(old, new, 1)
+    for one, two in ((base, changed), (changed, base)):
         for ours, theirs in ((one, two), (two, one)):
             done = three(one.encode(), ours.encode(), theirs.encode())
             check_says_nothing(done)
@@ -245,18 +259,23 @@ def test_what_nobody_knows_goes_along_if_ours_did_not_change_it(old: str, new: s
             ).changes
             assert canonical(etree.fromstring(done.data)) == canonical(etree.XML(two.encode()))
     # ours changes something beside it
-    mine = other.replace("<type>T3</type>", "<type>T1</type>", 1)
-    done = three(other.encode(), mine.encode(), base.encode())
+    mine = changed.replace("<type>T3</type>", "<type>T1</type>", 1)
+    done = three(changed.encode(), mine.encode(), base.encode())
     check_says_nothing(done)
     assert b"<type>T1</type>" in done.data
     assert not done.data.count(new.strip("<>").encode()) or not new
 
 
 @pytest.mark.skipif(not PAIRS, reason="the real files are not there")
-@pytest.mark.parametrize("pair", [
-    pytest.param(pair, id="-".join(f.stem for f in pair), marks=[pytest.mark.slow] * (k % 5 > 0))
-    for k, pair in enumerate(PAIRS)
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "pair",
+    [
+        pytest.param(
+            pair, id="-".join(f.stem for f in pair), marks=[pytest.mark.slow] * (k % 5 > 0)
+        )
+        for k, pair in enumerate(PAIRS)
+    ],
+)
 def test_one_side_alone_wins_in_real_histories(pair: tuple[Path, Path]) -> None:
     check_one_side_alone(*(file.read_bytes() for file in pair))
 

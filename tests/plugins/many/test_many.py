@@ -68,20 +68,20 @@ def deadly(sweep: Path, times: int) -> None:
 
 
 def assert_all_there(outcomes: list[Outcome], folder: Path) -> None:
-    assert sorted(one.number for one in outcomes) == list(range(6))
-    for one in outcomes:
-        assert one.code == 0, one
-        assert one.output is not None
-        height = one.values["height"]
-        assert Path(one.output) == folder / "models" / f"{height}.mbs"
+    assert sorted(outcome.number for outcome in outcomes) == list(range(6))
+    for outcome in outcomes:
+        assert outcome.code == 0, outcome
+        assert outcome.output is not None
+        height = outcome.values["height"]
+        assert Path(outcome.output) == folder / "models" / f"{height}.mbs"
         alone = convert(folder / "biped.urdf.xacro", xacro_args={"height": height})
         # the model is named after its file
         made, wanted = (
-            _NAME.sub(b"", data) for data in (Path(one.output).read_bytes(), alone.data)
+            _NAME.sub(b"", data) for data in (Path(outcome.output).read_bytes(), alone.data)
         )
         assert made == wanted
     written = {file.name for file in (folder / "models").glob("[!.]*")}
-    models = {f"{one.values['height']}.mbs" for one in outcomes}
+    models = {f"{outcome.values['height']}.mbs" for outcome in outcomes}
     assert written == models | {f"{model}.base" for model in models}
 
 
@@ -98,9 +98,9 @@ def test_a_process_that_dies_takes_nothing_with_it(sweep: Path) -> None:
 
 def test_a_robot_that_ends_its_process_each_time_is_one_failure(sweep: Path) -> None:
     deadly(sweep, times=9)
-    outcomes = sorted(convert_many([sweep], workers=2), key=lambda one: one.number)
-    found = [one.error and (one.error.code, one.values) for one in outcomes]
-    assert found == [None, None, ("worker-died", {"height": "0.9"}), None, None, None]
+    outcomes = sorted(convert_many([sweep], workers=2), key=lambda outcome: outcome.number)
+    errors = [outcome.error and (outcome.error.code, outcome.values) for outcome in outcomes]
+    assert errors == [None, None, ("worker-died", {"height": "0.9"}), None, None, None]
 
 
 def test_mappings_and_a_failure_among_them(tmp_path: Path, monkeypatch: Any) -> None:
@@ -110,7 +110,7 @@ def test_mappings_and_a_failure_among_them(tmp_path: Path, monkeypatch: Any) -> 
     outcomes = list(
         convert_many([{"source": "bad.urdf"}, {"source": "a.urdf", "output": "b/a.mbs"}], workers=1)
     )
-    assert [one.code for one in outcomes] == [1, 0]
+    assert [outcome.code for outcome in outcomes] == [1, 0]
     assert Path("b/a.mbs").is_file()
     assert outcomes[0].error is not None
     assert outcomes[0].error.file == str(tmp_path / "bad.urdf")
@@ -127,19 +127,25 @@ def test_a_folder_carries_on_past_failures(tmp_path: Path, capsys: Any) -> None:
     (robots / "deep" / "b.urdf").write_text("<robot name='b'>")
     (robots / "macros.xacro").write_text("<robot xmlns:xacro='http://www.ros.org/wiki/xacro'/>")
     assert main(["convert", str(robots), "-o", str(tmp_path / "out"), "--workers", "1"]) == 1
-    said = capsys.readouterr()
-    assert "2 robots done; 1 robot cannot be converted" in said.out
-    assert "b.urdf:1: error[xml-truncated]" in said.err
+    output = capsys.readouterr()
+    assert "2 robots done; 1 robot cannot be converted" in output.out
+    assert "b.urdf:1: error[xml-truncated]" in output.err
     report = json.loads((tmp_path / "out" / "urdf2mbs-report.json").read_text())
     assert report["code"] == 1
-    assert [Path(one["source"]).name for one in report["robots"]] == [
-        "a.urdf", "a.urdf.xacro", "b.urdf",
-    ]  # fmt: skip
-    assert [one["code"] for one in report["robots"]] == [0, 0, 1]
+    assert [Path(outcome["source"]).name for outcome in report["robots"]] == [
+        "a.urdf",
+        "a.urdf.xacro",
+        "b.urdf",
+    ]
+    assert [outcome["code"] for outcome in report["robots"]] == [0, 0, 1]
     assert sorted(file.name for file in (tmp_path / "out").iterdir()) == [
-        ".urdf2mbs", "a_urdf.mbs", "a_urdf.mbs.base", "a_urdf_xacro.mbs", "a_urdf_xacro.mbs.base",
+        ".urdf2mbs",
+        "a_urdf.mbs",
+        "a_urdf.mbs.base",
+        "a_urdf_xacro.mbs",
+        "a_urdf_xacro.mbs.base",
         "urdf2mbs-report.json",
-    ]  # fmt: skip
+    ]
 
 
 def test_the_worst_exit_code(here: Path, capsys: Any) -> None:
@@ -156,8 +162,8 @@ def test_the_worst_exit_code(here: Path, capsys: Any) -> None:
     files = [f"{name}.yaml" for name in configs]
     for worst in (1, 2, 3):
         assert main(["run", *files[: worst + 1], "--workers", "1", "--json"]) == worst
-        said = json.loads(capsys.readouterr().out)
-        assert [one["code"] for one in said["robots"]] == [0, 1, 2, 3][: worst + 1]
+        output = json.loads(capsys.readouterr().out)
+        assert [outcome["code"] for outcome in output["robots"]] == [0, 1, 2, 3][: worst + 1]
 
 
 def test_explain_shows_the_first(sweep: Path, capsys: Any) -> None:

@@ -54,11 +54,11 @@ def test_a_sweep(number: signal.Signals, workers: int, tmp_path: Path) -> None:
     words = ["-m", "urdf2mbs", "run", "sweep.yaml", "-q", "--workers", str(workers)]
     done = run(words, tmp_path)
     assert (done.returncode, done.stdout) == (128 + number, "")
-    at, stopped = done.stderr.splitlines()
-    assert "of 5 robots done" in at
+    progress, stopped = done.stderr.splitlines()
+    assert "of 5 robots done" in progress
     assert stopped == f"stopped by {number.name}"
     if workers == 1:
-        assert "2 of 5" in at
+        assert "2 of 5" in progress
     for file in (tmp_path / "models").glob("*.mbs"):
         assert is_ours(file)
     assert not (tmp_path / "models" / "0.9.mbs").exists()

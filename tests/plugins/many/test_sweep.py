@@ -19,19 +19,25 @@ def swept(text: str, output: str = "'{height}.mbs'", more: str = "") -> list[Job
 
 
 def test_every_combination_in_its_order() -> None:
-    found = swept(
+    jobs = swept(
         "{xacro_args: {height: [0.70, 0.8], arms: [true, no]}, "
         "passes: {decompose-joints: {snap: [0, 1.5]}}}",
         "'{height}-{arms}-{decompose-joints.snap}.mbs'",
     )
-    assert [one.config.output for one in found] == [
-        "0.70-true-0.mbs", "0.70-true-1.5.mbs", "0.70-no-0.mbs", "0.70-no-1.5.mbs",
-        "0.8-true-0.mbs", "0.8-true-1.5.mbs", "0.8-no-0.mbs", "0.8-no-1.5.mbs",
-    ]  # fmt: skip
-    assert found[1].values == {"height": "0.70", "arms": "true", "decompose-joints.snap": 1.5}
-    assert found[1].config.xacro_args == {"height": "0.70", "arms": "true"}
-    assert found[1].config.passes == {"decompose-joints": {"snap": 1.5}}
-    assert all(one.config.sweep is None for one in found)
+    assert [job.config.output for job in jobs] == [
+        "0.70-true-0.mbs",
+        "0.70-true-1.5.mbs",
+        "0.70-no-0.mbs",
+        "0.70-no-1.5.mbs",
+        "0.8-true-0.mbs",
+        "0.8-true-1.5.mbs",
+        "0.8-no-0.mbs",
+        "0.8-no-1.5.mbs",
+    ]
+    assert jobs[1].values == {"height": "0.70", "arms": "true", "decompose-joints.snap": 1.5}
+    assert jobs[1].config.xacro_args == {"height": "0.70", "arms": "true"}
+    assert jobs[1].config.passes == {"decompose-joints": {"snap": 1.5}}
+    assert all(job.config.sweep is None for job in jobs)
 
 
 @pytest.mark.parametrize(
@@ -54,8 +60,8 @@ def test_every_combination_in_its_order() -> None:
     ],
 )
 def test_ranges(given: str, values: list[str]) -> None:
-    found = swept(f"{{xacro_args: {{height: {given}}}}}")
-    assert [one.values["height"] for one in found] == values
+    jobs = swept(f"{{xacro_args: {{height: {given}}}}}")
+    assert [job.values["height"] for job in jobs] == values
 
 
 @pytest.mark.parametrize(
@@ -93,7 +99,7 @@ def test_steps_that_miss_the_end_are_named() -> None:
     assert "'to: 0.84'" in str(caught.value.hint)
     assert "'count: 4'" in str(caught.value.hint)
     again = swept(given.replace("step: 0.07", "count: 4"))
-    assert [one.values["height"] for one in again][::3] == ["0.7", "0.9"]
+    assert [job.values["height"] for job in again][::3] == ["0.7", "0.9"]
 
 
 @pytest.mark.parametrize(

@@ -18,15 +18,15 @@ from urdf2mbs.cli import main
 def test_doctor(capsys: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("AMENT_PREFIX_PATH", str(tmp_path))
     assert main(["doctor", "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
-    assert found["urdf2mbs"]["lxml"] == version("lxml")
-    assert found["ROS packages"]["AMENT_PREFIX_PATH"] == str(tmp_path)
+    tables = json.loads(capsys.readouterr().out)
+    assert tables["urdf2mbs"]["lxml"] == version("lxml")
+    assert tables["ROS packages"]["AMENT_PREFIX_PATH"] == str(tmp_path)
     monkeypatch.setattr("urdf2mbs_setup.commands.doctor.version_of", lambda name: "")
     monkeypatch.setattr("urdf2mbs_setup.commands.doctor.version", lambda name: "0")
     assert main(["doctor"]) == 0
-    said = capsys.readouterr().out
-    assert re.search(r"^  distributed +not installed, for ", said, re.M)
-    assert re.search(r"^  lxml +MISSING$", said, re.M)
+    output = capsys.readouterr().out
+    assert re.search(r"^  distributed +not installed, for ", output, re.M)
+    assert re.search(r"^  lxml +MISSING$", output, re.M)
 
 
 COMMAND_ALONE = """

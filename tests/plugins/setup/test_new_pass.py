@@ -17,10 +17,21 @@ def test_new_pass_is_typed(tmp_path: Path) -> None:
     pytest.importorskip("mypy", reason="mypy comes with urdf2mbs[dev]")
     new_pass("my-pass", tmp_path)
     done = subprocess.run(
-        [sys.executable, "-m", "mypy", "--strict", "--cache-dir", str(ROOT / ".mypy_cache"),
-         str(tmp_path / "my_pass.py"), str(ROOT / "tests/strangers/samples/csv_table.py")],
-        check=False, capture_output=True, text=True, cwd=ROOT,
-    )  # fmt: skip
+        [
+            sys.executable,
+            "-m",
+            "mypy",
+            "--strict",
+            "--cache-dir",
+            str(ROOT / ".mypy_cache"),
+            str(tmp_path / "my_pass.py"),
+            str(ROOT / "tests/strangers/samples/csv_table.py"),
+        ],
+        check=False,
+        capture_output=True,
+        text=True,
+        cwd=ROOT,
+    )
     assert done.returncode == 0, done.stdout
 
 
@@ -43,7 +54,9 @@ def test_new_pass(here: Path, capsys: Any) -> None:
     assert "from     count_links (count_links.py)" in capsys.readouterr().out
     done = subprocess.run(
         [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "test_count_links.py"],
-        check=False, capture_output=True, text=True,
-    )  # fmt: skip
+        check=False,
+        capture_output=True,
+        text=True,
+    )
     assert done.returncode == 0, done.stdout
     assert "2 passed" in done.stdout

@@ -28,7 +28,7 @@ FEEL = '<gazebo reference="arm"><sensor name="feel" type="imu"/></gazebo>'
 
 
 @pytest.fixture
-def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "one.urdf").write_text(ROBOT)
     return tmp_path
@@ -52,47 +52,47 @@ def convert(*words: str) -> int:
     return main(["convert", "one.urdf", "-o", "one.mbs", *words])
 
 
-def test_the_base_is_beside_the_output_and_says_of_which_robot(here: Path) -> None:
+def test_the_base_is_beside_the_output_and_says_of_which_robot(folder: Path) -> None:
     assert convert("-q") == 0
-    base = (here / "one.mbs.base").read_bytes()
+    base = (folder / "one.mbs.base").read_bytes()
     assert is_base(base)
     assert b"made of robot 'one' in one.urdf, sha256 " in base
-    assert read_mbs(base, "base") == read_mbs((here / "one.mbs").read_bytes(), "one")
+    assert read_mbs(base, "base") == read_mbs((folder / "one.mbs").read_bytes(), "one")
 
 
-def test_an_edited_file_is_merged(here: Path, capsys: Any) -> None:
+def test_an_edited_file_is_merged(folder: Path, capsys: Any) -> None:
     assert convert("-q") == 0
     edit("one.mbs", edits.sensor, edits.link)
     robot('value="2"', 'value="4"')
     assert convert() == 0
-    said = capsys.readouterr().out
-    assert "merged with your edits: 1 updated, 2 kept" in said
-    assert "the same robot; not compared: " in said
-    assert "(added in one.mbs)" in said
-    data = (here / "one.mbs").read_bytes()
+    output = capsys.readouterr().out
+    assert "merged with your edits: 1 updated, 2 kept" in output
+    assert "the same robot; not compared: " in output
+    assert "(added in one.mbs)" in output
+    data = (folder / "one.mbs").read_bytes()
     assert b"my_sensor" in data
     assert b"my_link" in data
     assert b"<mass>4.0</mass>" in data
     assert b"\r\n" in data  # it is still the file of MBSysPad
-    assert not is_ours(here / "one.mbs")  # nobody replaces it without a merge
+    assert not is_ours(folder / "one.mbs")  # nobody replaces it without a merge
     assert convert("-q") == 0
-    assert (here / "one.mbs").read_bytes() == data
+    assert (folder / "one.mbs").read_bytes() == data
 
 
-def test_the_plan_writes_nothing_and_is_what_happens(here: Path, capsys: Any) -> None:
+def test_the_plan_writes_nothing_and_is_what_happens(folder: Path, capsys: Any) -> None:
     assert convert("-q") == 0
     edit("one.mbs", edits.sensor)
     robot('value="2"', 'value="4"')
-    before = {path: path.read_bytes() for path in here.iterdir() if path.is_file()}
+    before = {path: path.read_bytes() for path in folder.iterdir() if path.is_file()}
     capsys.readouterr()
     assert convert("--plan") == 0
-    said = capsys.readouterr().out
-    assert "body 'arm': mass 2 -> 4 kg" in said
-    assert "changed files: one.mbs, one.mbs.base" in said
+    output = capsys.readouterr().out
+    assert "body 'arm': mass 2 -> 4 kg" in output
+    assert "changed files: one.mbs, one.mbs.base" in output
     assert convert("--plan", "--json") == 0
     plan = json.loads(capsys.readouterr().out)
     assert [change["field"] for change in plan["merge"]["updated"]] == ["mass"]
-    assert {path: path.read_bytes() for path in here.iterdir() if path.is_file()} == before
+    assert {path: path.read_bytes() for path in folder.iterdir() if path.is_file()} == before
     assert convert("-q") == 0
     changed = {path.name for path, data in before.items() if path.read_bytes() != data}
     assert changed == {".urdf2mbs", "one.mbs", "one.mbs.base"}
@@ -100,7 +100,7 @@ def test_the_plan_writes_nothing_and_is_what_happens(here: Path, capsys: Any) ->
 
 @pytest.mark.parametrize("prefer", ["edited", "{mass: edited}", ""])
 def test_both_changed_it_and_the_urdf_wins_unless_the_edit_is_preferred(
-    prefer: str, here: Path, capsys: Any
+    prefer: str, folder: Path, capsys: Any
 ) -> None:
     assert convert("-q") == 0
     edit("one.mbs", edits.mass)
@@ -109,24 +109,24 @@ def test_both_changed_it_and_the_urdf_wins_unless_the_edit_is_preferred(
         Path("one.urdf").write_text(text.replace(f'mass value="{old}"', f'mass value="{new}"'))
     capsys.readouterr()
     assert convert(*["--set", f"merge.prefer={prefer}"] * bool(prefer)) == 0
-    said = capsys.readouterr()
-    assert "warning[merge-conflict-won]" in said.err
-    assert (b"<mass>33" in (here / "one.mbs").read_bytes()) == bool(prefer)
-    assert ("as edited in one.mbs" in said.out) == bool(prefer)
+    output = capsys.readouterr()
+    assert "warning[merge-conflict-won]" in output.err
+    assert (b"<mass>33" in (folder / "one.mbs").read_bytes()) == bool(prefer)
+    assert ("as edited in one.mbs" in output.out) == bool(prefer)
 
 
 SHORTER = ROBOT[: ROBOT.index('  <link name="arm">')] + "</robot>"
 
 
 def test_edits_that_lost_their_body_are_listed_and_the_file_is_untouched(
-    here: Path, capsys: Any
+    folder: Path, capsys: Any
 ) -> None:
     assert convert("-q") == 0
-    mbs = read_mbs((here / "one.mbs").read_bytes(), "one")
+    mbs = read_mbs((folder / "one.mbs").read_bytes(), "one")
     mbs.bodies[-1].points += [Point(name, (0.5, 0.0, 0.0)) for name in ("eye", "hook")]
-    (here / "one.mbs").write_bytes(write(mbs))
+    (folder / "one.mbs").write_bytes(write(mbs))
     Path("one.urdf").write_text(SHORTER)
-    before = {path: path.read_bytes() for path in here.iterdir()}
+    before = {path: path.read_bytes() for path in folder.iterdir()}
     capsys.readouterr()
     assert convert() == 1
     lines = capsys.readouterr().err.splitlines()
@@ -135,61 +135,63 @@ def test_edits_that_lost_their_body_are_listed_and_the_file_is_untouched(
         "which the URDF removed"
         for name in ("eye", "hook")
     ]
-    assert {path: path.read_bytes() for path in here.iterdir()} == before
+    assert {path: path.read_bytes() for path in folder.iterdir()} == before
 
 
-def test_a_changed_value_of_a_body_that_the_urdf_removed_is_named(here: Path, capsys: Any) -> None:
+def test_a_changed_value_of_a_body_that_the_urdf_removed_is_named(
+    folder: Path, capsys: Any
+) -> None:
     assert convert("-q") == 0
-    text = (here / "one.mbs").read_text()
-    (here / "one.mbs").write_text(text.replace("<mass>2.0", "<mass>3.0"))
+    text = (folder / "one.mbs").read_text()
+    (folder / "one.mbs").write_text(text.replace("<mass>2.0", "<mass>3.0"))
     Path("one.urdf").write_text(SHORTER)
     capsys.readouterr()
     assert convert() == 0
     lost = "body 'arm' was removed by the URDF: body 'arm': mass 2 -> 3 kg"
     assert f"warning[merge-orphaned]: {lost}" in capsys.readouterr().err
-    assert not list(here.glob("*.orphaned.mbs"))
+    assert not list(folder.glob("*.orphaned.mbs"))
 
 
-def test_starting_over(here: Path) -> None:
+def test_starting_over(folder: Path) -> None:
     assert convert("-q") == 0
-    first = (here / "one.mbs").read_bytes()
+    first = (folder / "one.mbs").read_bytes()
     edit("one.mbs", edits.sensor)
     assert convert("-q", "--fresh") == 0
-    assert (here / "one.mbs").read_bytes() == first
-    (here / "two.mbs").write_text("thesis")
+    assert (folder / "one.mbs").read_bytes() == first
+    (folder / "two.mbs").write_text("thesis")
     assert main(["convert", "one.urdf", "-o", "two.mbs", "-q", "--fresh"]) == 2  # it never was ours
-    assert (here / "two.mbs").read_text() == "thesis"
+    assert (folder / "two.mbs").read_text() == "thesis"
 
 
-def test_another_robot_is_not_merged(here: Path, capsys: Any) -> None:
+def test_another_robot_is_not_merged(folder: Path, capsys: Any) -> None:
     assert convert("-q") == 0
     edit("one.mbs", edits.sensor)
-    mine = (here / "one.mbs").read_bytes()
+    mine = (folder / "one.mbs").read_bytes()
     Path("two.urdf").write_text(ROBOT.replace('name="one"', 'name="two"'))
     assert main(["convert", "two.urdf", "-o", "one.mbs", "-q"]) == 2
     assert "error[merge-other-robot]" in capsys.readouterr().err
-    assert (here / "one.mbs").read_bytes() == mine
+    assert (folder / "one.mbs").read_bytes() == mine
 
 
 @pytest.mark.parametrize(("file", "name"), [("one.urdf", "two"), ("two.urdf", "one")])
-def test_a_robot_or_a_file_may_be_called_otherwise(file: str, name: str, here: Path) -> None:
+def test_a_robot_or_a_file_may_be_called_otherwise(file: str, name: str, folder: Path) -> None:
     assert convert("-q") == 0
     edit("one.mbs", edits.sensor)
     Path(file).write_text(ROBOT.replace('name="one"', f'name="{name}"'))
     assert main(["convert", file, "-o", "one.mbs", "-q"]) == 0
-    assert b"my_sensor" in (here / "one.mbs").read_bytes()
+    assert b"my_sensor" in (folder / "one.mbs").read_bytes()
 
 
-def test_without_its_base_an_edited_file_is_refused(here: Path, capsys: Any) -> None:
+def test_without_its_base_an_edited_file_is_refused(folder: Path, capsys: Any) -> None:
     assert convert("-q") == 0
     edit("one.mbs", edits.sensor)
-    base = here / "one.mbs.base"
+    base = folder / "one.mbs.base"
     base.write_bytes(base.read_bytes().replace(b"<mass>1.0", b"<mass>9.0"))
     assert convert("-q") == 2
     assert "error[output-not-ours]" in capsys.readouterr().err
 
 
-def test_standard_output_is_merged_with_nothing(here: Path, capsysbinary: Any) -> None:
+def test_standard_output_is_merged_with_nothing(folder: Path, capsysbinary: Any) -> None:
     assert convert("-q") == 0
     edit("one.mbs", edits.sensor)
     capsysbinary.readouterr()
@@ -197,38 +199,38 @@ def test_standard_output_is_merged_with_nothing(here: Path, capsysbinary: Any) -
     assert b"my_sensor" not in capsysbinary.readouterr().out
 
 
-def test_a_project_follows_the_merged_model(here: Path) -> None:
+def test_a_project_follows_the_merged_model(folder: Path) -> None:
     assert main(["convert", "one.urdf", "-o", "p/", "-q"]) == 0
     edit("p/dataR/p.mbs", lambda mbs, _: edits.call("bodies.1.joints.0", "my_joint")(mbs))
     assert main(["convert", "one.urdf", "-o", "p/", "-q"]) == 0
-    module = (here / "p/userfctR/p_robot.py").read_text()
+    module = (folder / "p/userfctR/p_robot.py").read_text()
     assert "my_joint" in module
 
 
 @pytest.mark.parametrize("flag", ["--plan", "--fresh"])
-def test_it_is_for_one_robot(flag: str, here: Path, capsys: Any) -> None:
+def test_it_is_for_one_robot(flag: str, folder: Path, capsys: Any) -> None:
     Path("one.yaml").write_text("source: one.urdf\n")
     assert main(["run", "one.yaml", "one.yaml", flag]) == 2
     assert f"{flag} is for one robot" in capsys.readouterr().err
 
 
-def test_json_after_an_edit_of_a_robot_with_a_sensor(here: Path, capsys: Any) -> None:
+def test_json_after_an_edit_of_a_robot_with_a_sensor(folder: Path, capsys: Any) -> None:
     robot("</robot>", f"{FEEL}</robot>")
     assert convert("-q") == 0
-    text = (here / "one.mbs").read_text()
+    text = (folder / "one.mbs").read_text()
     assert "feel" in text
-    (here / "one.mbs").write_text(text.replace("<mass>2.0", "<mass>3.0"))
+    (folder / "one.mbs").write_text(text.replace("<mass>2.0", "<mass>3.0"))
     capsys.readouterr()
     assert convert("--json") == 0
     assert "feel" in json.dumps(json.loads(capsys.readouterr().out)["passes"]["sensors"])
 
 
-def test_a_mass_below_zero_in_an_edited_file_is_said(here: Path, capsys: Any) -> None:
+def test_a_mass_below_zero_in_an_edited_file_is_said(folder: Path, capsys: Any) -> None:
     assert convert("-q") == 0
-    text = (here / "one.mbs").read_text()
-    (here / "one.mbs").write_text(text.replace("<mass>2.0", "<mass>-4"))
+    text = (folder / "one.mbs").read_text()
+    (folder / "one.mbs").write_text(text.replace("<mass>2.0", "<mass>-4"))
     capsys.readouterr()
     assert convert() == 0
-    said = capsys.readouterr().err
-    assert "warning[mass-negative]" in said
-    assert "body 'arm': mass is -4 kg in one.mbs; expected 0 or more" in said
+    output = capsys.readouterr().err
+    assert "warning[mass-negative]" in output
+    assert "body 'arm': mass is -4 kg in one.mbs; expected 0 or more" in output
