@@ -38,7 +38,10 @@ def test_exit_codes_are_those_of_diff(pair: Path, capsys: Any) -> None:
 
 def test_numbers_are_said_as_people_write_them(pair: Path, capsys: Any) -> None:
     data = (pair / "a.mbs").read_bytes()
-    for spelling, shown in (("3.5999999999999996", "0.5 -> 3.6"), ("0.5000000000000001", "0.5 -> 0.50")):
+    for spelling, shown in (
+        ("3.5999999999999996", "0.5 -> 3.6"),
+        ("0.5000000000000001", "0.5 -> 0.50"),
+    ):
         (pair / "b.mbs").write_bytes(data.replace(b"<mass>0.5<", f"<mass>{spelling}<".encode()))
         assert main(["diff", "a.mbs", "b.mbs"]) == 1
         assert f"mass {shown}" in capsys.readouterr().out
