@@ -101,17 +101,21 @@ class Evaluator(EvalWithCompoundTypes):  # type: ignore[misc]
 
     def _eval(self, node: ast.AST) -> Any:
         """Return the value of a node, of a limited length."""
-        value = self._eval_unlimited(node)
+        value = self._get_method(node)(node)
         if type(value) is not float:
             check_length(value)
         return value
 
-    def _eval_unlimited(self, node: ast.AST) -> Any:
-        """Return the value of a node of which only an item or attribute is used."""
-        handler = self.nodes.get(type(node))
-        if handler is None:
+    def _eval_owner(self, node: ast.AST) -> Any:
+        """Return the value of a node, of any length: only an item or attribute of it is used."""
+        return self._get_method(node)(node)
+
+    def _get_method(self, node: ast.AST) -> Callable[[Any], Any]:
+        """Return the method that evaluates a kind of node; raise ConversionError if none does."""
+        method = self.nodes.get(type(node))
+        if method is None:
             raise refuse(_NODE_NAMES.get(type(node), f"'{type(node).__name__}' of Python"))
-        return handler(node)
+        return method
 
     def _eval_constant(self, node: ast.Constant) -> Any:
         if not isinstance(node.value, _CONSTANTS):
@@ -127,10 +131,10 @@ class Evaluator(EvalWithCompoundTypes):  # type: ignore[misc]
             raise NameError(f"name '{node.id}' is not defined") from None
 
     def _eval_subscript(self, node: ast.Subscript) -> Any:
-        return self._eval_unlimited(node.value)[self._eval(node.slice)]
+        return self._eval_owner(node.value)[self._eval(node.slice)]
 
     def _eval_attribute(self, node: ast.Attribute) -> Any:
-        owner = self._eval_unlimited(node.value)
+        owner = self._eval_owner(node.value)
         value = _get_attribute(owner, node.attr)
         if callable(value) and isinstance(owner, _DATA) and not is_namespace(owner):
             raise refuse(f"the method '{node.attr}' without a call")
@@ -140,7 +144,7 @@ class Evaluator(EvalWithCompoundTypes):  # type: ignore[misc]
         """Return the result of a function or method; a list of an iterator's items."""
         owner = None
         if isinstance(node.func, ast.Attribute):
-            owner = self._eval_unlimited(node.func.value)
+            owner = self._eval_owner(node.func.value)
             function = _get_attribute(owner, node.func.attr)
         else:
             function = self._eval(node.func)
