@@ -28,6 +28,7 @@ def urdf2mbs_passes() -> list[PassEntry]:
 
 @hookimpl
 def urdf2mbs_find_faults(conversion: Conversion) -> None:
+    """Warn of the meshes that are not found."""
     from urdf2mbs_meshes.missing import warn_of_missing_meshes
 
     warn_of_missing_meshes(conversion)

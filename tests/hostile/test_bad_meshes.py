@@ -42,12 +42,15 @@ def gltf(change: Callable[[Any], Any] = lambda _: None) -> bytes:
     data = struct.pack("<9f", *TRIANGLE)
     uri = "data:application/octet-stream;base64," + base64.b64encode(data).decode()
     document: Any = {
-        "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
-        "nodes": [{"mesh": 0}], "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        "asset": {"version": "2.0"},
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
         "buffers": [{"byteLength": 36, "uri": uri}],
         "bufferViews": [{"buffer": 0, "byteLength": 36}],
         "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}],
-    }  # fmt: skip
+    }
     change(document)
     return json.dumps(document).encode()
 
@@ -138,7 +141,7 @@ LOST = {
     "copies.dae": (copies(40), "more than 100000 nodes"),
     "copies_of_nothing.dae": (copies(40, leaf=""), "more than 100000 nodes"),
     "of_itself.dae": (copies(3, '<instance_node url="#n0"/>'), "more than 100000 nodes"),
-}  # fmt: skip
+}
 #: What has one triangle still, or as many as it holds.
 KEPT = {
     "fewer_said.stl": stl(1, TRIANGLE, TRIANGLE),
@@ -256,9 +259,20 @@ def test_what_a_mesh_names_is_never_fetched(name: str, tmp_path: Path) -> None:
     (folder / "c.gltf").write_text(json.dumps(document))
     result = robot(folder, "a.obj", "b.dae", "c.gltf")
     assert result.report.passes["convert-meshes"]["converted"] == 2
-    assert not [file for file in result.conversion.files if file.suffix not in (
-        ".mbs", ".base", ".wrl", ".py", ".json", ".txt", "",
-    )]  # fmt: skip
+    assert not [
+        file
+        for file in result.conversion.files
+        if file.suffix
+        not in (
+            ".mbs",
+            ".base",
+            ".wrl",
+            ".py",
+            ".json",
+            ".txt",
+            "",
+        )
+    ]
 
 
 @pytest.mark.parametrize(

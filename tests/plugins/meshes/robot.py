@@ -53,4 +53,6 @@ def write(conversion: Conversion) -> list[Path]:
 
 
 def codes(conversion: Conversion) -> list[str]:
-    return [found.code for found in conversion.diagnostics if found.level == "warning"]
+    return [
+        diagnostic.code for diagnostic in conversion.diagnostics if diagnostic.level == "warning"
+    ]

@@ -61,7 +61,7 @@ def add(
 
 def write(name: str, folder: Path) -> Path:
     """Write a sample by its name."""
-    return next(one for one in SAMPLES if one.name == name).write(folder)
+    return next(sample for sample in SAMPLES if sample.name == name).write(folder)
 
 
 def image(format_: str, size: tuple[int, int] = (4, 2)) -> bytes:
@@ -131,27 +131,42 @@ OBJ_FACES = [face(triangle) for triangle in TRIANGLES]
 add("obj_triangles", "plain.obj", obj_lines(OBJ_FACES))
 add("obj_quads", "quads.obj", obj_lines([face(side) for side in SIDES]))
 add(
-    "obj_materials", "materials.obj",
-    obj_lines([f"usemtl side{n}\n{face(side)}" for n, side in enumerate(SIDES)],
-              "mtllib materials.mtl\n"),
+    "obj_materials",
+    "materials.obj",
+    obj_lines(
+        [f"usemtl side{n}\n{face(side)}" for n, side in enumerate(SIDES)], "mtllib materials.mtl\n"
+    ),
     COLORS,
     materials__mtl="".join(
         "newmtl side{}\nKd {} {} {}\nd 0.75\n".format(n, *(c / 255 for c in color))
         for n, color in enumerate(COLORS)
     ),
-)  # fmt: skip
+)
 add(
-    "obj_vertex_colors", "vertexcolors.obj",
+    "obj_vertex_colors",
+    "vertexcolors.obj",
     "".join(
         "v {} {} {} {} 0 {}\n".format(*corner, int(k < 4), int(k >= 4))
         for k, corner in enumerate(CORNERS)
-    ) + "\n".join(OBJ_FACES) + "\n",
+    )
+    + "\n".join(OBJ_FACES)
+    + "\n",
     [(255, 0, 0), (0, 0, 255)],
-)  # fmt: skip
-add("obj_texture_jpg", "textured.obj", **obj_textured("pictures/oak.jpg"), texture=True,
-    **{"pictures/oak__jpg": image("JPEG")})  # fmt: skip
-add("obj_texture_tga", "textured.obj", **obj_textured("oak.tga"), texture=True,
-    oak__tga=image("TGA"))  # fmt: skip
+)
+add(
+    "obj_texture_jpg",
+    "textured.obj",
+    **obj_textured("pictures/oak.jpg"),
+    texture=True,
+    **{"pictures/oak__jpg": image("JPEG")},
+)
+add(
+    "obj_texture_tga",
+    "textured.obj",
+    **obj_textured("oak.tga"),
+    texture=True,
+    oak__tga=image("TGA"),
+)
 
 
 # PLY
@@ -169,29 +184,39 @@ RGB_PROPERTIES = "property uchar red\nproperty uchar green\nproperty uchar blue\
 PLY_FACES: Points = [(3, *triangle) for triangle in TRIANGLES]
 add("ply_ascii", "ascii.ply", ply_header("ascii") + rows(CORNERS) + rows(PLY_FACES))
 add(
-    "ply_binary", "binary.ply",
+    "ply_binary",
+    "binary.ply",
     ply_header("binary_little_endian").encode()
     + b"".join(struct.pack("<3f", *c) for c in CORNERS)
     + b"".join(struct.pack("<B3i", 3, *t) for t in TRIANGLES),
-)  # fmt: skip
+)
 add(
-    "ply_vertex_colors", "vertexcolors.ply",
+    "ply_vertex_colors",
+    "vertexcolors.ply",
     ply_header("ascii", vertex=RGB_PROPERTIES) + rows(CORNERS, CORNER_COLORS) + rows(PLY_FACES),
     CORNER_COLORS,
-)  # fmt: skip
+)
 add(
-    "ply_face_colors", "facecolors.ply",
-    ply_header("ascii", face=RGB_PROPERTIES) + rows(CORNERS)
+    "ply_face_colors",
+    "facecolors.ply",
+    ply_header("ascii", face=RGB_PROPERTIES)
+    + rows(CORNERS)
     + rows(PLY_FACES, [color for color in COLORS for _ in range(2)]),
     COLORS,
-)  # fmt: skip
+)
 add(
-    "ply_texture", "textured.ply",
-    ply_header("ascii", vertex="property float s\nproperty float t\n",
-               comment="comment TextureFile pine.png\n")
-    + rows(CORNERS, [(k & 1, k >> 1 & 1) for k in range(8)]) + rows(PLY_FACES),
-    texture=True, pine__png=image("PNG"),
-)  # fmt: skip
+    "ply_texture",
+    "textured.ply",
+    ply_header(
+        "ascii",
+        vertex="property float s\nproperty float t\n",
+        comment="comment TextureFile pine.png\n",
+    )
+    + rows(CORNERS, [(k & 1, k >> 1 & 1) for k in range(8)])
+    + rows(PLY_FACES),
+    texture=True,
+    pine__png=image("PNG"),
+)
 
 
 # COLLADA
@@ -234,8 +259,10 @@ def dae_text(
 {unit}{f"<up_axis>{up_axis}</up_axis>" if up_axis else ""}</asset>
 <library_images>{images}</library_images>
 <library_effects>{
-        "".join(f'<effect id="{n}-fx"><profile_COMMON>{e}</profile_COMMON></effect>'
-                for n, e in effects.items())
+        "".join(
+            f'<effect id="{n}-fx"><profile_COMMON>{e}</profile_COMMON></effect>'
+            for n, e in effects.items()
+        )
     }</library_effects>
 <library_materials>{
         "".join(f'<material id="{n}"><instance_effect url="#{n}-fx"/></material>' for n in effects)
@@ -252,7 +279,7 @@ type="float"/><param name="Y" type="float"/><param name="Z" type="float"/></acce
         node.format(geometry=geometry)
     }</node></visual_scene></library_visual_scenes>
 <scene><instance_visual_scene url="#s"/></scene></COLLADA>
-"""  # fmt: skip
+"""
 
 
 def dae_faces(kind: str, inside: str, more: str = "") -> str:
@@ -269,31 +296,52 @@ def add_dae(name: str, text: str, colors: list[tuple[int, int, int]] | None = No
 
 
 add_dae("z_up_metres", dae_text())
-add_dae("y_up_centimetres", dae_text(
-    [(100 * x, 100 * z, -100 * y) for x, y, z in CORNERS],
-    unit='<unit name="centimeter" meter="0.01"/>', up_axis="Y_UP",
-))  # fmt: skip
-add_dae("x_up_inches", dae_text(
-    [(z / 0.0254, -x / 0.0254, -y / 0.0254) for x, y, z in CORNERS],
-    unit='<unit name="inch" meter="0.0254"/>', up_axis="X_UP",
-))  # fmt: skip
-add_dae("that_says_nothing_is_y_up_metres",
-        dae_text([(x, z, -y) for x, y, z in CORNERS], unit="", up_axis=""))  # fmt: skip
+add_dae(
+    "y_up_centimetres",
+    dae_text(
+        [(100 * x, 100 * z, -100 * y) for x, y, z in CORNERS],
+        unit='<unit name="centimeter" meter="0.01"/>',
+        up_axis="Y_UP",
+    ),
+)
+add_dae(
+    "x_up_inches",
+    dae_text(
+        [(z / 0.0254, -x / 0.0254, -y / 0.0254) for x, y, z in CORNERS],
+        unit='<unit name="inch" meter="0.0254"/>',
+        up_axis="X_UP",
+    ),
+)
+add_dae(
+    "that_says_nothing_is_y_up_metres",
+    dae_text([(x, z, -y) for x, y, z in CORNERS], unit="", up_axis=""),
+)
 # the box is at half size, a quarter turn about z and a shift away from where it belongs
-add_dae("nested_nodes_in_millimetres", dae_text(
-    [(500 * y, -500 * x, 500 * (z - 3)) for x, y, z in CORNERS], unit='<unit meter="0.001"/>',
-    node='<translate>0 0 3000</translate><node id="a"><rotate>0 0 1 90</rotate>'
-    "<!-- between --><node><scale>2 2 2</scale>{geometry}</node></node>",
-))  # fmt: skip
-add_dae("mirrored_node", dae_text(
-    [(-x, y, z) for x, y, z in CORNERS],
-    node="<matrix>-1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1</matrix>{geometry}",
-    triangles=[(a, c, b) for a, b, c in TRIANGLES],  # outward, too, before it is mirrored
-))  # fmt: skip
-add_dae("instance_node", dae_text(
-    [(x - 1, y, z) for x, y, z in CORNERS], node='<instance_node url="#lib"/>',
-    nodes='<node id="lib"><translate>1 0 0</translate><instance_geometry url="#g"/></node>',
-))  # fmt: skip
+add_dae(
+    "nested_nodes_in_millimetres",
+    dae_text(
+        [(500 * y, -500 * x, 500 * (z - 3)) for x, y, z in CORNERS],
+        unit='<unit meter="0.001"/>',
+        node='<translate>0 0 3000</translate><node id="a"><rotate>0 0 1 90</rotate>'
+        "<!-- between --><node><scale>2 2 2</scale>{geometry}</node></node>",
+    ),
+)
+add_dae(
+    "mirrored_node",
+    dae_text(
+        [(-x, y, z) for x, y, z in CORNERS],
+        node="<matrix>-1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1</matrix>{geometry}",
+        triangles=[(a, c, b) for a, b, c in TRIANGLES],  # outward, too, before it is mirrored
+    ),
+)
+add_dae(
+    "instance_node",
+    dae_text(
+        [(x - 1, y, z) for x, y, z in CORNERS],
+        node='<instance_node url="#lib"/>',
+        nodes='<node id="lib"><translate>1 0 0</translate><instance_geometry url="#g"/></node>',
+    ),
+)
 add_dae(
     "polylist",
     dae_text(
@@ -320,26 +368,35 @@ def effect(color: tuple[int, int, int], more: str = "") -> str:
     )
 
 
-add_dae("materials", dae_text(
-    primitives="".join(
-        dae_faces("triangles", f"<p>{a} {b} {c} {a} {c} {d}</p>", f' count="2" material="m{n}"')
-        for n, (a, b, c, d) in enumerate(SIDES)
+add_dae(
+    "materials",
+    dae_text(
+        primitives="".join(
+            dae_faces("triangles", f"<p>{a} {b} {c} {a} {c} {d}</p>", f' count="2" material="m{n}"')
+            for n, (a, b, c, d) in enumerate(SIDES)
+        ),
+        effects={f"m{n}": effect(color) for n, color in enumerate(COLORS)},
     ),
-    effects={f"m{n}": effect(color) for n, color in enumerate(COLORS)},
-), COLORS)  # fmt: skip
-add_dae("corner_colors", dae_text(
-    primitives=dae_faces(
-        "triangles",
-        '<input semantic="COLOR" source="#c" offset="1"/><p>'
-        + flat([(k, n // 2) for n, t in enumerate(TRIANGLES) for k in t]) + "</p>",
-        ' count="12"',
+    COLORS,
+)
+add_dae(
+    "corner_colors",
+    dae_text(
+        primitives=dae_faces(
+            "triangles",
+            '<input semantic="COLOR" source="#c" offset="1"/><p>'
+            + flat([(k, n // 2) for n, t in enumerate(TRIANGLES) for k in t])
+            + "</p>",
+            ' count="12"',
+        ),
+        sources='<source id="c"><float_array id="ca" count="18">'
+        + " ".join(str(c / 255) for color in COLORS for c in color)
+        + '</float_array><technique_common><accessor source="#ca" count="6" stride="3">'
+        '<param name="R" type="float"/><param name="G" type="float"/><param name="B" type="float"/>'
+        "</accessor></technique_common></source>",
     ),
-    sources='<source id="c"><float_array id="ca" count="18">'
-    + " ".join(str(c / 255) for color in COLORS for c in color)
-    + '</float_array><technique_common><accessor source="#ca" count="6" stride="3">'
-    '<param name="R" type="float"/><param name="G" type="float"/><param name="B" type="float"/>'
-    "</accessor></technique_common></source>",
-), COLORS)  # fmt: skip
+    COLORS,
+)
 
 
 def dae_textured_text(init_from: str = "maple.png") -> str:
@@ -363,8 +420,13 @@ def dae_textured_text(init_from: str = "maple.png") -> str:
     return dae_text(primitives=primitives, sources=sources, effects={"m": look}, images=images)
 
 
-add("dae_texture", "textured.dae", dae_textured_text("sugar%20maple.png"), texture=True,
-    **{"sugar maple__png": image("PNG")})  # fmt: skip
+add(
+    "dae_texture",
+    "textured.dae",
+    dae_textured_text("sugar%20maple.png"),
+    texture=True,
+    **{"sugar maple__png": image("PNG")},
+)
 
 
 # glTF: y is up, so the file holds (x, z, -y)
@@ -418,8 +480,10 @@ def gltf(
         views.append({"buffer": 0, "byteOffset": len(buffer), "byteLength": len(blob)})
         buffer += blob + bytes(-len(blob) % 4)
     document |= {
-        "accessors": accessors, "bufferViews": views, "buffers": [{"byteLength": len(buffer)}]
-    }  # fmt: skip
+        "accessors": accessors,
+        "bufferViews": views,
+        "buffers": [{"byteLength": len(buffer)}],
+    }
     return document, buffer
 
 
@@ -437,5 +501,10 @@ add("glb_vertex_colors", "vertexcolors.glb", glb(*gltf(colors=CORNER_COLORS)), C
 add("glb_texture", "textured.glb", glb(*gltf(picture=image("PNG"))), texture=True)
 DOCUMENT, BUFFER = gltf(RED)
 DOCUMENT["buffers"] = [{"byteLength": len(BUFFER), "uri": "beside%20it.bin"}]
-add("gltf_with_a_buffer_beside", "beside.gltf", json.dumps(DOCUMENT), [(255, 0, 0)],
-    **{"beside it__bin": BUFFER})  # fmt: skip
+add(
+    "gltf_with_a_buffer_beside",
+    "beside.gltf",
+    json.dumps(DOCUMENT),
+    [(255, 0, 0)],
+    **{"beside it__bin": BUFFER},
+)

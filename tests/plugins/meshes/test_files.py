@@ -29,8 +29,8 @@ def test_the_sources_come_before_what_was_built_of_them(tmp_path: Path) -> None:
     arm, hand = (package(tmp_path / "src" / f"{name}s" / name) for name in ("arm", "hand"))
     for folder in (hand, package(tmp_path / "install" / "hand" / "share" / "hand")):
         touch(folder / "meshes" / "m.stl")
-    found = of(arm / "urdf").find("file:///home/me/hand/meshes/m.stl")
-    assert found == hand / "meshes" / "m.stl"
+    file = of(arm / "urdf").find("file:///home/me/hand/meshes/m.stl")
+    assert file == hand / "meshes" / "m.stl"
 
 
 def test_a_mesh_of_a_package_beside_the_workspace_is_data(tmp_path: Path) -> None:
@@ -48,10 +48,10 @@ def test_a_folder_of_the_table_that_does_not_exist(tmp_path: Path) -> None:
 
 def test_a_folder_above_without_a_package_xml_has_meshes(tmp_path: Path) -> None:
     files = of(package(tmp_path / "ws" / "arm") / "urdf")
-    for folder, found in (("ws/bare1", True), ("bare2", True), ("other/bare3", False)):
+    for folder, is_found in (("ws/bare1", True), ("bare2", True), ("other/bare3", False)):
         mesh = touch(tmp_path / folder / "m.stl")
         name = f"package://{mesh.parent.name}/m.stl"
-        assert files.find(name) == (mesh if found else None)
+        assert files.find(name) == (mesh if is_found else None)
 
 
 def test_files_of_meshes(tmp_path: Path) -> None:
@@ -62,21 +62,34 @@ def test_files_of_meshes(tmp_path: Path) -> None:
     files = of(arm / "urdf")
     for filename in (
         *(f"{scheme}://arm/meshes/a b.stl" for scheme in ("package", "PACKAGE", "model")),
-        *(f"{start}{mesh}" for start in ("file://", "file:", "file://localhost", "FILE://LocalHost")),
-        f"file://{mesh}".replace(" ", "%20"), str(mesh), "../meshes/a b.stl",
-    ):  # fmt: skip
-        found = files.find(filename)
-        assert found is not None, filename
-        assert found.samefile(mesh)
-        assert files.suggest_remedy(filename) == f"put the file into {found.parent}"
+        *(
+            f"{start}{mesh}"
+            for start in ("file://", "file:", "file://localhost", "FILE://LocalHost")
+        ),
+        f"file://{mesh}".replace(" ", "%20"),
+        str(mesh),
+        "../meshes/a b.stl",
+    ):
+        file = files.find(filename)
+        assert file is not None, filename
+        assert file.samefile(mesh)
+        assert files.suggest_remedy(filename) == f"put the file into {file.parent}"
     for drive in ("C:/a b.stl", "file:///C:/a b.stl", "file:///C:/a%20b.stl", "file:/c%3A/a.stl"):
         looked = files.suggest_remedy(drive)
         assert "into /C:" not in looked
         assert looked.endswith(":")
     for filename in (
-        "package://arm/meshes", "package://arm/meshes/c.stl", "package://nobody_has_it/m.stl",
-        "package://", "http://host/m.stl", "m.stl", "", "a\0b", "x" * 5000, "a/" * 99999 + "b.stl",
-    ):  # fmt: skip
+        "package://arm/meshes",
+        "package://arm/meshes/c.stl",
+        "package://nobody_has_it/m.stl",
+        "package://",
+        "http://host/m.stl",
+        "m.stl",
+        "",
+        "a\0b",
+        "x" * 5000,
+        "a/" * 99999 + "b.stl",
+    ):
         assert files.find(filename) is None
         assert files.suggest_remedy(filename)
     assert "--package nobody_has_it=DIR" in files.suggest_remedy("package://nobody_has_it/m.stl")
@@ -101,16 +114,16 @@ def test_a_mesh_elsewhere_in_the_workspace_is_found(filename: str, tmp_path: Pat
     robot = source(tmp_path / "robots" / "urdf")
     assert MeshFiles(Packages({}, robot)).find(filename) == mesh
     # which of several is meant is not known; a file of that name alone is another
-    other = touch(tmp_path / "other" / "meshes" / "arm.stl")
-    assert MeshFiles(Packages({}, robot)).find(filename) in (mesh, other), "they are the same"
-    other.write_text("another")
+    other_mesh = touch(tmp_path / "other" / "meshes" / "arm.stl")
+    assert MeshFiles(Packages({}, robot)).find(filename) in (mesh, other_mesh), "they are the same"
+    other_mesh.write_text("another")
     files = MeshFiles(Packages({}, robot))
     assert files.find(filename) is None
-    said = files.suggest_remedy(filename)
-    assert said.startswith("several files fit: ")
-    assert {str(mesh), str(other)} <= set(re.split("[,; ]+", said))
+    remedy = files.suggest_remedy(filename)
+    assert remedy.startswith("several files fit: ")
+    assert {str(mesh), str(other_mesh)} <= set(re.split("[,; ]+", remedy))
     mesh.unlink()
-    other.rename(tmp_path / "other" / "arm.stl")
+    other_mesh.rename(tmp_path / "other" / "arm.stl")
     assert MeshFiles(Packages({}, robot)).find(filename) is None
 
 
@@ -136,8 +149,8 @@ def test_the_best_of_several_meshes_is_taken(worse: str, better: str, tmp_path: 
     for name in (worse, better):
         touch(tmp_path / name).write_text(name)
     robot = touch(tmp_path / "arm" / "urdf" / "r.urdf")
-    found = MeshFiles(Packages({}, robot)).find("package://gone/ws/meshes/m.stl")
-    assert found == tmp_path / better
+    file = MeshFiles(Packages({}, robot)).find("package://gone/ws/meshes/m.stl")
+    assert file == tmp_path / better
 
 
 def test_no_mesh_is_taken_from_outside_the_workspace_or_from_a_huge_one(
@@ -161,9 +174,9 @@ def test_no_mesh_is_taken_from_outside_the_workspace_or_from_a_huge_one(
 def test_a_name_that_is_spelt_otherwise_is_found(start: str, filename: str, tmp_path: Path) -> None:
     arm = package(tmp_path / "arm")
     mesh = touch(arm / "meshes" / "arm 1.stl")
-    found = of(arm / "urdf").find(start + filename)
-    assert found is not None
-    assert found.samefile(mesh)
+    file = of(arm / "urdf").find(start + filename)
+    assert file is not None
+    assert file.samefile(mesh)
 
 
 def test_of_two_names_that_differ_in_case_none_is_chosen(tmp_path: Path) -> None:

@@ -41,7 +41,7 @@ def converted(path: Path) -> tuple[Mesh, list[wrl.Shape]]:
 @pytest.mark.parametrize("sample", SAMPLES, ids=lambda sample: sample.name)
 def test_a_sample(sample: Sample, tmp_path: Path) -> None:
     """Its box, points, colours and texture."""
-    found, shapes = converted(sample.write(tmp_path))
+    mesh, shapes = converted(sample.write(tmp_path))
     triangles = wrl.corners(shapes)
     assert len(triangles) == len(TRIANGLES)
     np.testing.assert_allclose(triangles.min((0, 1)), LOW, rtol=2e-7)
@@ -54,9 +54,9 @@ def test_a_sample(sample: Sample, tmp_path: Path) -> None:
     assert set().union(*(shape.rgb for shape in shapes)) == (sample.colors or {(204, 102, 51)})
     if not sample.colors:
         assert all(shape.material["transparency"] == [0.25] for shape in shapes)
-    assert found.problems == []
-    assert len(found.textures) == sample.texture
-    for name, data in found.textures.items():
+    assert mesh.problems == []
+    assert len(mesh.textures) == sample.texture
+    for name, data in mesh.textures.items():
         assert all(shape.texture == name and shape.uv is not None for shape in shapes)
         assert Image.open(io.BytesIO(data)).format == {".png": "PNG", ".jpg": "JPEG"}[name[-4:]]
 
@@ -77,12 +77,12 @@ def test_without_pillow_a_mesh_has_no_texture(
 ) -> None:
     """trimesh, which says nothing of it, has its own import of pillow."""
     monkeypatch.setitem(sys.modules, "PIL", None)
-    for module in [one for one in sys.modules if one.partition(".")[0] == "trimesh"]:
+    for module in [name for name in sys.modules if name.partition(".")[0] == "trimesh"]:
         monkeypatch.delitem(sys.modules, module)
     monkeypatch.delitem(sys.modules, "urdf2mbs_meshes.by_trimesh", raising=False)
-    found = read_mesh(write_sample(name, tmp_path))
-    assert found.parts
-    assert (found.textures, set(found.problems)) == ({}, {NO_PILLOW})
+    mesh = read_mesh(write_sample(name, tmp_path))
+    assert mesh.parts
+    assert (mesh.textures, set(mesh.problems)) == ({}, {NO_PILLOW})
 
 
 def test_a_texture_keeps_its_bytes_or_its_pixels(tmp_path: Path) -> None:
@@ -91,8 +91,11 @@ def test_a_texture_keeps_its_bytes_or_its_pixels(tmp_path: Path) -> None:
         (tmp_path / "box.dae").write_text(dae_textured_text(name))
         (data,) = read_mesh(tmp_path / "box.dae").textures.values()
         assert (data == image(format_)) == (format_ == "JPEG")
-        with Image.open(io.BytesIO(data)) as found, Image.open(io.BytesIO(image(format_))) as given:
-            assert found.tobytes() == given.tobytes()
+        with (
+            Image.open(io.BytesIO(data)) as picture,
+            Image.open(io.BytesIO(image(format_))) as original,
+        ):
+            assert picture.tobytes() == original.tobytes()
 
 
 def test_equal_texture_names_of_unequal_images(tmp_path: Path) -> None:
@@ -120,14 +123,20 @@ def test_texture_that_is_no_image(tmp_path: Path) -> None:
         ("", 0.0),
         ("<transparency><float>0.25</float></transparency>", 0.75),
         ("<transparent><color>0 0 0 0.5</color></transparent>", 0.5),
-        ('<transparent opaque="RGB_ZERO"><color>1 1 1 1</color></transparent>'
-         "<transparency><float>0.25</float></transparency>", 0.25),
-        ('<transparent opaque="RGB_ZERO"><color>1 1 1 1</color></transparent>'
-         "<transparency><float>0</float></transparency>", 0.0),
+        (
+            '<transparent opaque="RGB_ZERO"><color>1 1 1 1</color></transparent>'
+            "<transparency><float>0.25</float></transparency>",
+            0.25,
+        ),
+        (
+            '<transparent opaque="RGB_ZERO"><color>1 1 1 1</color></transparent>'
+            "<transparency><float>0</float></transparency>",
+            0.0,
+        ),
         # meant "opaque" by who wrote it, as nobody writes a mesh that cannot be seen
         ("<transparency><float>0</float></transparency>", 0.0),
     ],
-)  # fmt: skip
+)
 def test_collada_transparency(tmp_path: Path, more: str, transparency: float) -> None:
     path = tmp_path / "box.dae"
     primitives = (

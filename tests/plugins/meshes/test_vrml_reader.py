@@ -50,12 +50,16 @@ def test_colours_by_face_and_by_corner() -> None:
 
 
 def test_transforms_names_and_comments() -> None:
-    text = HEAD + b"""# a comment with { and "
+    text = (
+        HEAD
+        + b"""# a comment with { and "
     DEF A Transform { translation 1 2 3 rotation 0 0 1 1.5707963267948966 scale 2 2 2
       children [ # nested
         DEF S Shape { geometry IndexedFaceSet { %s } } Group { children USE S }
         Transform { translation 5 0 0 children [ USE S ] } ] }
-    """ % SQUARE  # fmt: skip
+    """
+        % SQUARE
+    )
     parts = read(text)
     places = [part.points[1] for part in parts]
     np.testing.assert_allclose(places, [[1, 4, 3], [1, 4, 3], [1, 14, 3]], atol=1e-14)
@@ -90,9 +94,13 @@ def test_a_comment_may_end_the_file() -> None:
 
 
 def test_a_transform_about_a_centre() -> None:
-    text = HEAD + b"""Transform { center 1 0 0 rotation 0 0 1 3.141592653589793
+    text = (
+        HEAD
+        + b"""Transform { center 1 0 0 rotation 0 0 1 3.141592653589793
       scale 2 1 1 scaleOrientation 0 0 1 1.5707963267948966
-      children Shape { geometry IndexedFaceSet { %s } } }""" % SQUARE  # fmt: skip
+      children Shape { geometry IndexedFaceSet { %s } } }"""
+        % SQUARE
+    )
     (part,) = read(text)
     # from the centre, y is doubled (x of the scale's own axes), then all is turned by 180 degrees
     np.testing.assert_allclose(part.points[2], [1, -2, 0], atol=1e-12)
@@ -101,11 +109,15 @@ def test_a_transform_about_a_centre() -> None:
 
 def test_what_draws_nothing_is_passed_and_what_is_left_out_is_named() -> None:
     shape = b"Shape { geometry IndexedFaceSet { %s } }" % SQUARE
-    text = HEAD + b"""DEF Clock TimeSensor { cycleInterval 2 } NavigationInfo { type ["WALK"] }
+    text = (
+        HEAD
+        + b"""DEF Clock TimeSensor { cycleInterval 2 } NavigationInfo { type ["WALK"] }
       %s Shape { geometry IndexedLineSet { coordIndex [0 1 -1] } }
       Inline { url "more.wrl" } Group { children Shape { geometry Box { size 1 2 3 } } }
       LOD { level [ %s ] }
-    """ % (shape, shape)  # fmt: skip
+    """
+        % (shape, shape)
+    )
     mesh = read_vrml(text)
     assert len(mesh.parts) == 1
     assert mesh.problems == [f"its {kind} is not drawn" for kind in ("Inline", "Box", "LOD")]

@@ -33,34 +33,34 @@ def read(data: bytes) -> list[Shape]:
     text = data.decode("utf-8")
     assert text.startswith("#VRML V2.0 utf8\n")
     tokens = [t for t in TOKEN.findall(text) if not t.startswith("#")]
-    nodes, at = [], 0
-    while at < len(tokens):
-        node, at = _node(tokens, at)
+    nodes, position = [], 0
+    while position < len(tokens):
+        node, position = _node(tokens, position)
         nodes.append(node)
     return [_shape(node) for node in nodes]
 
 
-def _node(tokens: list[str], at: int) -> tuple[dict[str, Any], int]:
-    node: dict[str, Any] = {"node": tokens[at]}
-    assert tokens[at + 1] == "{", tokens[at : at + 5]
-    at += 2
-    while tokens[at] != "}":
-        name = tokens[at]
-        at += 1
-        if tokens[at] == "[":
-            end = tokens.index("]", at)
-            node[name] = tokens[at + 1 : end]
-            at = end + 1
-        elif tokens[at + 1] == "{":
-            node[name], at = _node(tokens, at)
+def _node(tokens: list[str], position: int) -> tuple[dict[str, Any], int]:
+    node: dict[str, Any] = {"node": tokens[position]}
+    assert tokens[position + 1] == "{", tokens[position : position + 5]
+    position += 2
+    while tokens[position] != "}":
+        name = tokens[position]
+        position += 1
+        if tokens[position] == "[":
+            end = tokens.index("]", position)
+            node[name] = tokens[position + 1 : end]
+            position = end + 1
+        elif tokens[position + 1] == "{":
+            node[name], position = _node(tokens, position)
         else:
-            end = at
+            end = position
             while re.match(r'[-+.\d"]|TRUE|FALSE', tokens[end]):
                 end += 1
-            node[name] = tokens[at:end]
-            assert end > at, tokens[at - 3 : at + 3]
-            at = end
-    return node, at + 1
+            node[name] = tokens[position:end]
+            assert end > position, tokens[position - 3 : position + 3]
+            position = end
+    return node, position + 1
 
 
 def _shape(node: dict[str, Any]) -> Shape:
@@ -83,9 +83,8 @@ def _shape(node: dict[str, Any]) -> Shape:
         uv = _table(faces["texCoord"]["point"], 2)[_triangles(faces["texCoordIndex"])]
         assert uv.shape == (*triangles.shape, 2)
     material = {
-        key: [float(v) for v in value]
-        for key, value in look["material"].items() if key != "node"
-    }  # fmt: skip
+        key: [float(v) for v in value] for key, value in look["material"].items() if key != "node"
+    }
     texture = look["texture"]["url"][0].strip('"') if "texture" in look else None
     return Shape(points, triangles, material, texture, uv, colors, faces)
 

@@ -22,8 +22,8 @@ class Opened:
 
     page: Page
     conversion: Conversion
-    said: list[str] = field(default_factory=list)
-    """What the console said, errors, and every request that is not the page itself."""
+    messages: list[str] = field(default_factory=list)
+    """Messages of the console, errors, and every request that is not the page itself."""
 
     def ask(self, expression: str, argument: Any = None) -> Any:
         return self.page.evaluate(expression, argument)
@@ -56,21 +56,21 @@ def open_report(
     file = folder / "report.html"
     file.write_bytes(make_robot_page(conversion).data)
     page = browser.new_page(viewport={"width": 1100, "height": 760})
-    one = Opened(page, conversion)
+    report = Opened(page, conversion)
 
-    def requested(url: str) -> None:
+    def check_request(url: str) -> None:
         if url != file.as_uri() and not url.startswith(("data:", "blob:")):
-            one.said.append(f"request: {url}")
+            report.messages.append(f"request: {url}")
 
-    def said(kind: str, text: str) -> None:
+    def add_message(kind: str, text: str) -> None:
         if "GPU stall due to ReadPixels" not in text:  # what a screenshot costs in software
-            one.said.append(f"{kind}: {text}")
+            report.messages.append(f"{kind}: {text}")
 
-    page.on("console", lambda message: said(message.type, message.text))
-    page.on("pageerror", lambda error: said("error", str(error)))
-    page.on("request", lambda request: requested(request.url))
+    page.on("console", lambda message: add_message(message.type, message.text))
+    page.on("pageerror", lambda error: add_message("error", str(error)))
+    page.on("request", lambda request: check_request(request.url))
     if init:
         page.add_init_script(init)
     page.goto(file.as_uri())
     page.evaluate("urdf2mbs.ready")
-    return one
+    return report

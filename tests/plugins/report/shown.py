@@ -17,22 +17,26 @@ CONFIGS = Path(__file__).resolve().parents[3] / "configs"
 SHOWN: dict[str, tuple[Path, str, tuple[str, ...]]] = {
     "biped": (CONFIGS / "biped.urdf.xacro", "floating", ()),
     "atlas": (
-        ROBOTS / "atlas/atlas_description/robots/atlas_v5.urdf.xacro", "floating",
+        ROBOTS / "atlas/atlas_description/robots/atlas_v5.urdf.xacro",
+        "floating",
         ("atlas/atlas_description", "atlas/multisense_sl_description"),
     ),
     "nao": (
-        ROBOTS / "nao/nao_description/urdf/naoV50_generated_urdf/nao.urdf", "floating",
+        ROBOTS / "nao/nao_description/urdf/naoV50_generated_urdf/nao.urdf",
+        "floating",
         ("nao/nao_description",),
     ),
     "leo": (
-        ROBOTS / "leo_rover/leo_description/urdf/leo.urdf.xacro", "auto",
+        ROBOTS / "leo_rover/leo_description/urdf/leo.urdf.xacro",
+        "auto",
         ("leo_rover/leo_description",),
     ),
     "r2d2": (
-        ROBOTS / "urdf_tutorial_r2d2/urdf_tutorial/urdf/07-physics.urdf", "fixed",
+        ROBOTS / "urdf_tutorial_r2d2/urdf_tutorial/urdf/07-physics.urdf",
+        "fixed",
         ("urdf_tutorial_r2d2/urdf_tutorial",),
     ),
-}  # fmt: skip
+}
 
 
 def run(source: Path, project: Path, packages: Iterable[str] = (), **more: Any) -> Conversion:
@@ -51,9 +55,9 @@ def data(conversion: Conversion) -> bytes:
     return conversion.files[conversion.written]
 
 
-def edit(conversion: Conversion, was: str, now: str) -> None:
+def edit(conversion: Conversion, old: str, new: str) -> None:
     """Change the .mbs file where it first matches ``was``."""
-    text, count = re.subn(was, now, data(conversion).decode(), count=1, flags=re.DOTALL)
+    text, count = re.subn(old, new, data(conversion).decode(), count=1, flags=re.DOTALL)
     assert count
     conversion.files[conversion.settings.output] = text.encode()
 
@@ -64,8 +68,8 @@ EVIL = "</script><img src=x onerror='window.hacked=1'>&amp;\"<!--"
 SHAPE = (
     '<visual name="{0}"><geometry><mesh filename="package://nowhere/{0}.stl"/></geometry></visual>'
 )
-HOSTILE = robot(
-    link("{0}"), link("b{0}", SOLID, SHAPE), joint("{0}", "b{0}", "revolute", name="j{0}")
-).replace('"r"', '"{0}"').replace(
-    "{0}", EVIL.replace("&", "&amp;").replace("<", "&lt;").replace('"', "&quot;")
-)  # fmt: skip
+HOSTILE = (
+    robot(link("{0}"), link("b{0}", SOLID, SHAPE), joint("{0}", "b{0}", "revolute", name="j{0}"))
+    .replace('"r"', '"{0}"')
+    .replace("{0}", EVIL.replace("&", "&amp;").replace("<", "&lt;").replace('"', "&quot;"))
+)

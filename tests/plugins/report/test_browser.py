@@ -38,18 +38,18 @@ def link_poses(conversion: Conversion, q: dict[str, float]) -> dict[str, Any]:
     """(4, 4) of each URDF link's frame, as the .mbs file has it."""
     evaluator = Evaluator(data(conversion))
     poses = evaluator.positions(q)
-    out = {}
-    for link, at in conversion.frames.items():
-        here = np.eye(4)
-        here[:3, :3] = np.reshape(at.pose.rot, (3, 3))
-        here[:3, 3] = at.pose.xyz
-        holder = poses.joint(at.joint) if at.joint else poses.body(at.body or "base")
-        out[link] = holder @ here
-    return out
+    link_poses_by_name = {}
+    for link, frame in conversion.frames.items():
+        link_pose = np.eye(4)
+        link_pose[:3, :3] = np.reshape(frame.pose.rot, (3, 3))
+        link_pose[:3, 3] = frame.pose.xyz
+        holder = poses.joint(frame.joint) if frame.joint else poses.body(frame.body or "base")
+        link_poses_by_name[link] = holder @ link_pose
+    return link_poses_by_name
 
 
 def test_opens_without_a_word_and_without_the_network(report: Opened) -> None:
-    assert report.said == []
+    assert report.messages == []
 
 
 def test_readable_by_keyboard_and_screen_reader(report: Opened) -> None:
@@ -59,8 +59,12 @@ def test_readable_by_keyboard_and_screen_reader(report: Opened) -> None:
     )
     for scheme in ("dark", "light"):
         report.page.emulate_media(color_scheme=scheme)
-        found = axe.Axe().run(report.page).response["violations"]
-        assert not [one["id"] for one in found if one["impact"] in ("serious", "critical")], scheme
+        violations = axe.Axe().run(report.page).response["violations"]
+        assert not [
+            violation["id"]
+            for violation in violations
+            if violation["impact"] in ("serious", "critical")
+        ], scheme
 
 
 def test_sliders_move_everything_where_the_file_says(report: Opened) -> None:
@@ -103,15 +107,15 @@ def test_limits_are_the_urdf_s(report: Opened) -> None:
 def test_urdf_and_mbs_agree_everywhere(report: Opened) -> None:
     for _ in range(3):
         report.page.locator("#random").click()
-        found = report.ask("urdf2mbs.agreement()")
-        assert found["differing"] == []
-        assert found["largest"] < 1e-12
-        assert found["compared"] == len(report.conversion.robot.links)
+        agreement = report.ask("urdf2mbs.agreement()")
+        assert agreement["differing"] == []
+        assert agreement["largest"] < 1e-12
+        assert agreement["compared"] == len(report.conversion.robot.links)
     counts = report.ask("urdf2mbs.counts()")
     visuals = sum(len(link.visuals) for link in report.conversion.robot.links.values())
-    assert counts["mbs"] == counts["urdf"] == found["shapes"]
+    assert counts["mbs"] == counts["urdf"] == agreement["shapes"]
     assert counts["mbs"] + counts["lost"] == visuals  # what is lost is in no .mbs
-    assert found["shapesDiffering"] == []
+    assert agreement["shapesDiffering"] == []
     report.page.locator("#zero").click()
 
 
@@ -143,4 +147,4 @@ def test_switches_change_the_picture(report: Opened) -> None:
         picture = report.ask("urdf2mbs.picture()")
         assert picture not in seen, switch
         seen.add(picture)
-    assert report.said == [], "nothing went wrong in all tests above"
+    assert report.messages == [], "nothing went wrong in all tests above"

@@ -74,20 +74,23 @@ def assert_complete(mbs: Mbs, picture: Picture) -> None:
     assert set(picture.boxes()) == {"", *(body.name for body in mbs.bodies)}
     frames = {None: mbs.base.position, **{b.name: b.joints[-1].position for b in mbs.bodies}}
     points = {
-        (name, p.name): p.position or frames[name] for name, owner in mbs.base_and_bodies()
+        (name, p.name): p.position or frames[name]
+        for name, owner in mbs.base_and_bodies()
         for p in owner.points
-    }  # fmt: skip
-    expected = {(name or "", point): pytest.approx(at) for (name, point), at in points.items()}
+    }
+    expected = {
+        (name or "", point): pytest.approx(position) for (name, point), position in points.items()
+    }
     assert picture.dots("point", "data-body", "data-point") == expected
     joints, wires = {}, []
     for body in mbs.bodies:
-        at = frames[body.parent] if body.point is None else points[body.parent, body.point]
+        position = frames[body.parent] if body.point is None else points[body.parent, body.point]
         for joint in body.joints:
-            assert at is not None
+            assert position is not None
             assert joint.position is not None
             joints[joint.name,] = pytest.approx(joint.position)
-            wires.append(pytest.approx([*at, *joint.position], abs=0.01))
-            at = joint.position
+            wires.append(pytest.approx([*position, *joint.position], abs=0.01))
+            position = joint.position
     assert picture.dots("joint", "data-joint") == joints
     assert picture.wires() == wires
     types = [joint.type for body in mbs.bodies for joint in body.joints]
@@ -108,22 +111,27 @@ def test_boxes_of_a_real_file_stand_where_mbsyspad_draws_them(shared: Path) -> N
 
 
 def small() -> Mbs:
-    one = Body(
-        "one", point="p",
+    body_one = Body(
+        "one",
+        point="p",
         joints=[Joint("j1", "R3", position=(100, 200))],
         points=[Point("q", (0, 0, 1), (100, 260), Sensor("s"), Sensor("f"))],
         drawing=Drawing((-50, 0), (100, 60)),
-    )  # fmt: skip
-    two = Body(
-        "two", parent="one", point="q",
+    )
+    body_two = Body(
+        "two",
+        parent="one",
+        point="q",
         joints=[Joint("j2", "T1", "driven", q=0.5, position=(400, 300))],
         drawing=Drawing((35, -4), (34, 34), shape="circle"),
-    )  # fmt: skip
-    three = Body(
-        "three", parent="two", joints=[Joint("j3", "R2", position=(400, 500))],
+    )
+    body_three = Body(
+        "three",
+        parent="two",
+        joints=[Joint("j3", "R2", position=(400, 500))],
         drawing=Drawing((0, 10), (60, 20), shape="ellipse"),
-    )  # fmt: skip
-    mbs = Mbs("small", bodies=[one, two, three])
+    )
+    mbs = Mbs("small", bodies=[body_one, body_two, body_three])
     mbs.base.position = (100, 60)
     mbs.base.drawing = Drawing((-60, -40), (120, 40))
     mbs.base.points = [Point("p", (0, 0, 0), (130, 60))]
@@ -156,8 +164,8 @@ def test_arrows_lead_from_each_body_to_its_points() -> None:
 def test_sensors_and_forces_are_marked() -> None:
     marks = re.findall(r'class="mark"[^>]*>(\w)<', draw(small()))
     assert marks == ["S", "F"]
-    at = re.findall(r'class="mark" x="([\d.]+)"', draw(small()))
-    assert float(at[1]) - float(at[0]) >= 6.0
+    marks = re.findall(r'class="mark" x="([\d.]+)"', draw(small()))
+    assert float(marks[1]) - float(marks[0]) >= 6.0
 
 
 def test_a_wire_is_an_s() -> None:
@@ -165,13 +173,14 @@ def test_a_wire_is_an_s() -> None:
     mbs = small()
     for end, aside in (((100, 300), 20.0), ((100, 1200), 40.0)):
         mbs.bodies[0].joints = [
-            Joint("a", "R1", position=(100, 200)), Joint("b", "R1", position=end)
-        ]  # fmt: skip
+            Joint("a", "R1", position=(100, 200)),
+            Joint("b", "R1", position=end),
+        ]
         (wire,) = re.findall(r'class="wire" d="M100,200 C(.*?)"', draw(mbs))
-        one, two, last = (tuple(map(float, p.split(","))) for p in wire.split())
+        first, second, last = (tuple(map(float, p.split(","))) for p in wire.split())
         length = end[1] - 200
-        assert one == pytest.approx((100 + aside, 200 + length / 3), abs=0.01)
-        assert two == pytest.approx((100 - aside, 200 + 2 * length / 3), abs=0.01)
+        assert first == pytest.approx((100 + aside, 200 + length / 3), abs=0.01)
+        assert second == pytest.approx((100 - aside, 200 + 2 * length / 3), abs=0.01)
         assert last == end
 
 
@@ -236,14 +245,14 @@ def test_names_are_escaped() -> None:
     assert not list(picture.root.iter(f"{SVG}script"))
 
 
-@pytest.mark.parametrize("what", ["body", "joint", "point", "base"])
-def test_a_model_without_drawings_is_told_what_to_do(what: str) -> None:
+@pytest.mark.parametrize("element", ["body", "joint", "point", "base"])
+def test_a_model_without_drawings_is_told_what_to_do(element: str) -> None:
     mbs = msgspec.convert(msgspec.to_builtins(small()), Mbs)
-    if what == "body":
+    if element == "body":
         mbs.bodies[1].drawing = None
-    elif what == "joint":
+    elif element == "joint":
         mbs.bodies[1].joints[0].position = None
-    elif what == "point":
+    elif element == "point":
         mbs.bodies[0].points[0].position = None
     else:
         mbs.base.position = None
@@ -251,7 +260,7 @@ def test_a_model_without_drawings_is_told_what_to_do(what: str) -> None:
         draw(mbs)
     assert caught.value.code == "no-drawing"
     assert {"body": "body 'two'", "joint": "joint 'j2'", "point": "point 'q'", "base": "the base"}[
-        what
+        element
     ] in caught.value.message
     assert "layout" in (caught.value.hint or "")
 

@@ -69,10 +69,13 @@ def test_meshes_come_from_the_project(tmp_path: Path) -> None:
     (folder / "t.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
     (folder / "bad.wrl").write_bytes(b"#VRML V2.0 utf8\nShape {")
     urls = (
-        "PRJPATH/animationR/a.wrl", "PRJPATH\\animationR\\a.wrl",
-        f"PRJPATH/{tmp_path.name}/animationR/a.wrl", "PRJPATH/animationR/t.obj",
-        "PRJPATH/animationR/bad.wrl", "C:\\Users\\x\\gone.obj",
-    )  # fmt: skip
+        "PRJPATH/animationR/a.wrl",
+        "PRJPATH\\animationR\\a.wrl",
+        f"PRJPATH/{tmp_path.name}/animationR/a.wrl",
+        "PRJPATH/animationR/t.obj",
+        "PRJPATH/animationR/bad.wrl",
+        "C:\\Users\\x\\gone.obj",
+    )
     shapes = [Shape("inline", f"s{n}", url=url) for n, url in enumerate(urls)]
     for picture, textures in ((b"\x89PNG\r\n and so on", 1), (b"root:x:0:0", 0)):
         (folder / "skin.png").write_bytes(picture)
@@ -90,9 +93,9 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     model.write_bytes(write(slider()))
     assert main(["report", str(model)]) == 0
     assert (tmp_path / "sketch.html").exists()
-    said = capsys.readouterr().out
-    assert "page of the model" in said
-    assert "the same robot" not in said
+    output = capsys.readouterr().out
+    assert "page of the model" in output
+    assert "the same robot" not in output
     assert main(["report", str(model), "-o", str(tmp_path / "x.html"), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["missing"] == []
     assert main(["report", str(model), "--base", "fixed"]) == 2
@@ -173,11 +176,11 @@ def results(folder: Path, text: str) -> Page:
 )
 def test_results_that_cannot_be_played_are_told(text: str, why: str, tmp_path: Path) -> None:
     page = results(tmp_path, text)
-    (said,) = page.diagnostics
-    assert (said.code, said.level) == ("motion-unreadable", "warning")
-    assert said.file == str(tmp_path / "resultsR" / "dirdyn.csv")
-    assert said.message.startswith("the page plays no motion: ")
-    assert why in said.message
+    (diagnostic,) = page.diagnostics
+    assert (diagnostic.code, diagnostic.level) == ("motion-unreadable", "warning")
+    assert diagnostic.file == str(tmp_path / "resultsR" / "dirdyn.csv")
+    assert diagnostic.message.startswith("the page plays no motion: ")
+    assert why in diagnostic.message
     assert Html(page.data).island["motion"] is None
 
 

@@ -27,7 +27,7 @@ class Html:
     def __init__(self, text: bytes) -> None:
         parser = HTMLParser(encoding="utf-8", huge_tree=True)
         page: Any = document_fromstring(text, parser=parser)
-        self.elements = [(one.tag, dict(one.attrib)) for one in page.iter("*")]
+        self.elements = [(element.tag, dict(element.attrib)) for element in page.iter("*")]
         self.island: Any = json.loads(page.get_element_by_id("data").text)
         self.style = "".join(page.xpath("//style/text()"))
         self.visible = " ".join(page.xpath("//text()[not(parent::script or parent::style)]"))
@@ -100,9 +100,9 @@ def test_every_message_is_there_and_losses_have_a_place_of_their_own(
         conversion.note(code, message)
     page = make_robot_page(conversion).data
     html = Html(page)
-    for said in conversion.diagnostics:
-        assert said.code in html.visible
-        assert said.message in html.visible
+    for diagnostic in conversion.diagnostics:
+        assert diagnostic.code in html.visible
+        assert diagnostic.message in html.visible
     section = page.decode().partition('<section id="left-out">')[2].partition("</section>")[0]
     assert "<li>no &lt;shapes&gt;</li></ul>" in section
     assert "another" not in section
@@ -126,10 +126,10 @@ def test_a_plain_conversion_does_not_import_the_template_engine(tmp_path: Path) 
 
 
 def test_same_input_same_bytes(tmp_path: Path) -> None:
-    one = make_robot_page(shown("biped", tmp_path / "a" / "biped")).data
-    two = make_robot_page(shown("biped", tmp_path / "b" / "biped")).data
-    assert one == two
-    assert str(tmp_path).encode() not in one
+    first = make_robot_page(shown("biped", tmp_path / "a" / "biped")).data
+    second = make_robot_page(shown("biped", tmp_path / "b" / "biped")).data
+    assert first == second
+    assert str(tmp_path).encode() not in first
 
 
 def test_sizes_and_the_licence_of_the_viewer_are_stated(tiny: Path, tmp_path: Path) -> None:
@@ -185,9 +185,9 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     assert main(["report", str(file), "-v"]) == 0
     assert [path.name for path in out.glob("[!.]*")] == ["robot.html"]
     size = (out / "robot.html").stat().st_size
-    said = capsys.readouterr().out
-    assert "robot.html" in said
-    assert f"{size / 1e6:.2f} MB" in said
+    output = capsys.readouterr().out
+    assert "robot.html" in output
+    assert f"{size / 1e6:.2f} MB" in output
     assert main(["report", str(file), "--json", "-o", str(tmp_path / "my.html")]) == 0
     assert json.loads(capsys.readouterr().out)["sizes"]["all"] == size
     assert (tmp_path / "my.html").read_bytes() == (out / "robot.html").read_bytes()

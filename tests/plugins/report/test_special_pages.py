@@ -54,9 +54,9 @@ def tiny(tmp_path: Path) -> Conversion:
 def test_what_differs_blinks(opened: Open, tiny: Conversion) -> None:
     edit(tiny, "<q>0.5</q>", "<q>0.6</q>")
     report = opened(tiny)
-    found = report.ask("urdf2mbs.agreement()")
-    assert "arm" in found["differing"]
-    assert "body" not in found["differing"]
+    agreement = report.ask("urdf2mbs.agreement()")
+    assert "arm" in agreement["differing"]
+    assert "body" not in agreement["differing"]
     assert "elsewhere or turned" in report.page.locator("#agreement").inner_text()
     lit = set()
     for _ in range(50):  # the page's own clock blinks, too: it may undo a step of ours
@@ -69,11 +69,12 @@ def test_what_differs_blinks(opened: Open, tiny: Conversion) -> None:
 
 def test_a_shape_elsewhere_is_found(opened: Open, tiny: Conversion) -> None:
     edit(tiny, "(<cylinder>.*?<radius>0.03)", r"\g<1>1")
-    found = opened(tiny).ask("urdf2mbs.agreement()")
-    assert found["differing"] == []
-    assert found["shapesDiffering"] == [
-        ["mbs", "arm", "in form or place"], ["urdf", "arm", "in form or place"]
-    ]  # fmt: skip
+    agreement = opened(tiny).ask("urdf2mbs.agreement()")
+    assert agreement["differing"] == []
+    assert agreement["shapesDiffering"] == [
+        ["mbs", "arm", "in form or place"],
+        ["urdf", "arm", "in form or place"],
+    ]
 
 
 def test_followers_follow(opened: Open, tiny: Conversion, shared: Path, tmp_path: Path) -> None:
@@ -92,11 +93,15 @@ def test_followers_follow(opened: Open, tiny: Conversion, shared: Path, tmp_path
 
 def test_planar_and_floating_joints(opened: Open, tmp_path: Path) -> None:
     source = tmp_path / "odd.urdf"
-    source.write_text(robot(
-        link("world"), link("a", SOLID), link("b", SOLID),
-        joint("world", "a", "planar", xyz="1 2 3", rpy="0.1 0.2 0.3", axis="1 -2 0.5"),
-        joint("a", "b", "floating", xyz="0 1 0", rpy="1.5707963 0 -0.7"),
-    ))  # fmt: skip
+    source.write_text(
+        robot(
+            link("world"),
+            link("a", SOLID),
+            link("b", SOLID),
+            joint("world", "a", "planar", xyz="1 2 3", rpy="0.1 0.2 0.3", axis="1 -2 0.5"),
+            joint("a", "b", "floating", xyz="0 1 0", rpy="1.5707963 0 -0.7"),
+        )
+    )
     report = opened(run(source, tmp_path / "p"))
     for _ in range(3):
         for name in Evaluator(data(report.conversion)).moving:
@@ -109,7 +114,7 @@ def test_hostile_names_do_nothing(opened: Open, tmp_path: Path) -> None:
     source.write_text(HOSTILE)
     report = opened(run(source, tmp_path / "p"))
     assert report.ask("window.hacked") is None
-    assert report.said == []
+    assert report.messages == []
     assert EVIL in report.page.locator("#names").inner_text()
     assert report.page.locator("h1").inner_text() == EVIL
 
@@ -130,24 +135,24 @@ def test_the_diagram_zooms_and_moves(opened: Open, tiny: Conversion) -> None:
     assert box is not None
     x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
 
-    def seen() -> list[float]:
+    def read_view_box() -> list[float]:
         return [float(n) for n in (svg.get_attribute("viewBox") or "").split()]
 
-    whole = seen()
+    whole_box = read_view_box()
     report.page.mouse.move(x, y)
     report.page.mouse.wheel(0, -100)
     from playwright.sync_api import expect  # only where there is a browser
 
-    expect(svg).not_to_have_attribute("viewBox", " ".join(f"{n:g}" for n in whole))
-    assert seen()[2] < whole[2]
-    before = seen()
+    expect(svg).not_to_have_attribute("viewBox", " ".join(f"{n:g}" for n in whole_box))
+    assert read_view_box()[2] < whole_box[2]
+    before = read_view_box()
     report.page.mouse.down()
     report.page.mouse.move(x + 60, y + 30, steps=3)
     report.page.mouse.up()
-    assert seen()[0] < before[0]
-    assert seen()[1] < before[1]
+    assert read_view_box()[0] < before[0]
+    assert read_view_box()[1] < before[1]
     report.page.locator("#diagram-fit").click()
-    assert seen() == whole
+    assert read_view_box() == whole_box
 
 
 MARKED = """() => [...document.querySelectorAll(".selected")].map((one) => {
@@ -155,11 +160,19 @@ MARKED = """() => [...document.querySelectorAll(".selected")].map((one) => {
   return `${one.className.baseVal ?? one.className}`.split(" ")[0] + " "
     + one.tagName.toLowerCase() + " " + (body ?? joint ?? link ?? urdfJoint);
 })"""
-JOINT = ['#joints tr[data-joint="shoulder"]', '#names tr[data-urdf-joint="shoulder"]',
-         '#messages tr[data-urdf-joint="shoulder"]', '.slider[data-joint="shoulder"] .name',
-         '#paper g.joint[data-joint="shoulder"] circle']  # fmt: skip
-BODY = ['#bodies tr[data-body="arm"]', '#names tr[data-link="arm"]', '#tree [data-link="arm"]',
-        '#paper g.body-name[data-body="arm"] text']  # fmt: skip
+JOINT = [
+    '#joints tr[data-joint="shoulder"]',
+    '#names tr[data-urdf-joint="shoulder"]',
+    '#messages tr[data-urdf-joint="shoulder"]',
+    '.slider[data-joint="shoulder"] .name',
+    '#paper g.joint[data-joint="shoulder"] circle',
+]
+BODY = [
+    '#bodies tr[data-body="arm"]',
+    '#names tr[data-link="arm"]',
+    '#tree [data-link="arm"]',
+    '#paper g.body-name[data-body="arm"] text',
+]
 
 
 def test_what_is_chosen_is_marked_everywhere(opened: Open, tiny: Conversion) -> None:
@@ -171,22 +184,22 @@ def test_what_is_chosen_is_marked_everywhere(opened: Open, tiny: Conversion) -> 
         marked = set(report.ask(MARKED))
         joint = {"body g arm", "joint g shoulder", "joint-label g shoulder", "slider div shoulder"}
         assert joint <= marked, click
-        rows = {one.split(" tr ")[1] for one in marked if " tr " in one}
+        rows = {mark.split(" tr ")[1] for mark in marked if " tr " in mark}
         assert rows == {"shoulder", "arm"}, click
-        assert not any("wrist" in one or "body g body" in one for one in marked), click
+        assert not any("wrist" in mark or "body g body" in mark for mark in marked), click
         assert "q3 R3 shoulder" in picked.inner_text()
     report.page.locator("#as-links").click()
     for click in BODY:
         report.page.locator(click).first.click()
         marked_ = report.ask(MARKED)
         assert {"body g arm", "joint g shoulder", "joint g shoulder_origin_R2"} <= set(marked_)
-        assert sum(one.endswith(" tr arm") for one in marked_) == 2, "as a body, and as a link"
-        assert sum(one.endswith(" div arm") for one in marked_) == 1, "in the tree"
+        assert sum(mark.endswith(" tr arm") for mark in marked_) == 2, "as a body, and as a link"
+        assert sum(mark.endswith(" div arm") for mark in marked_) == 1, "in the tree"
     report.page.locator('#paper g.body[data-body="body"] .box').click(position={"x": 5, "y": 5})
     assert picked.inner_text().startswith("body")
     report.page.locator(JOINT[0]).press("Enter")
     assert "joint g shoulder" in report.ask(MARKED)
-    assert report.said == []
+    assert report.messages == []
 
 
 def test_the_camera_turns_moves_and_zooms_and_a_click_chooses(
@@ -212,7 +225,7 @@ def test_the_camera_turns_moves_and_zooms_and_a_click_chooses(
     assert report.ask("urdf2mbs.picture()") == seen[1], "turned, and not moved"
     mouse.click(x, y + 0.08 * box["height"])  # the middle of the robot is below the picture's
     assert picked.inner_text() != ""
-    assert report.said == []
+    assert report.messages == []
 
 
 def test_the_panel_of_a_plain_robot(opened: Open, tmp_path: Path) -> None:
@@ -310,9 +323,19 @@ def test_on_paper_nothing_is_clipped(opened: Open, tiny: Conversion) -> None:
     assert not blank
 
 
-CRANE = TINY.replace("</robot>", link("cart", SOLID) + joint(
-    "body", "cart", "prismatic", name="slider", xyz="0.2 0 0", axis="0 1 0",
-).replace('lower="-1" upper="1"', 'lower="-0.2" upper="0.3"') + "</robot>")  # fmt: skip
+CRANE = TINY.replace(
+    "</robot>",
+    link("cart", SOLID)
+    + joint(
+        "body",
+        "cart",
+        "prismatic",
+        name="slider",
+        xyz="0.2 0 0",
+        axis="0 1 0",
+    ).replace('lower="-1" upper="1"', 'lower="-0.2" upper="0.3"')
+    + "</robot>",
+)
 
 
 def test_marks_stand_where_the_model_has_them(browser: Browser, tmp_path: Path) -> None:
@@ -320,44 +343,50 @@ def test_marks_stand_where_the_model_has_them(browser: Browser, tmp_path: Path) 
     source = tmp_path / "crane.urdf"
     source.write_text(CRANE)
     conversion = run(
-        source, tmp_path / "crane",
+        source,
+        tmp_path / "crane",
         passes={
             "sensors": {"links": ["cart"]},
             "contacts": {"points": {"cart": [[0.1, 0, 0]]}},
             "forces": {
                 "wrenches": {"push": {"link": "cart", "at": [0, 0, 0.1], "force": [1, 0, 0]}}
             },
-            "loops": {"cuts": {"rope": {
-                "kind": "rod", "ends": [{"link": "cart", "at": [0, 0.1, 0]}, {"link": "body"}],
-            }}},
+            "loops": {
+                "cuts": {
+                    "rope": {
+                        "kind": "rod",
+                        "ends": [{"link": "cart", "at": [0, 0.1, 0]}, {"link": "body"}],
+                    }
+                }
+            },
         },
-    )  # fmt: skip
-    one = open_report(browser, tmp_path, conversion)
-    one.page.check("#show-stops")
-    one.slide("slider", 0.25)
-    cart, body = (one.pose("mbs", name) for name in ("cart", "body"))
+    )
+    report = open_report(browser, tmp_path, conversion)
+    report.page.check("#show-stops")
+    report.slide("slider", 0.25)
+    cart, body = (report.pose("mbs", name) for name in ("cart", "body"))
 
-    def at(pose: Any, *xyz: float) -> Any:
+    def transform(pose: Any, *xyz: float) -> Any:
         return (pose @ [*xyz, 1.0])[:3]
 
     for kind, xyz in (("sensors", (0, 0, 0)), ("contacts", (0.1, 0, 0)), ("forces", (0, 0, 0.1))):
-        (found,) = one.ask("(kind) => urdf2mbs.marks(kind)", kind)
-        assert np.allclose(found, at(cart, *xyz), rtol=0, atol=1e-6), kind
-    (line,) = one.ask("urdf2mbs.ends()")
-    wanted = [*at(cart, 0, 0.1, 0), *at(body, 0, 0, 0)]
-    assert np.allclose(line, wanted, rtol=0, atol=1e-6)
-    stops = {stop["joint"]: stop for stop in one.ask("urdf2mbs.stops()")}
+        (mark,) = report.ask("(kind) => urdf2mbs.marks(kind)", kind)
+        assert np.allclose(mark, transform(cart, *xyz), rtol=0, atol=1e-6), kind
+    (line,) = report.ask("urdf2mbs.ends()")
+    expected = [*transform(cart, 0, 0.1, 0), *transform(body, 0, 0, 0)]
+    assert np.allclose(line, expected, rtol=0, atol=1e-6)
+    stops = {stop["joint"]: stop for stop in report.ask("urdf2mbs.stops()")}
     assert (stops["slider"]["low"], stops["slider"]["high"]) == (-0.2, 0.3)
     assert not stops["slider"]["beyond"]
     assert np.allclose(np.array(stops["slider"]["hand"])[:3, 3], cart[:3, 3], rtol=0, atol=1e-6)
-    one.ask("urdf2mbs.set('slider', 0.3)")
-    text = one.page.locator("#around").inner_text()
-    for said in ("user model 'push'", "cart_contact", "rope", "q_max", "0.3"):
-        assert said in text, said
-    one.page.uncheck("#show-contacts")
-    assert one.ask("urdf2mbs.marks('contacts')") == []
-    assert not one.said
-    one.page.close()
+    report.ask("urdf2mbs.set('slider', 0.3)")
+    text = report.page.locator("#around").inner_text()
+    for word in ("user model 'push'", "cart_contact", "rope", "q_max", "0.3"):
+        assert word in text, word
+    report.page.uncheck("#show-contacts")
+    assert report.ask("urdf2mbs.marks('contacts')") == []
+    assert not report.messages
+    report.page.close()
 
 
 def test_a_simulated_project_plays(browser: Browser, tmp_path: Path) -> None:
@@ -397,9 +426,9 @@ def test_a_simulated_project_plays(browser: Browser, tmp_path: Path) -> None:
             np.testing.assert_allclose(seen[:3, :3].ravel(), wanted.rot, atol=1e-6)
             np.testing.assert_allclose(seen[:3, 3], wanted.xyz, atol=1e-6)
         # the push is an arrow from its point
-        at = np.array(poses[pushed].rot).reshape(3, 3) @ np.full(3, 0.1) + poses[pushed].xyz
+        point = np.array(poses[pushed].rot).reshape(3, 3) @ np.full(3, 0.1) + poses[pushed].xyz
         arrows = page.evaluate("urdf2mbs.arrows()")
-        np.testing.assert_allclose(arrows, [at] if row is not rows[1] else [], atol=1e-6)
+        np.testing.assert_allclose(arrows, [point] if row is not rows[1] else [], atol=1e-6)
     # a slider leaves the moment: its forces are gone
     page.evaluate("(name) => urdf2mbs.set(name, 0)", joints[0])
     assert page.evaluate("urdf2mbs.arrows()") == []

@@ -2,7 +2,6 @@
 
 import sys
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -68,9 +67,9 @@ def test_equal_names_from_two_folders(tmp_path: Path) -> None:
         (tmp_path / name / "meshes").mkdir(parents=True)
         (tmp_path / name / "package.xml").write_text(f"<package><name>{name}</name></package>")
         (tmp_path / name / "meshes" / "arm.stl").write_text(stl_ascii_text(points * 2))
-    one, two = (visual(f"package://{name}/meshes/arm.stl") for name in "pq")
+    first, second = (visual(f"package://{name}/meshes/arm.stl") for name in "pq")
     packages = {name: tmp_path / name for name in "pq"}
-    conversion = convert(tmp_path, [one, two], [two], packages=packages)
+    conversion = convert(tmp_path, [first, second], [second], packages=packages)
     assert not codes(conversion)
     assert names_of(conversion) == ["arm.wrl", "arm_2.wrl", "arm_2.wrl"]
     assert [shown(conversion, s)[..., 0].max() for s in shapes_of(conversion)] == [1, 2, 2]
@@ -78,9 +77,16 @@ def test_equal_names_from_two_folders(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     "scale",
-    [(1.0, 1.0, 1.0), (0.5, 2.0, 3.0), (-1.0, 1.0, 1.0), (0.001, -0.001, 0.001),
-     (1.0, 1.0, -2.0), (-1.0, -1.0, 1.0), (-1.0, -2.0, -3.0)],
-)  # fmt: skip
+    [
+        (1.0, 1.0, 1.0),
+        (0.5, 2.0, 3.0),
+        (-1.0, 1.0, 1.0),
+        (0.001, -0.001, 0.001),
+        (1.0, 1.0, -2.0),
+        (-1.0, -1.0, 1.0),
+        (-1.0, -2.0, -3.0),
+    ],
+)
 def test_scale_counts_once_and_a_mirrored_mesh_faces_outward(
     tmp_path: Path, scale: tuple[float, float, float]
 ) -> None:
@@ -113,10 +119,11 @@ def test_mirrored_colors_and_texture_stay_on_their_corners(tmp_path: Path) -> No
 
 
 def test_a_mesh_without_colors_takes_the_urdfs(tmp_path: Path) -> None:
-    plain, own = (write_sample(name, tmp_path) for name in ("stl_ascii", "obj_materials"))
+    plain, colored = (write_sample(name, tmp_path) for name in ("stl_ascii", "obj_materials"))
     light, blue = (0.2, 0.6, 1.0, 1.0), (0.0, 0.0, 1.0, 0.5)
     conversion = convert(
-        tmp_path, [visual(plain, color=light), visual(plain, color=blue), visual(own, color=light)]
+        tmp_path,
+        [visual(plain, color=light), visual(plain, color=blue), visual(colored, color=light)],
     )
     assert names_of(conversion)[:2] == ["ascii.wrl", "ascii_0000ff_t50.wrl"]
     looks = [wrl.read(conversion.files[file_of(conversion, s)]) for s in shapes_of(conversion)]
@@ -141,9 +148,9 @@ def test_names_that_a_mirrored_file_would_take(tmp_path: Path) -> None:
 def test_a_mesh_elsewhere_is_taken_with_a_note(tmp_path: Path) -> None:
     mesh = write_sample("stl_ascii", tmp_path / "far" / "meshes")
     conversion = convert(tmp_path, [visual(f"package://gone/meshes/{mesh.name}")])
-    (one,) = conversion.diagnostics
-    assert (one.code, one.level) == ("mesh-moved", "note")
-    assert str(mesh) in one.message
+    (diagnostic,) = conversion.diagnostics
+    assert (diagnostic.code, diagnostic.level) == ("mesh-moved", "note")
+    assert str(mesh) in diagnostic.message
     assert len(conversion.files) == 1
 
 
@@ -151,16 +158,16 @@ def test_a_mesh_of_another_robot_is_taken_with_a_warning(tmp_path: Path) -> None
     mesh = write_sample("stl_ascii", tmp_path / "atlas" / "meshes")
     (tmp_path / "atlas" / "atlas.urdf").touch()
     conversion = convert(tmp_path, [visual(f"package://gone/meshes/{mesh.name}")])
-    (one,) = conversion.diagnostics
-    assert (one.code, one.level) == ("mesh-borrowed", "warning")
-    assert str(mesh) in one.message
+    (diagnostic,) = conversion.diagnostics
+    assert (diagnostic.code, diagnostic.level) == ("mesh-borrowed", "warning")
+    assert str(mesh) in diagnostic.message
     named = convert(tmp_path, [visual(f"package://atlas/meshes/{mesh.name}")])
     assert not named.diagnostics, "the URDF names the robot that has it"
     (tmp_path / "robots").mkdir()
     (tmp_path / "package.xml").write_text("<package><name>arms</name></package>")
     of_a_file = visual(f"file:///elsewhere/arms/atlas/meshes/{mesh.name}")
-    found = convert(tmp_path / "robots", [of_a_file])
-    assert [one.code for one in found.diagnostics] == ["mesh-moved"], (
+    conversion = convert(tmp_path / "robots", [of_a_file])
+    assert [diagnostic.code for diagnostic in conversion.diagnostics] == ["mesh-moved"], (
         "the URDF names the folder that has it"
     )
 
@@ -186,14 +193,16 @@ def test_missing_meshes_are_one_warning_without_a_project_too(tmp_path: Path) ->
     names = [f"package://gone/meshes/{n}.stl" for n in range(40)]
     meshes = [visual(name) for name in (*names, *names, "there.stl")]
     conversion = convert(tmp_path, meshes, [visual(names[0])], project=False)
-    (missing,) = [one for one in conversion.diagnostics if one.level == "warning"]
+    (missing,) = [
+        diagnostic for diagnostic in conversion.diagnostics if diagnostic.level == "warning"
+    ]
     assert (missing.code, missing.link) == ("mesh-missing", "link0")
     assert missing.message == (
         f"40 meshes not found: '{names[0]}' (link link0 and 1 more), '{names[1]}' (link link0), "
         f"'{names[2]}' (link link0) and 37 more"
     )
     assert str(missing.hint).count("--package gone=DIR") == 1
-    assert "mesh-not-converted" in {one.code for one in conversion.diagnostics}
+    assert "mesh-not-converted" in {diagnostic.code for diagnostic in conversion.diagnostics}
 
 
 @pytest.mark.parametrize("project", [False, True])
@@ -202,9 +211,11 @@ def test_a_missing_mesh_of_a_collision_is_named(project: bool, tmp_path: Path) -
     collision = '<collision><geometry><mesh filename="gone.stl"/></geometry></collision>'
     source.write_text(TINY.replace("</link>", f"{collision}</link>", 1))
     output = {"project": tmp_path / "p"} if project else tmp_path / "tiny.mbs"
-    found = urdf2mbs.convert(source, output=output, base="fixed").diagnostics
-    missing = [one for one in found if one.level == "warning"]
-    assert [(one.code, one.level) for one in missing] == [("mesh-missing", "warning")]
+    diagnostics = urdf2mbs.convert(source, output=output, base="fixed").diagnostics
+    missing = [diagnostic for diagnostic in diagnostics if diagnostic.level == "warning"]
+    assert [(diagnostic.code, diagnostic.level) for diagnostic in missing] == [
+        ("mesh-missing", "warning")
+    ]
     assert "1 mesh not found" in missing[0].message
     assert "'gone.stl' (link " in missing[0].message
 
@@ -214,9 +225,9 @@ def test_missing_texture_is_one_warning_for_all_meshes(tmp_path: Path) -> None:
         (tmp_path / name).write_text(dae_textured_text("lost.png"))
     (tmp_path / "c.obj").write_text(obj_lines(["f 1 2 3"], "mtllib lost.mtl\n"))
     conversion = convert(tmp_path, [visual(name) for name in ("a.dae", "b.dae", "c.obj")])
-    (one,) = conversion.diagnostics
-    assert one.code == "mesh-file-missing"
-    assert "'lost.png' (of a.dae and 1 more), 'lost.mtl' (of c.obj)" in one.message
+    (diagnostic,) = conversion.diagnostics
+    assert diagnostic.code == "mesh-file-missing"
+    assert "'lost.png' (of a.dae and 1 more), 'lost.mtl' (of c.obj)" in diagnostic.message
     assert len(conversion.files) == 3
 
 
@@ -233,7 +244,7 @@ def test_progress_names_each_mesh(tmp_path: Path) -> None:
     samples = [write_sample(name, tmp_path) for name in ("stl_ascii", "obj_quads")]
     conversion = convert(tmp_path, [visual(sample) for sample in samples])
     told: list[str] = []
-    conversion.pipeline = SimpleNamespace(progress=told.append)
+    conversion.progress = told.append
     ConvertMeshes().run(conversion)
     assert ["1 of 2" in told[0], samples[1].name in told[1]] == [True, True]
 
