@@ -31,13 +31,13 @@ def sphere(subdivisions: int) -> trimesh.Trimesh:
     return mesh
 
 
-def least(works: list[Callable[[], object]], repetitions: int) -> list[float]:
-    """The least seconds of the processor of each, in turns."""
-    best = [float("inf")] * len(works)
+def measure_least(functions: list[Callable[[], object]], repetitions: int) -> list[float]:
+    """Measure the least time (s) of the processor of each function, in turns."""
+    best = [float("inf")] * len(functions)
     for _ in range(repetitions):
-        for number, work in enumerate(works):
+        for number, function in enumerate(functions):
             start = process_time()
-            work()
+            function()
             best[number] = min(best[number], process_time() - start)
     return best
 
@@ -57,7 +57,7 @@ def rates(subdivisions: int, repetitions: int) -> None:
             path = Path(folder) / f"mesh.{kind.partition('_')[0]}"
             data = mesh.export(file_type=kind)
             path.write_bytes(data.encode() if isinstance(data, str) else data)
-            seconds = least(
+            seconds = measure_least(
                 [
                     lambda path=path: read_mesh(path, up_axis=False),
                     lambda path=path: convert_mesh(path),
@@ -65,16 +65,16 @@ def rates(subdivisions: int, repetitions: int) -> None:
                 ],
                 repetitions,
             )
-            ours, whole, theirs = (count / 1000 / one for one in seconds)
+            read_rate, convert_rate, trimesh_rate = (count / 1000 / each for each in seconds)
             size = path.stat().st_size / 1e6
             print(
-                f"| {name} | {size:.1f} | {ours:,.0f} | {whole:,.0f} | {theirs:,.0f} "
-                f"| {ours / theirs:.2f} |"
+                f"| {name} | {size:.1f} | {read_rate:,.0f} | {convert_rate:,.0f} "
+                f"| {trimesh_rate:,.0f} | {read_rate / trimesh_rate:.2f} |"
             )
 
 
 def robot(subdivisions: int) -> None:
-    """Seconds on the clock for a robot with twelve meshes."""
+    """Print the time (s) on the clock for a robot with twelve meshes."""
     data = sphere(subdivisions).export(file_type="stl")
     with tempfile.TemporaryDirectory() as folder:
         links = ['<link name="base"/>']
