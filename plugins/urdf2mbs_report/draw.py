@@ -151,7 +151,7 @@ def _require_positions(mbs: Mbs) -> None:
 
 
 class _Diagram:
-    """The positions of all elements of a diagram (px), and the labels drawn so far."""
+    """The positions of all elements of a diagram (px), and the labels that are drawn."""
 
     def __init__(self, mbs: Mbs) -> None:
         self.mbs = mbs
@@ -177,7 +177,7 @@ class _Diagram:
             Box(x - DOT_SPACE, y - DOT_SPACE, x + DOT_SPACE, y + DOT_SPACE)
             for x, y in (*self.origins.values(), *self.points.values())
         ]
-        """The space of dots and of the labels drawn so far."""
+        """The space of dots and of the labels that are drawn."""
 
     def _locate(self, body: str | None, point: str | None) -> XY:
         """Return the position of a point of a body; None is the body's origin."""

@@ -40,7 +40,7 @@ class StoredMesh(NamedTuple):
     number: int | None
     """Of its mesh; None if it cannot be drawn."""
     reason: str
-    """Why it cannot be drawn, or what is left out."""
+    """Why it cannot be drawn, or its parts that are left out."""
 
 
 class MeshStore:
@@ -50,7 +50,7 @@ class MeshStore:
         meshes: The parts of each mesh, as the script reads them.
         textures: Images as data urls.
         missing: Meshes that cannot be drawn, and why.
-        incomplete: Meshes that are drawn in part, and what is left out.
+        incomplete: Meshes that are drawn in part, and the parts that are left out.
     """
 
     def __init__(self, max_mebibytes: int = MeshLimit().mebibytes) -> None:

@@ -56,7 +56,7 @@ FRAMES_IN_SIZE = 18
 
 
 class Page(msgspec.Struct):
-    """The bytes of a page, and what they are made of."""
+    """A page, its size, and its losses."""
 
     data: bytes
     sizes: dict[str, int]
@@ -64,7 +64,7 @@ class Page(msgspec.Struct):
     missing: list[str]
     """Meshes of which only the place is shown."""
     diagnostics: list[Diagnostic] = []
-    """Warnings of what else the page does not show."""
+    """Warnings of all else that the page does not show."""
 
 
 class Notice(msgspec.Struct):

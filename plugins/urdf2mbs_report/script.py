@@ -1,4 +1,4 @@
-"""The scripts and the data of the page, as texts that stand in HTML."""
+"""The scripts and the data of the page, as texts for its HTML."""
 
 from __future__ import annotations
 

@@ -126,7 +126,7 @@ def _report_model(arguments: argparse.Namespace, save: Save) -> int:
 
 
 def _print_page_as_json(page: Page, output: Path) -> None:
-    """Print where the page is, how large it is, and what it lacks."""
+    """Print the place and the sizes of the page, and its missing meshes, as JSON."""
     print_json(
         {
             "page": str(output),
@@ -143,7 +143,7 @@ def _format_output(output: Path) -> str:
 
 
 def _print_next_steps(page: Page, output: Path, verbose: bool) -> None:
-    """Print how large the page is, what it lacks, and how to open it."""
+    """Print the size of the page, its missing meshes, and how to open it."""
     if verbose:
         labels = {"all": "", "viewer": "three.js ", "meshes": "meshes "}
         sizes = [f"{label}{page.sizes[part] / 1e6:.2f} MB" for part, label in labels.items()]

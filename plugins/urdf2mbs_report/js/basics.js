@@ -35,7 +35,7 @@ export function decodeBase64(text) {
   return Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
 }
 
-// Resolves to the bytes (ArrayBuffer) of what was gzipped and then written in base64.
+// Resolves to the bytes (ArrayBuffer) of a text that is gzip in base64.
 export function decompress(text) {
   const stream = new Blob([decodeBase64(text)]).stream()
     .pipeThrough(new DecompressionStream("gzip"));

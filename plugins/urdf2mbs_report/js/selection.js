@@ -84,7 +84,7 @@ export function selectAt(event) {
   select(hit && hit.body);
 }
 
-// Select what an element stands for: a row, an entry of the tree, or a part of the diagram.
+// Select the body or joint of an element: of a row, an entry of the tree, or a part of the diagram.
 export function selectElement({dataset: {joint, urdfJoint, body, link}}) {
   const names = mbsJointsOf.get(urdfJoint) || [];
   // Of the joints that a URDF joint became, the one that moves.
@@ -95,7 +95,7 @@ export function selectElement({dataset: {joint, urdfJoint, body, link}}) {
   else if (link !== undefined) select(findBodyOfLink(link));
 }
 
-// Let a click, Enter or a space select what an element stands for.
+// Let a click, Enter or a space select the body or joint of an element.
 export function makeSelectable(element) {
   element.tabIndex = 0;
   element.classList.add("selectable");

@@ -47,7 +47,7 @@ def convert(
 
 
 def write(conversion: Conversion) -> list[Path]:
-    """What the command line does at the end."""
+    """Write the files of a conversion, as the command line does at the end."""
     write_files(conversion.files)
     return list(conversion.files)
 

@@ -34,7 +34,7 @@ class Sample(NamedTuple):
     texture: bool
 
     def write(self, folder: Path) -> Path:
-        """Write the files; gives the path of the mesh."""
+        """Write the files; return the path of the mesh."""
         for name, content in self.files.items():
             place = folder / name
             place.parent.mkdir(parents=True, exist_ok=True)
@@ -65,7 +65,7 @@ def write(name: str, folder: Path) -> Path:
 
 
 def image(format_: str, size: tuple[int, int] = (4, 2)) -> bytes:
-    """A small picture whose pixels all differ."""
+    """Make a small picture whose pixels all differ."""
     from PIL import Image
 
     picture = Image.new("RGB", size)
@@ -76,7 +76,7 @@ def image(format_: str, size: tuple[int, int] = (4, 2)) -> bytes:
 
 
 def rows(*tables: list[tuple[float, ...]]) -> str:
-    """A line a row, of tables side by side."""
+    """Return tables side by side, a line for each row."""
     return "".join(
         " ".join(str(x) for row in line for x in row) + "\n" for line in zip(*tables, strict=True)
     )
@@ -120,7 +120,7 @@ def face(corners: tuple[int, ...]) -> str:
 
 
 def obj_textured(picture: str) -> dict[str, str]:
-    """The .obj, and its .mtl that names a picture."""
+    """Return an .obj, and its .mtl that names a picture."""
     faces = ["f " + " ".join(f"{k + 1}/{n}" for n, k in enumerate(s, 1)) for s in SIDES]
     head = "mtllib textured.mtl\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
     material = f"newmtl wood\nKd 1 1 1\nmap_Kd {picture}\n"
@@ -283,7 +283,7 @@ type="float"/><param name="Y" type="float"/><param name="Z" type="float"/></acce
 
 
 def dae_faces(kind: str, inside: str, more: str = "") -> str:
-    """A primitive of COLLADA with its corners; ``more`` is an attribute."""
+    """Return a primitive of COLLADA with its corners; ``more`` is an attribute."""
     return f'<{kind}{more}><input semantic="VERTEX" source="#v" offset="0"/>{inside}</{kind}>'
 
 
@@ -440,7 +440,7 @@ def gltf(
     colors: list[tuple[int, int, int]] | None = None,
     picture: bytes | None = None,
 ) -> tuple[dict[str, object], bytes]:
-    """The JSON part and the buffer of a box with a node that shifts it by 1 along x."""
+    """Return the JSON part and the buffer of a box in a node that shifts it by 1 along x."""
     points = b"".join(struct.pack("<3f", x - 1, y, z) for x, y, z in GLTF_POINTS)
     index = b"".join(struct.pack("<3H", *t) for t in TRIANGLES)
     blobs = [points, index]

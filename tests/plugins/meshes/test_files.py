@@ -1,4 +1,4 @@
-"""Where the files of meshes are looked for."""
+"""The files of meshes are found by their names, in packages and in the workspace."""
 
 import re
 from pathlib import Path
@@ -13,7 +13,7 @@ __all__ = ["no_ros"]
 
 
 def of(folder: Path) -> MeshFiles:
-    """The files of a robot in a folder."""
+    """Make the finder of a robot in a folder."""
     return MeshFiles(Packages({}, source(folder)))
 
 

@@ -66,7 +66,7 @@ window.ready = true;
 
 
 def three() -> Path | None:
-    """The folder of npm's three."""
+    """Return the folder of npm's three."""
     places = [Path(place) for place in os.environ.get("NODE_PATH", "").split(os.pathsep) if place]
     places += [folder / "node_modules" for folder in Path(__file__).resolve().parents]
     return next((place / "three" for place in places if (place / "three").is_dir()), None)
@@ -77,7 +77,7 @@ Load = Callable[[dict[str, bytes], str], Any]
 
 @pytest.fixture
 def load(browser: Browser) -> Iterator[Load]:
-    """Loads one of some files, and gives what three.js made of each of its meshes."""
+    """Load a file beside others; return what three.js made of each of its meshes."""
     package = three()
     if package is None:
         pytest.skip("no npm package three: npm install three@0.187.0")
@@ -120,7 +120,7 @@ def _hex(rgb: tuple[int, ...]) -> str:
 
 
 def _compare(parts: Any, data: bytes) -> None:
-    """What three.js read is what stands in the file."""
+    """Assert that three.js has read what the file holds."""
     shapes = wrl.read(data)
     assert len(parts) == len(shapes)
     for part, shape in zip(parts, shapes, strict=True):

@@ -11,7 +11,7 @@ FLOATS = st.floats(width=32, allow_nan=False, allow_infinity=False)
 
 
 def written(points: np.ndarray) -> list[list[str]]:
-    """The points of a .wrl as text: of one triangle for each point, at the point."""
+    """Return the points of a .wrl as text: of one triangle for each point, at the point."""
     index = np.repeat(np.arange(len(points)), 3).reshape(-1, 3)
     text = b"".join(write_vrml([Part(points, index)], (0, 0, 0), 0.0)).decode()
     lines = text.partition("point [\n")[2].partition("\n]")[0]
@@ -19,7 +19,7 @@ def written(points: np.ndarray) -> list[list[str]]:
 
 
 def digits(text: str) -> int:
-    """How many digits a decimal says something with."""
+    """Count the significant digits of a decimal."""
     mantissa = text.lower().partition("e")[0].replace(".", "").lstrip("-")
     return len(mantissa.strip("0"))
 

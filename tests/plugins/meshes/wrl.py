@@ -1,5 +1,8 @@
-"""A reader of VRML97 that shares nothing with the writer: enough of the grammar (ISO/IEC
-14772-1, annex A) for nodes with fields, and IndexedFaceSets made into triangles."""
+"""A reader of VRML97 that shares nothing with the writer.
+
+It knows enough of the grammar (ISO/IEC 14772-1, annex A) for nodes with fields, and makes triangles
+of IndexedFaceSets.
+"""
 
 import re
 from dataclasses import dataclass, field
@@ -106,7 +109,7 @@ def corners(shapes: list[Shape], scale: tuple[float, ...] = (1.0, 1.0, 1.0)) -> 
 
 
 def volume(triangles: np.ndarray) -> float:
-    """What the triangles enclose; positive where they face outward."""
+    """Compute the volume in the triangles; it is positive if they face outward."""
     return float(np.linalg.det(triangles).sum() / 6)
 
 
@@ -115,7 +118,7 @@ SQUARE = b"coord Coordinate { point [0 0 0, 1 0 0, 1 1 0, 0 1 0] } coordIndex [0
 
 
 def of(faces: bytes, look: bytes = b"") -> bytes:
-    """A file with one shape."""
+    """Return a file with one shape."""
     return HEAD + b"Shape { appearance Appearance { %s } geometry IndexedFaceSet { %s } }" % (
         look,
         faces,

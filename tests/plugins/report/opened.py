@@ -52,7 +52,7 @@ Open = Callable[..., Opened]
 def open_report(
     browser: Browser, folder: Path, conversion: Conversion, init: str | None = None
 ) -> Opened:
-    """The report of a conversion in a new tab, ready; ``init`` is run before the page's own."""
+    """Open the page of a conversion in a new tab; ``init`` is run before the page's own script."""
     file = folder / "report.html"
     file.write_bytes(make_robot_page(conversion).data)
     page = browser.new_page(viewport={"width": 1100, "height": 760})

@@ -51,7 +51,7 @@ def shown(name: str, project: Path) -> Conversion:
 
 
 def data(conversion: Conversion) -> bytes:
-    """The .mbs file."""
+    """Return the .mbs file."""
     return conversion.files[conversion.written]
 
 

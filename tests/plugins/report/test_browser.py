@@ -25,7 +25,7 @@ pytestmark = pytest.mark.slow
 def report(
     request: pytest.FixtureRequest, browser: Browser, tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator[Opened]:
-    """The report of each robot, one after the other."""
+    """Open the page of each robot, one after the other."""
     if request.param != "biped" and not SHARED.is_dir():
         pytest.skip(f"the real robots are not here: {SHARED} does not exist")
     folder = tmp_path_factory.mktemp(request.param)

@@ -59,7 +59,7 @@ class Picture:
         ]
 
     def wires(self) -> list[list[float]]:
-        """The first and the last point of each wire."""
+        """Return the first and the last point of each wire."""
         ends = []
         for path in self.root.iter(f"{SVG}path"):
             if path.get("class") == "wire":
@@ -69,8 +69,10 @@ class Picture:
 
 
 def assert_complete(mbs: Mbs, picture: Picture) -> None:
-    """Every body, joint and point is there once, at the file's own place; each body's wire runs
-    from its parent's point, or frame, through all its joints."""
+    """Assert that every body, joint and point is drawn once, where the file has it.
+
+    The wire of each body leads from its parent's point, or frame, through all its joints.
+    """
     assert set(picture.boxes()) == {"", *(body.name for body in mbs.bodies)}
     frames = {None: mbs.base.position, **{b.name: b.joints[-1].position for b in mbs.bodies}}
     points = {

@@ -31,7 +31,7 @@ TEXTURED = (
 
 
 def slider(*shapes: Shape) -> Mbs:
-    """A driven slider on a rod that turns, a cut, and a cut that is a draft."""
+    """Make a driven slider on a rod that turns, a cut, and a cut that is a draft."""
     rod = Body("rod", None, "pin", [Joint("turn", "R2", q=0.5)], mass=2.0, com=(0.0, 0.0, 0.1))
     rod.points = [Point("tip", (0.0, 0.0, 3.0), sensor=Sensor("gauge", ("Pos",)))]
     rod.shapes = list(shapes)
@@ -152,7 +152,7 @@ def test_a_limit_that_is_no_number_is_told(
 
 
 def results(folder: Path, text: str) -> Page:
-    """The page of a project whose results are this text."""
+    """Make the page of a project whose results are this text."""
     (folder / "resultsR").mkdir()
     (folder / "resultsR" / "dirdyn.csv").write_text(text, "utf-8")
     return make_model_page(slider(), folder / "dataR" / "m.mbs")

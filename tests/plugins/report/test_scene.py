@@ -24,14 +24,14 @@ from urdf2mbs_report.scene import describe_mbs, describe_urdf, make_file_reader
 
 
 def unpack(store: MeshStore, place: list[int]) -> Any:
-    """A packed array, as the page unpacks it."""
+    """Unpack an array as the page does."""
     everything = gzip.decompress(base64.b64decode(store.pack_arrays()))
     planes = np.frombuffer(everything, np.uint8, offset=place[0], count=4 * place[1])
     return np.ascontiguousarray(planes.reshape(4, -1).T).view("<u4").ravel()
 
 
 def corners(store: MeshStore, part: dict[str, Any]) -> Any:
-    """The corners of all triangles, three a triangle (m)."""
+    """Return (3 m, 3) the corners of all triangles (m)."""
     steps = unpack(store, part["points"]).reshape(3, -1)
     points = part["low"] + part["step"] * (np.cumsum(steps, axis=1) & 65535).T
     indices: list[int] = []

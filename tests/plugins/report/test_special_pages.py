@@ -32,7 +32,7 @@ DOCS = Path(__file__).resolve().parents[3] / "docs"
 
 @pytest.fixture
 def opened(browser: Browser, tmp_path: Path) -> Iterator[Open]:
-    """Opens reports for one test."""
+    """Open pages for one test."""
     tabs: list[Opened] = []
 
     def open_(conversion: Conversion, *, init: str | None = None) -> Opened:
