@@ -27,7 +27,7 @@ class Side:
         self.q = self.qd = np.zeros(size)
 
     def place(self, node: int, at: Any, qdd: Any = None) -> Place:
-        """A point (m) of a frame."""
+        """Return a point (m) of a frame."""
         place = self.state(qdd).place(node, translation(at))
         jacobian = np.zeros((6, self.size))
         jacobian[:, self.numbers[self.nodes]] = place.J[:, self.nodes]
@@ -56,7 +56,7 @@ class Case:
     """True if the project has equations of motion."""
 
     def __init__(self, conversion: Any, data: Any, code: Any) -> None:
-        """``data`` and ``code``: the runtime's MbsData and PythonEquations."""
+        """Take the runtime's MbsData as ``data``, and its PythonEquations as ``code``."""
         self.conversion, self.data, self.code, self.mbs = conversion, data, code, data._run.mbs
         self.simulation, self.asked = conversion.state(Simulation), conversion.asked
         self.gravity, self.robot = conversion.settings.config.gravity, conversion.robot
@@ -64,9 +64,11 @@ class Case:
         names, joints = conversion.names.coordinates, data.joint_id
         urdf = Urdf.parse(conversion.expanded or conversion.input.data)
         self.urdf = Reference(
-            urdf, floating=conversion.base.inserted in names, frozen=[*conversion.frozen],
+            urdf,
+            floating=conversion.base.inserted in names,
+            frozen=[*conversion.frozen],
             gravity=self.gravity,
-        )  # fmt: skip
+        )
         numbers = np.zeros(len(self.urdf.system.nodes), int)
         for joint, own in self.urdf.coordinates.items():
             theirs = names[conversion.base.inserted if joint == FLOATING_BASE else joint]
@@ -119,11 +121,11 @@ class Case:
             side.q, side.qd = q, qd
 
     def on_link(self, link: str, at: Vec = ZERO, qdd: Any = None) -> Place:
-        """A place of a link at the present state (m, in its frame), by the URDF."""
+        """Return a point of a link (m, in its frame) at the present state, by the URDF."""
         return self.ours.place(self.urdf.node_of[link], at, qdd)
 
     def end(self, end: tuple[str | None, str | None], qdd: Any = None) -> Place:
-        """A point of a body of the .mbs, by their names; no point: the body's own frame."""
+        """Return a point of a body of the .mbs, by their names; None for the body's frame."""
         body = self.evaluator.bodies[end[0] or GROUND]
         return self.theirs.place(body.node, body.points[end[1]] if end[1] else ZERO, qdd)
 
@@ -140,7 +142,7 @@ class Case:
     # --- the code ---
 
     def get(self, model: str, name: str) -> float:
-        """A number of a user model; 0 if there is none."""
+        """Return a number of a user model; 0 if it has none."""
         return float(self.data.user_model.get(model, {}).get(name, 0.0))
 
     def joint_forces(self, q: Any, qd: Any) -> Any:
@@ -160,7 +162,7 @@ class Case:
         return np.array(self.data.user_ExtForces(*given, self.data, time, number)[1:10])
 
     def imu(self, name: str, place: Place) -> Any:
-        """What an IMU reads that is at this place: specific force, and angular velocity."""
+        """Return specific force and angular velocity, as an IMU at this place reads them."""
         data, own = self.data, vars(self.data).pop("mbs_sensor", None)
 
         def fill(sensor: Any, *_: Any) -> None:
@@ -196,7 +198,7 @@ class Case:
     def compare_joints(
         self, term: str, should: Any, value: Any, scale: Any = 0.0, unit: str = "N m or N"
     ) -> None:
-        """A number of each joint."""
+        """Compare a number of each joint."""
         largest = max(np.abs(should).max(), np.max(scale))
         scale = np.broadcast_to(scale + 1e-6 * largest, np.shape(should))
         for name, number in self.data.joint_id.items():
@@ -205,7 +207,7 @@ class Case:
                 self.compare(what, should[number], value[number], unit, scale[number])
 
     def compare_place(self, what: str, end: tuple[str | None, Any], link: str, at: Vec) -> None:
-        """A point of a body, by their names, must be a place of a link (m, in its frame)."""
+        """Compare a point of a body, by their names, with one of a link (m, in its frame)."""
         self.go(1)
         place = self.end(end).P
         self.compare(what, self.on_link(link, at).P, place, "m", self.size)

@@ -24,7 +24,7 @@ FOLDERS = ("userfctR", "symbolicR")
 
 
 def code_of(conversion: Conversion, *endings: str) -> dict[str, bytes]:
-    """The model and the code of a project, by their paths in it."""
+    """Return the model and the code of a project, by their paths in it."""
     output, project = conversion.settings.output, conversion.settings.project
     assert project is not None
     return {
@@ -43,7 +43,7 @@ def prove(case: Case) -> None:
 def prove_code(
     conversion: Conversion, files: Mapping[str, bytes], *, in_c: bool = False
 ) -> list[str]:
-    """What a project's code does otherwise than the robot of its conversion, the largest first.
+    """Return the differences of a project's code from its robot, the largest first.
 
     ``files`` are by their path in the project.  ``in_c``: the C, too.
     """
@@ -69,7 +69,7 @@ def prove_code(
 
 
 def _compare_c(case: Case) -> None:
-    """C must do what Python does, in the same states."""
+    """Compare C with Python in the same states."""
     python, user = case.data, ctypes.c_double(0.0)
     data = MbsData(python._run.file)
     code = CCode(data)

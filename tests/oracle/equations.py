@@ -26,7 +26,7 @@ def prove(case: Case) -> None:
 
 
 def _prove_motion(case: Case, q: Any, qd: Any, rules: Any) -> None:
-    """A state, with its accelerations, obeys the equations of motion."""
+    """Compare the accelerations of a state with the equations of motion."""
     data = case.data
     data.q[:], data.qd[:], data.qdd[:] = q, qd, 0.0
     if case.code.compute_accelerations():
@@ -53,8 +53,13 @@ def _prove_motion(case: Case, q: Any, qd: Any, rules: Any) -> None:
     accelerate = np.concatenate([np.zeros(0), *(np.atleast_1d(tie[2]) for tie in ties)])
     case.compare("loops, how far they are open", 0.0 * opens, opens, "m, rad", 10.0)
     case.compare("loops, their speed", 0.0 * opens, rows @ qd, "m/s", 1.0)
-    case.compare("loops, their acceleration", 0.0 * opens, accelerate, "m/s^2",
-                 float(np.abs(rows * qdd).max(initial=1.0)))  # fmt: skip
+    case.compare(
+        "loops, their acceleration",
+        0.0 * opens,
+        accelerate,
+        "m/s^2",
+        float(np.abs(rows * qdd).max(initial=1.0)),
+    )
     free = [number for number in case.moving if case.natures[number] != "driven"]
     rest = np.zeros(len(q))
     rest[free] = (should - data.Qq)[free]
@@ -69,7 +74,7 @@ def _prove_motion(case: Case, q: Any, qd: Any, rules: Any) -> None:
 
 
 def _external(case: Case, qdd: Any) -> Any:
-    """What the forces at points and of springs do in the joints, at the present state."""
+    """Return the joint forces of forces at points and of springs, at the present state."""
     total = np.zeros(case.ours.size)
     for name in case.data.extforce_id:
         at = case.in_mbs(name, qdd)

@@ -11,7 +11,7 @@ UNIT = "rad or m, and s"
 
 
 def rules(case: Case, nature: str) -> dict[int, tuple[Any, float]]:
-    """The followers of a nature, by Robotran's number: the row of ``row q = offset`` (rad, m)."""
+    """Return row and offset of ``row q = offset`` (rad, m) of followers, by Robotran's number."""
     found: dict[int, tuple[Any, float]] = {}
     for name, number in case.single.items():
         joints, factor, offset, leader = case.robot.joints, 1.0, 0.0, name

@@ -22,7 +22,7 @@ STATES = ((-0.1, 0.0, 1.0), (0.01, 0.0, 0.0), (0.02, 0.5, 40.0), (0.03, -0.5, 0.
 
 
 class Touch(NamedTuple):
-    """A body in the ground: where its origin is, and how fast it moves."""
+    """A body in the ground: the position of its origin, its velocities and its bristles."""
 
     force: str
     at: Any
@@ -61,7 +61,7 @@ def prove(case: Case) -> None:
 
 
 def lowest(case: Case, contact: Any) -> float:
-    """How high the lowest spot of a body is at the present state (m)."""
+    """Return the height of the lowest spot of a body at the present state (m)."""
     here = case.in_mbs(contact.point.extforce.name)
     return float(min((here.P + _arms(contact.spots, here.R, _up(case))) @ _up(case)))
 
@@ -72,7 +72,7 @@ def _up(case: Case) -> Any:
 
 
 def touches(case: Case, force: str, spots: Any) -> Iterator[Touch]:
-    """A body in the ground at random, deep and less deep, fast and slow."""
+    """Draw poses of a body in the ground, deep and less deep, fast and slow."""
     up, ground = _up(case), case.get("contact", "ground")
     speed, most = case.get("contact", "speed"), case.get("contact", "friction")
     most *= case.get("contact", "bristle")
@@ -89,7 +89,7 @@ def touches(case: Case, force: str, spots: Any) -> Iterator[Touch]:
 
 
 def _prove_places(case: Case, force: str, links: list[str], options: Any) -> None:
-    """The push begins where the lowest point of the shapes of the links is on the ground."""
+    """Compare where the push begins with the lowest point of the shapes of the links."""
     case.go(1)
     up, body = _up(case), case.in_mbs(force)
     ground = case.get("contact", "ground")
@@ -110,7 +110,7 @@ def _prove_places(case: Case, force: str, links: list[str], options: Any) -> Non
 
 
 def _lowest(case: Case, link: str, options: Any, up: Any) -> float:
-    """How high the lowest point of a link's shapes is above its origin (m)."""
+    """Return the height of the lowest point of a link's shapes above its origin (m)."""
     if link in options.points:
         return float(min(np.array(options.points[link]) @ up))
     element = case.robot.links[link]
@@ -129,7 +129,7 @@ def _lowest(case: Case, link: str, options: Any, up: Any) -> float:
 
 
 def _arms(spots: Any, axes: Any, up: Any) -> Any:
-    """(spots, 3): from the body's origin to where they touch (m)."""
+    """Return the arms (spots, 3) from the body's origin to where they touch (m)."""
     arms = []
     for spot in spots:
         arm, axis = np.array(spot.centre) @ axes, np.array(spot.axis) @ axes
@@ -171,9 +171,11 @@ def _prove_law(case: Case, touch: Touch, spots: Any) -> None:
         spread = root**2 @ ((turned - centre) ** 2).sum(axis=1) / (root @ root)
         part = min(max(spread / length**2 - 1.0, 0.0), 1.0)
         rows = np.concatenate(
-            [weight * np.column_stack([np.eye(2), turn])
-             for weight, turn in zip(root, turned - centre, strict=True)]
-        )  # fmt: skip
+            [
+                weight * np.column_stack([np.eye(2), turn])
+                for weight, turn in zip(root, turned - centre, strict=True)
+            ]
+        )
         fit = np.linalg.lstsq(rows, (root[:, None] * wanted).ravel(), rcond=None)[0]
         turn = part * fit[2] + (1.0 - part) * rates[2]
         rates = [*(fit[:2] - turn * centre), turn]

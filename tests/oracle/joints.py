@@ -7,7 +7,7 @@ the .mbs.
 
 from fnmatch import fnmatchcase
 from math import inf
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -17,10 +17,12 @@ from urdf2mbs_project.simulation import JOINT_STATES
 
 #: By term, the user model and the number there that switches the term on.
 SWITCHES = {
-    "damping": ("joint_forces", "damping"), "friction": ("joint_forces", "friction"),
-    "stops": ("joint_forces", "stops"), "springs": ("joint_forces", "springs"),
+    "damping": ("joint_forces", "damping"),
+    "friction": ("joint_forces", "friction"),
+    "stops": ("joint_forces", "stops"),
+    "springs": ("joint_forces", "springs"),
     "hold": ("hold", "on"),
-}  # fmt: skip
+}
 #: By the URDF's number, the term that needs it, if the term is called otherwise.
 TERMS = {"q_min": "stops", "q_max": "stops", "spring_stiffness": "springs"}
 #: Where the time of all bristles is.
@@ -65,8 +67,10 @@ def prove(case: Case) -> None:
 
 
 def state(case: Case, side: int, fast: float) -> tuple[Any, Any]:
-    """Random q and qd: near the start, or beyond one of the limits, on the way in or out; as fast
-    as friction and stops have their speeds."""
+    """Draw q and qd: near the start, or beyond one of the limits, on the way in or out.
+
+    Speeds are relative to those of friction and stops.
+    """
     q, qd, _ = case.near_start(1e-4)
     numbers = {
         number: list_joint_parameters(case.robot.joints[name])
@@ -75,9 +79,9 @@ def state(case: Case, side: int, fast: float) -> tuple[Any, Any]:
     for name, number in case.data.joint_id.items():
         rate = case.random.uniform(0.3, 1.0) * fast
         limit = numbers.get(number, {}).get("q_max" if side > 0 else "q_min")
-        most, _, time, bent = _bristle(case, name, numbers.get(number, {}))
-        case.data.ux[bent] = case.random.uniform(-2.0, 2.0) * most
-        qd[number] = rate * (most / time or 0.01)
+        bristle = _bristle(case, name, numbers.get(number, {}))
+        case.data.ux[bristle.state] = case.random.uniform(-2.0, 2.0) * bristle.longest
+        qd[number] = rate * (bristle.longest / bristle.time or 0.01)
         if side and limit is not None:
             q[number] = limit + side * case.random.uniform(0.1, 0.5)
             qd[number] = side * rate * (case.get("joint_forces", "stop_speed") or 1.0)
@@ -85,47 +89,60 @@ def state(case: Case, side: int, fast: float) -> tuple[Any, Any]:
 
 
 def _force(case: Case, term: str, name: str, own: Any, q: float, qd: float) -> Any:
-    """What a term gives a joint at a position and a speed."""
+    """Return the force of a term in a joint at a position and a speed."""
     if term == "damping":
         return -own.get("damping", 0.0) * qd
     if term == "springs":
         return own.get("spring_stiffness", 0.0) * (own.get("spring_reference", 0.0) - q)
     if term == "friction":
-        most, stiffness, time, bent = _bristle(case, name, own)
-        return -stiffness * np.clip(case.data.ux[bent] + time * qd, -most, most)
+        bristle = _bristle(case, name, own)
+        bent = case.data.ux[bristle.state] + bristle.time * qd
+        return -bristle.stiffness * np.clip(bent, -bristle.longest, bristle.longest)
     if term == "stops":
         side = 1.0 if q > own.get("q_max", inf) else -1.0
         depth = max(own.get("q_min", -inf) - q, q - own.get("q_max", inf), 0.0)
         harder = 1.0 + side * qd / (case.get("joint_forces", "stop_speed") or 1.0)
         return -side * max(case.get("stop_stiffness", name) * depth * harder, 0.0)
-    away = case.data.q0[case.data.joint_id[name]] - q
-    push = case.get("hold_stiffness", name) * away - case.get("hold_damping", name) * qd
-    most = own.get("effort", 0.0) or inf
-    return max(-most, min(most, push))
+    offset = case.data.q0[case.data.joint_id[name]] - q
+    force = case.get("hold_stiffness", name) * offset - case.get("hold_damping", name) * qd
+    effort = own.get("effort", 0.0) or inf
+    return max(-effort, min(effort, force))
 
 
-def _bristle(case: Case, name: str, own: Any) -> tuple[float, float, float, int]:
-    """How far the bristle of a joint bends before it slips (rad or m), its stiffness, its time (s),
-    and its place in ux; 0, 0, 1 and 0 for a joint without."""
+class Bristle(NamedTuple):
+    """The spring by which a joint has friction."""
+
+    longest: float
+    """The deflection at which it slips (rad or m)."""
+    stiffness: float
+    time: float
+    """s."""
+    state: int
+    """The index of its deflection in ux."""
+
+
+def _bristle(case: Case, name: str, own: Any) -> Bristle:
+    """Return the bristle of a joint; without friction it has the time 1 s and no stiffness."""
     stiffness, time = (case.get(*at) for at in (("friction_stiffness", name), TIME))
-    most = own.get("friction", 0.0) / stiffness if stiffness else 0.0
-    return most, stiffness, time or 1.0, int(case.get(JOINT_STATES, name))
+    longest = own.get("friction", 0.0) / stiffness if stiffness else 0.0
+    return Bristle(longest, stiffness, time or 1.0, int(case.get(JOINT_STATES, name)))
 
 
 def _prove_bristles(case: Case, numbers: Any, qd: Any) -> None:
-    """A bristle bends with its joint; what it cannot bend slips back within its time."""
+    """Compare the rates of bristles: they bend with their joints, and slip back in time."""
     should, value = np.zeros((2, len(qd)))
     for name, number in case.data.joint_id.items():
-        most, stiffness, time, bent = _bristle(case, name, numbers.get(number, {}))
-        if stiffness:
-            there = case.data.ux[bent]
-            should[number] = qd[number] - (there - np.clip(there, -most, most)) / time
-            value[number] = case.data.uxd[bent]
+        bristle = _bristle(case, name, numbers.get(number, {}))
+        if bristle.stiffness:
+            bent = case.data.ux[bristle.state]
+            clipped = np.clip(bent, -bristle.longest, bristle.longest)
+            should[number] = qd[number] - (bent - clipped) / bristle.time
+            value[number] = case.data.uxd[bristle.state]
     case.compare_joints("the rate of its bristle", should, value)
 
 
 def _prove_held(case: Case) -> None:
-    """The joints that the config wants held are held, and no others."""
+    """Compare the held joints with those that the config names."""
     asked = case.asked.get("posture") and case.asked["posture"].hold
     for name, number in case.single.items() if asked else ():
         own = case.conversion.names.coordinates[name][0]

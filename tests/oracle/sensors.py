@@ -68,7 +68,7 @@ def _prove_sensor(case: Case, sensor: PointSensor, poses: list[Pose]) -> None:
 
 
 def _prove_force_torque(case: Case, torque: ForceTorque) -> None:
-    """The forces along and about six axes, seen from the link."""
+    """Compare the forces along and about six axes, seen from the link."""
     data, what = case.data, f"sensor '{torque.name}'"
     data.Qc[:] = case.random.uniform(-1.0, 1.0, len(data.Qc))
     case.go(1)
