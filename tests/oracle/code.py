@@ -47,7 +47,7 @@ def prove_code(
 
     ``files`` are by their path in the project.  ``in_c``: the C, too.
     """
-    found: dict[str, tuple[float, str]] = {}
+    differences: dict[str, tuple[float, str]] = {}
     with tempfile.TemporaryDirectory(prefix="urdf2mbs-") as folder:
         for path, content in files.items():
             file = Path(folder, path)
@@ -57,15 +57,18 @@ def prove_code(
         try:
             with user_code(data):
                 case = Case(conversion, data, PythonEquations(data))
-                found = case.found
+                differences = case.found
                 case.has_equations = in_c or any(data.symbolic_path.glob("mbs_accelred_*.py"))
                 prove(case)
                 if in_c:
                     _compare_c(case)
         except Exception as error:  # of code that may do anything
             if getattr(error, "code", "") != "equations-not-generated":
-                found["code"] = 1.0, f"the code of the project cannot run: {error!r}"
-    return [message for _, message in sorted(found.values(), key=lambda one: -one[0])]
+                differences["code"] = 1.0, f"the code of the project cannot run: {error!r}"
+    return [
+        message
+        for _, message in sorted(differences.values(), key=lambda difference: -difference[0])
+    ]
 
 
 def _compare_c(case: Case) -> None:
@@ -73,8 +76,8 @@ def _compare_c(case: Case) -> None:
     python, user = case.data, ctypes.c_double(0.0)
     data = MbsData(python._run.file)
     code = CCode(data)
-    for side, fast in joints.STATES:
-        q, qd = joints.state(case, side, fast)
+    for side, speed_factor in joints.STATES:
+        q, qd = joints.state(case, side, speed_factor)
         data.q[:], data.qd[:], data.Qq[:], data.ux[:] = q, qd, 1e3, python.ux
         python.uxd[:] = data.uxd[:] = 0.0
         code.library.user_JointForces(code.run_address, user)
@@ -98,8 +101,8 @@ def _compare_c(case: Case) -> None:
             case.compare_joints(f"its {name} in C", *values, size, followers.UNIT)
         case.compare("the rates of bristles in C", python.uxd, data.uxd, "m/s or rad/s")
         for name, number in python.extforce_id.items():
-            given = data.SWr[number][1:]
-            case.compare(f"force '{name}' in C", python.SWr[number][1:], given, "N, N m, m")
+            actual = data.SWr[number][1:]
+            case.compare(f"force '{name}' in C", python.SWr[number][1:], actual, "N, N m, m")
         for name, number in python.link_id.items():
             case.compare(f"spring '{name}' in C", python.Fl[number], data.Fl[number], "N")
     _compare_ground(case, code)
@@ -112,12 +115,15 @@ def _compare_c(case: Case) -> None:
             getattr(measured, kind)[1:4] = getattr(place, kind)
         for k, axis in enumerate(place.R, start=1):
             measured.R[4 * k + 1 : 4 * k + 4] = axis
-        given = np.zeros((2, 4))
+        actual = np.zeros((2, 4))
         read(
-            ctypes.byref(measured), data.sensor_id[name], code.run_address, *map(as_c_vector, given)
+            ctypes.byref(measured),
+            data.sensor_id[name],
+            code.run_address,
+            *map(as_c_vector, actual),
         )
-        should = np.concatenate(case.imu(sensor.name, place))
-        case.compare(f"sensor '{sensor.name}' in C", should, given[:, 1:].ravel(), "", 1.0)
+        expected = np.concatenate(case.imu(sensor.name, place))
+        case.compare(f"sensor '{sensor.name}' in C", expected, actual[:, 1:].ravel(), "", 1.0)
 
 
 def _compare_ground(case: Case, code: CCode) -> None:
@@ -128,13 +134,15 @@ def _compare_ground(case: Case, code: CCode) -> None:
         number = python.extforce_id[force]
         for touch in ground.touches(case, force, contact.spots):
             python.ux[states] = data.ux[states] = touch.bent
-            should = case.external(force, touch.at, touch.speed, axes=touch.axes, spin=touch.spin)
+            expected = case.external(
+                force, touch.position, touch.speed, axes=touch.axes, spin=touch.spin
+            )
             motion = SensorInC()
-            motion.P[1:4], motion.V[1:4], motion.OM[1:4] = touch.at, touch.speed, touch.spin
+            motion.P[1:4], motion.V[1:4], motion.OM[1:4] = touch.position, touch.speed, touch.spin
             for k, axis in enumerate(touch.axes, start=1):
                 motion.R[4 * k + 1 : 4 * k + 4] = axis
             parts = (getattr(motion, name) for name in ("P", "R", "V", "OM", "A", "OMP"))
             code.library.user_ExtForces(*parts, code.run_address, ctypes.c_double(0.0), number)
-            case.compare(f"force '{force}' in C", should, data.SWr[number][1:], "N, N m, m")
+            case.compare(f"force '{force}' in C", expected, data.SWr[number][1:], "N, N m, m")
             rates = python.uxd[states], data.uxd[states]
             case.compare("the rates of bristles in C", *rates, "m/s or rad/s")

@@ -12,7 +12,7 @@ UNIT = "rad or m, and s"
 
 def rules(case: Case, nature: str) -> dict[int, tuple[Any, float]]:
     """Return row and offset of ``row q = offset`` (rad, m) of followers, by Robotran's number."""
-    found: dict[int, tuple[Any, float]] = {}
+    rows: dict[int, tuple[Any, float]] = {}
     for name, number in case.single.items():
         joints, factor, offset, leader = case.robot.joints, 1.0, 0.0, name
         if case.natures[number] != nature or joints[name].mimic is None:
@@ -25,8 +25,8 @@ def rules(case: Case, nature: str) -> dict[int, tuple[Any, float]]:
         row = np.zeros(case.ours.size)
         row[number] = 1.0
         row[case.single.get(leader, 0)] -= factor
-        found[number] = row, offset
-    return found
+        rows[number] = row, offset
+    return rows
 
 
 def prove(case: Case) -> None:
@@ -48,9 +48,9 @@ def prove(case: Case) -> None:
     data.user_DrivenJoints(data, 0.0)
     wanted = {"q": (q, 1.0), "qd": (qd, 0.0), "qdd": (qdd, 0.0)}
     for kind, (values, rate) in wanted.items():
-        should = values.copy()
+        expected = values.copy()
         for number, (row, offset) in rules(case, "driven").items():
-            should[number] += rate * offset - row @ values
+            expected[number] += rate * offset - row @ values
         case.compare_joints(
-            f"its {kind}, where it is driven", should, getattr(data, kind), 0.0, UNIT
+            f"its {kind}, where it is driven", expected, getattr(data, kind), 0.0, UNIT
         )

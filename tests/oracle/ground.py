@@ -25,7 +25,7 @@ class Touch(NamedTuple):
     """A body in the ground: the position of its origin, its velocities and its bristles."""
 
     force: str
-    at: Any
+    position: Any
     axes: Any
     """Rows are the axes of the body."""
     speed: Any
@@ -47,7 +47,11 @@ def prove(case: Case) -> None:
     friction = options.friction
     if friction is None:  # the URDF's, of the link with the least
         stated = [e.numbers for e in case.robot.extensions if e.reference in touching]
-        numbers = [of["mu1"] for of in stated if of.get("mu1", -1.0) >= 0.0]
+        numbers = [
+            extension_numbers["mu1"]
+            for extension_numbers in stated
+            if extension_numbers.get("mu1", -1.0) >= 0.0
+        ]
         friction = min(*numbers, 100.0) if numbers else 0.8
     law = {"ground": options.ground, "friction": friction}
     case.compare("contact law", [*law.values()], [case.get("contact", k) for k in law], "", 1.0)
@@ -62,8 +66,8 @@ def prove(case: Case) -> None:
 
 def lowest(case: Case, contact: Any) -> float:
     """Return the height of the lowest spot of a body at the present state (m)."""
-    here = case.in_mbs(contact.point.extforce.name)
-    return float(min((here.P + _arms(contact.spots, here.R, _up(case))) @ _up(case)))
+    origin = case.in_mbs(contact.point.extforce.name)
+    return float(min((origin.P + _arms(contact.spots, origin.R, _up(case))) @ _up(case)))
 
 
 def _up(case: Case) -> Any:
@@ -74,18 +78,20 @@ def _up(case: Case) -> Any:
 def touches(case: Case, force: str, spots: Any) -> Iterator[Touch]:
     """Draw poses of a body in the ground, deep and less deep, fast and slow."""
     up, ground = _up(case), case.get("contact", "ground")
-    speed, most = case.get("contact", "speed"), case.get("contact", "friction")
-    most *= case.get("contact", "bristle")
-    for depth, rate, fast in STATES:
+    speed, longest = case.get("contact", "speed"), case.get("contact", "friction")
+    longest *= case.get("contact", "bristle")
+    for depth, rate, slip_factor in STATES:
         axes = np.linalg.qr(case.random.normal(size=(3, 3)))[0]
         axes[0] *= np.linalg.det(axes)
         lowest = min(_arms(spots, axes, up) @ up)
-        at = case.random.uniform(-1.0, 1.0, 3)
-        at += (ground - depth - lowest - at @ up) * up
-        slip = fast * most / case.get("contact", "bristle_time") * case.random.normal(size=3)
+        position = case.random.uniform(-1.0, 1.0, 3)
+        position += (ground - depth - lowest - position @ up) * up
+        slip = (
+            slip_factor * longest / case.get("contact", "bristle_time") * case.random.normal(size=3)
+        )
         spin = case.random.normal(size=3) * (np.linalg.norm(slip) + abs(rate) * speed)
-        bent = case.random.uniform(-1.0, 1.0, 3) * most * (2.0, 2.0, 20.0)
-        yield Touch(force, at, axes, slip - (slip @ up + rate * speed) * up, spin, bent)
+        bent = case.random.uniform(-1.0, 1.0, 3) * longest * (2.0, 2.0, 20.0)
+        yield Touch(force, position, axes, slip - (slip @ up + rate * speed) * up, spin, bent)
 
 
 def _prove_places(case: Case, force: str, links: list[str], options: Any) -> None:
@@ -97,16 +103,16 @@ def _prove_places(case: Case, force: str, links: list[str], options: Any) -> Non
         axes = np.linalg.qr(case.random.normal(size=(3, 3)))[0]
         lowest = np.inf
         for link in links:
-            here = case.on_link(link)
-            turned = axes.T @ body.R @ here.R.T  # from the link's axes to the base's
-            origin = axes.T @ body.R @ (here.P - body.P)
+            link_pose = case.on_link(link)
+            turned = axes.T @ body.R @ link_pose.R.T  # from the link's axes to the base's
+            origin = axes.T @ body.R @ (link_pose.P - body.P)
             lowest = min(lowest, origin @ up + _lowest(case, link, options, turned.T @ up))
         for above, touches in ((1e-7, False), (-1e-7, True)):
-            at = (ground + above - lowest) * up
-            push = case.external(force, at, np.zeros(3), axes=axes)[:3] @ up
+            position = (ground + above - lowest) * up
+            push = case.external(force, position, np.zeros(3), axes=axes)[:3] @ up
             if bool(push > 0.0) != touches:
-                said = "pushes before" if push > 0.0 else "does not push when"
-                case.differ(f"contact '{force}'", f"the ground {said} a shape touches")
+                problem = "pushes before" if push > 0.0 else "does not push when"
+                case.differ(f"contact '{force}'", f"the ground {problem} a shape touches")
 
 
 def _lowest(case: Case, link: str, options: Any, up: Any) -> float:
@@ -116,15 +122,15 @@ def _lowest(case: Case, link: str, options: Any, up: Any) -> float:
     element = case.robot.links[link]
     heights = []
     for part in element.collisions or element.visuals:
-        own = np.array(part.origin.pose.rot).reshape(3, 3).T @ up
+        up_in_shape = np.array(part.origin.pose.rot).reshape(3, 3).T @ up
         shape, middle = part.geometry, np.array(part.origin.pose.xyz) @ up
         if isinstance(shape, Sphere):
             heights.append(middle - shape.radius)
         elif isinstance(shape, Cylinder):
-            flat = shape.length / 2 * abs(own[2])
-            heights.append(middle - flat - shape.radius * np.hypot(own[0], own[1]))
+            flat = shape.length / 2 * abs(up_in_shape[2])
+            heights.append(middle - flat - shape.radius * np.hypot(up_in_shape[0], up_in_shape[1]))
         elif isinstance(shape, Box) and not any(fnmatchcase(link, p) for p in options.roll):
-            heights.append(middle - np.abs(own) @ np.array(shape.size) / 2)
+            heights.append(middle - np.abs(up_in_shape) @ np.array(shape.size) / 2)
     return float(min(heights))
 
 
@@ -150,7 +156,7 @@ def _prove_law(case: Case, touch: Touch, spots: Any) -> None:
     states = [*case.data.user_model[CONTACT_STATES].values()][number]
     force, torque, moves = np.zeros(3), np.zeros(3), []
     for arm in _arms(spots, touch.axes, up):
-        depth = ground - (touch.at + arm) @ up
+        depth = ground - (touch.position + arm) @ up
         velocity = touch.speed + np.cross(touch.spin, arm)
         normal = stiffness * max(depth, 0.0) * max(1.0 - velocity @ up / speed, 0.0)
         bent = touch.bent[:2] + touch.bent[2] * (across @ np.cross(up, arm))
@@ -161,9 +167,11 @@ def _prove_law(case: Case, touch: Touch, spots: Any) -> None:
             rate = slip - (bent - _shortened(bent, friction * length)) / time
             moves.append((np.sqrt(normal), across @ np.cross(up, arm), rate))
     case.data.ux[states] = touch.bent
-    given = case.external(touch.force, touch.at, touch.speed, axes=touch.axes, spin=touch.spin)
-    should = [*force, *torque, *case.points[touch.force][1].coordinates]
-    case.compare(f"contact '{touch.force}'", should, given, "N, N m, m")
+    actual = case.external(
+        touch.force, touch.position, touch.speed, axes=touch.axes, spin=touch.spin
+    )
+    expected = [*force, *torque, *case.points[touch.force][1].coordinates]
+    case.compare(f"contact '{touch.force}'", expected, actual, "N, N m, m")
     rates = -np.array(touch.bent) / time
     if moves:  # the shift and the turn that are nearest to the rates, by the pushes
         root, turned, wanted = (np.array(each) for each in zip(*moves, strict=True))
@@ -182,6 +190,6 @@ def _prove_law(case: Case, touch: Touch, spots: Any) -> None:
     case.compare(f"bristles of '{touch.force}'", rates, case.data.uxd[states], "m/s, rad/s")
 
 
-def _shortened(vector: Any, most: float) -> Any:
+def _shortened(vector: Any, longest: float) -> Any:
     size = np.linalg.norm(vector)
-    return vector * (most / size if size > most else 1.0)
+    return vector * (longest / size if size > longest else 1.0)

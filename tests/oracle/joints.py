@@ -37,36 +37,38 @@ def prove(case: Case) -> None:
         number: list_joint_parameters(case.robot.joints[name])
         for name, number in case.single.items()
     }
-    switches = [(term, *at) for term, at in SWITCHES.items() if case.get(*at)]
-    kinds = {kind for own in numbers.values() for kind in own} if asked else set()
+    switches = [(term, *switch) for term, switch in SWITCHES.items() if case.get(*switch)]
+    kinds = (
+        {kind for joint_numbers in numbers.values() for kind in joint_numbers} if asked else set()
+    )
     wanted = {TERMS.get(kind, kind) for kind in kinds} & SWITCHES.keys()
     for term in sorted(wanted - {term for term, _, _ in switches}):
         if term != "stops" or asked.stops:
             case.differ(term, "the URDF states it, and the code leaves it out")
     _prove_held(case)
-    for side, fast in STATES:
-        q, qd = state(case, side, fast)
+    for side, speed_factor in STATES:
+        q, qd = state(case, side, speed_factor)
         for _, group, name in switches:
             model[group][name] = 0.0
         total = np.zeros(len(q))
         case.compare_joints("its forces", total, case.joint_forces(q, qd))
         for term, group, name in switches:
             model[group][name] = 1.0
-            should = np.zeros(len(q))
+            expected = np.zeros(len(q))
             for joint, number in case.data.joint_id.items():
-                own = numbers.get(number, {})
-                should[number] = _force(case, term, joint, own, q[number], qd[number])
-            case.compare_joints(term, should, case.joint_forces(q, qd))
+                joint_numbers = numbers.get(number, {})
+                expected[number] = _force(case, term, joint, joint_numbers, q[number], qd[number])
+            case.compare_joints(term, expected, case.joint_forces(q, qd))
             if term == "friction":
                 _prove_bristles(case, numbers, qd)
             model[group][name] = 0.0
-            total = total + should
+            total = total + expected
         for _, group, name in switches:
             model[group][name] = 1.0
         case.compare_joints("all its forces", total, case.joint_forces(q, qd))
 
 
-def state(case: Case, side: int, fast: float) -> tuple[Any, Any]:
+def state(case: Case, side: int, speed_factor: float) -> tuple[Any, Any]:
     """Draw q and qd: near the start, or beyond one of the limits, on the way in or out.
 
     Speeds are relative to those of friction and stops.
@@ -77,7 +79,7 @@ def state(case: Case, side: int, fast: float) -> tuple[Any, Any]:
         for name, number in case.single.items()
     }
     for name, number in case.data.joint_id.items():
-        rate = case.random.uniform(0.3, 1.0) * fast
+        rate = case.random.uniform(0.3, 1.0) * speed_factor
         limit = numbers.get(number, {}).get("q_max" if side > 0 else "q_min")
         bristle = _bristle(case, name, numbers.get(number, {}))
         case.data.ux[bristle.state] = case.random.uniform(-2.0, 2.0) * bristle.longest
@@ -88,24 +90,24 @@ def state(case: Case, side: int, fast: float) -> tuple[Any, Any]:
     return q, qd
 
 
-def _force(case: Case, term: str, name: str, own: Any, q: float, qd: float) -> Any:
+def _force(case: Case, term: str, name: str, numbers: Any, q: float, qd: float) -> Any:
     """Return the force of a term in a joint at a position and a speed."""
     if term == "damping":
-        return -own.get("damping", 0.0) * qd
+        return -numbers.get("damping", 0.0) * qd
     if term == "springs":
-        return own.get("spring_stiffness", 0.0) * (own.get("spring_reference", 0.0) - q)
+        return numbers.get("spring_stiffness", 0.0) * (numbers.get("spring_reference", 0.0) - q)
     if term == "friction":
-        bristle = _bristle(case, name, own)
+        bristle = _bristle(case, name, numbers)
         bent = case.data.ux[bristle.state] + bristle.time * qd
         return -bristle.stiffness * np.clip(bent, -bristle.longest, bristle.longest)
     if term == "stops":
-        side = 1.0 if q > own.get("q_max", inf) else -1.0
-        depth = max(own.get("q_min", -inf) - q, q - own.get("q_max", inf), 0.0)
+        side = 1.0 if q > numbers.get("q_max", inf) else -1.0
+        depth = max(numbers.get("q_min", -inf) - q, q - numbers.get("q_max", inf), 0.0)
         harder = 1.0 + side * qd / (case.get("joint_forces", "stop_speed") or 1.0)
         return -side * max(case.get("stop_stiffness", name) * depth * harder, 0.0)
     offset = case.data.q0[case.data.joint_id[name]] - q
     force = case.get("hold_stiffness", name) * offset - case.get("hold_damping", name) * qd
-    effort = own.get("effort", 0.0) or inf
+    effort = numbers.get("effort", 0.0) or inf
     return max(-effort, min(effort, force))
 
 
@@ -121,32 +123,32 @@ class Bristle(NamedTuple):
     """The index of its deflection in ux."""
 
 
-def _bristle(case: Case, name: str, own: Any) -> Bristle:
+def _bristle(case: Case, name: str, numbers: Any) -> Bristle:
     """Return the bristle of a joint; without friction it has the time 1 s and no stiffness."""
-    stiffness, time = (case.get(*at) for at in (("friction_stiffness", name), TIME))
-    longest = own.get("friction", 0.0) / stiffness if stiffness else 0.0
+    stiffness, time = (case.get(*key) for key in (("friction_stiffness", name), TIME))
+    longest = numbers.get("friction", 0.0) / stiffness if stiffness else 0.0
     return Bristle(longest, stiffness, time or 1.0, int(case.get(JOINT_STATES, name)))
 
 
 def _prove_bristles(case: Case, numbers: Any, qd: Any) -> None:
     """Compare the rates of bristles: they bend with their joints, and slip back in time."""
-    should, value = np.zeros((2, len(qd)))
+    expected, value = np.zeros((2, len(qd)))
     for name, number in case.data.joint_id.items():
         bristle = _bristle(case, name, numbers.get(number, {}))
         if bristle.stiffness:
             bent = case.data.ux[bristle.state]
             clipped = np.clip(bent, -bristle.longest, bristle.longest)
-            should[number] = qd[number] - (bent - clipped) / bristle.time
+            expected[number] = qd[number] - (bent - clipped) / bristle.time
             value[number] = case.data.uxd[bristle.state]
-    case.compare_joints("the rate of its bristle", should, value)
+    case.compare_joints("the rate of its bristle", expected, value)
 
 
 def _prove_held(case: Case) -> None:
     """Compare the held joints with those that the config names."""
     asked = case.asked.get("posture") and case.asked["posture"].hold
     for name, number in case.single.items() if asked else ():
-        own = case.conversion.names.coordinates[name][0]
-        held = own in case.data.user_model.get("hold_stiffness", {})
+        coordinate = case.conversion.names.coordinates[name][0]
+        held = coordinate in case.data.user_model.get("hold_stiffness", {})
         wanted = any(fnmatchcase(name, pattern) for pattern in asked.joints or ["*"])
         follows = case.natures[number] != "independent" and case.robot.joints[name].mimic
         if held != (wanted and not follows and case.natures[number] != "driven"):

@@ -29,11 +29,11 @@ def prove(case: Case) -> None:
         if any(fnmatchcase(sensor.name, pattern) for pattern in options.only or ["*"]):
             poses.setdefault((sensor.on, sensor.name), []).append(sensor.pose)
     made = set()
-    for own in case.simulation.sensors:
+    for other_sensor in case.simulation.sensors:
         # of several sensors of one name, all but the first have their link's name, too
-        names = own.name, own.name.removeprefix(f"{own.link}_")
-        keys = [(own.link, name) for name in names if (own.link, name) in poses]
-        _prove_sensor(case, own, poses[keys[0]])
+        names = other_sensor.name, other_sensor.name.removeprefix(f"{other_sensor.link}_")
+        keys = [(other_sensor.link, name) for name in names if (other_sensor.link, name) in poses]
+        _prove_sensor(case, other_sensor, poses[keys[0]])
         made.add(keys[0])
     for _, name in sorted(poses.keys() - made):
         case.differ(f"sensor '{name}'", "is not there")
@@ -43,41 +43,43 @@ def prove(case: Case) -> None:
 
 def _prove_sensor(case: Case, sensor: PointSensor, poses: list[Pose]) -> None:
     """Compare a sensor with one of the poses that the URDF gives it: the nearest."""
-    what, data = f"sensor '{sensor.name}'", case.data
+    label, data = f"sensor '{sensor.name}'", case.data
     signal = str(sensor.point.sensor and sensor.point.sensor.name)
     q, qd, qdd = case.go(1)
     place = case.in_mbs(signal, qdd)
     poses = [pose for pose in poses if pose != HERE] or poses
-    known = [(case.on_link(sensor.link, pose.xyz, qdd), pose.rot) for pose in poses]
-    meant, turn = min(known, key=lambda one: float(np.abs(one[0].P - place.P).max()))
+    candidates = [(case.on_link(sensor.link, pose.xyz, qdd), pose.rot) for pose in poses]
+    meant, turn = min(
+        candidates, key=lambda candidate: float(np.abs(candidate[0].P - place.P).max())
+    )
     axes = np.reshape(turn, (3, 3)).T @ meant.R
     scale = CLOSE / TOLERANCE
-    case.compare(f"{what}, its place", meant.P, place.P, "m", scale * case.size)
-    should = [*(axes @ (meant.A - case.gravity)), *(axes @ meant.OM)]
-    given = np.concatenate(case.imu(sensor.name, place))
-    case.compare(f"{what}, what it reads", should, given, "m/s^2, rad/s", scale)
+    case.compare(f"{label}, its place", meant.P, place.P, "m", scale * case.size)
+    expected = [*(axes @ (meant.A - case.gravity)), *(axes @ meant.OM)]
+    actual = np.concatenate(case.imu(sensor.name, place))
+    case.compare(f"{label}, what it reads", expected, actual, "m/s^2, rad/s", scale)
     if case.has_equations:
         data.q[:], data.qd[:], data.qdd[:] = q, qd, qdd
-        found = sys.modules[f"{data.mbs_name}_robot"].sensor(data, sensor.name)
+        computed = sys.modules[f"{data.mbs_name}_robot"].sensor(data, sensor.name)
         for name, value in place._asdict().items():
-            measured = getattr(found, name)[1:]
+            measured = getattr(computed, name)[1:]
             if name == "J":  # what is held has derivatives there, too
                 value, measured = value[:, case.moving], measured[:, case.moving]
             measured = measured[:, 1:] if name == "R" else measured
-            case.compare(f"{what}, its {name}", value, measured, "", 1.0)
+            case.compare(f"{label}, its {name}", value, measured, "", 1.0)
 
 
 def _prove_force_torque(case: Case, torque: ForceTorque) -> None:
     """Compare the forces along and about six axes, seen from the link."""
-    data, what = case.data, f"sensor '{torque.name}'"
+    data, label = case.data, f"sensor '{torque.name}'"
     data.Qc[:] = case.random.uniform(-1.0, 1.0, len(data.Qc))
     case.go(1)
-    link, should = case.on_link(torque.link), np.zeros(6)
+    link, expected = case.on_link(torque.link), np.zeros(6)
     for joint in torque.joints:
-        here = case.theirs.place(case.evaluator.joints[joint.name].node, ZERO)
-        along = link.R @ here.R[int(joint.type[1]) - 1]
+        joint_place = case.theirs.place(case.evaluator.joints[joint.name].node, ZERO)
+        along = link.R @ joint_place.R[int(joint.type[1]) - 1]
         part = slice(0, 3) if joint.type[0] == "T" else slice(3, 6)
-        should[part] += data.Qc[data.joint_id[joint.name]] * along
-        case.compare(f"{what}, its place", link.P, here.P, "m", case.size)
-    given = sys.modules[f"{data.mbs_name}_robot"].force_torque(data, torque.name)
-    case.compare(f"{what}, what it reads", should, given, "N, N m", 1.0)
+        expected[part] += data.Qc[data.joint_id[joint.name]] * along
+        case.compare(f"{label}, its place", link.P, joint_place.P, "m", case.size)
+    actual = sys.modules[f"{data.mbs_name}_robot"].force_torque(data, torque.name)
+    case.compare(f"{label}, what it reads", expected, actual, "N, N m", 1.0)
