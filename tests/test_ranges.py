@@ -16,7 +16,7 @@ PASSES = {name: found[0].load() for name, found in Plugins(installed=False).pass
 
 
 def numbers(kind: Any, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:
-    """The types of all numbers in a type, each with the names that lead to it."""
+    """Yield the types of all numbers in a type, each with the names that lead to it."""
     if isinstance(kind, (FloatType, IntType)):
         yield path, kind
     if isinstance(kind, StructType):
@@ -45,10 +45,14 @@ ALL = [
 def test_the_walk_reaches_what_is_nested() -> None:
     paths = {(name, *path) for name, path, _ in ALL}
     nested = {
-        ("forces", "wrenches", "force"), ("forces", "springs", "ends", "at"),
-        ("posture", "hold", "stiffness"), ("contacts", "points"), ("loops", "cuts", "length"),
-        ("config", "gravity"), ("check", "tolerance"),
-    }  # fmt: skip
+        ("forces", "wrenches", "force"),
+        ("forces", "springs", "ends", "at"),
+        ("posture", "hold", "stiffness"),
+        ("contacts", "points"),
+        ("loops", "cuts", "length"),
+        ("config", "gravity"),
+        ("check", "tolerance"),
+    }
     assert {path for path in nested if path[0] in (*PASSES, "config")} <= paths
 
 

@@ -142,7 +142,7 @@ def test_an_inertia_that_is_not_turned_keeps_every_digit():
 
 
 def about_the_origin(mass, centre, tensor):
-    """The 6x6 inertia: the parallel-axis theorem is pinocchio's."""
+    """Check the 6x6 inertia: the parallel-axis theorem is pinocchio's."""
     inertia = pin.Inertia(mass, np.array(centre), np.zeros((3, 3))).matrix()
     inertia[3:, 3:] += full(tensor)
     return inertia

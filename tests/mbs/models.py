@@ -28,7 +28,7 @@ from urdf2mbs.mbs.model import (
 
 
 def everything() -> Mbs:
-    """A model with every class and every field in use, no two numbers alike."""
+    """Return a model with every class and every field in use, no two numbers alike."""
     number = count(1)
 
     def n() -> float:
@@ -72,16 +72,26 @@ def everything() -> Mbs:
         drawing=drawing(),
     )
     arm = Body(
-        "arm", "trunk", "shoulder", [Joint("swing", "R1")], points=[Point("tip")],
+        "arm",
+        "trunk",
+        "shoulder",
+        [Joint("swing", "R1")],
+        points=[Point("tip")],
         drawing=drawing("circle", 1),
-    )  # fmt: skip
+    )
     leg = Body("leg", "trunk", None, [Joint("kick", "R2")], drawing=drawing("ellipse"))
     cart = Body("cart", None, "rail", [Joint("roll", "T1")], drawing=drawing())
     return Mbs(
         "machine",
         "1.8",
-        Base("workshop", xyz(), [Point("rail", xyz(), xy())], [shape("box", size=xyz())], xy(),
-             drawing()),
+        Base(
+            "workshop",
+            xyz(),
+            [Point("rail", xyz(), xy())],
+            [shape("box", size=xyz())],
+            xy(),
+            drawing(),
+        ),
         [trunk, arm, leg, cart],
         [
             Connection("ball", "a_ball", ("arm", "tip"), (None, "rail")),
@@ -105,11 +115,15 @@ def everything() -> Mbs:
         ],
         [UserVariable("q_ref", "in", "31"), UserVariable("t", "out", "1")],
         View(
-            (4, 5, 6), n(), n(), n(), n(),
+            (4, 5, 6),
+            n(),
+            n(),
+            n(),
+            n(),
             [Viewpoint("eye", xyz(), xyz(), xyz(), "swing", "perspective", n(), n(), n(), n())],
             [Light("sun", xyz()), Light("lamp", xyz(), "swing", active=False)],
         ),
-    )  # fmt: skip
+    )
 
 
 #: The same examples every time, however slow the machine.
@@ -146,21 +160,27 @@ def models(draw: st.DrawFn) -> Mbs:
 
     def point(in_base: bool) -> Point:
         return Point(
-            name(), draw(vectors), optional(pixels),
+            name(),
+            draw(vectors),
+            optional(pixels),
             sensor() if not in_base and draw(st.booleans()) else None,
             sensor() if not in_base and draw(st.booleans()) else None,
-        )  # fmt: skip
+        )
 
     def shape() -> Shape:
         kind = draw(st.sampled_from(["box", "cylinder", "cone", "sphere", "inline"]))
         round_ = kind in ("cylinder", "cone", "sphere")
         return Shape(
-            kind, name(), draw(vectors), draw(vectors), draw(vectors),
+            kind,
+            name(),
+            draw(vectors),
+            draw(vectors),
+            draw(vectors),
             size=draw(vectors) if kind == "box" else None,
             radius=draw(numbers) if round_ else None,
             height=draw(numbers) if round_ and kind != "sphere" else None,
             url=f"{name()}.wrl" if kind == "inline" else None,
-        )  # fmt: skip
+        )
 
     def joint() -> Joint:
         symbols = st.sampled_from([(), ("q",), ("q", "qd"), ("q", "qd", "qdd"), ("qdd",)])
@@ -168,31 +188,43 @@ def models(draw: st.DrawFn) -> Mbs:
             name(),
             draw(st.sampled_from(["T1", "T2", "T3", "R1", "R2", "R3"])),
             draw(st.sampled_from(["independent", "dependent", "driven"])),
-            optional(numbers), optional(numbers), optional(numbers),
-            draw(st.booleans()), optional(symbols), optional(pixels),
-        )  # fmt: skip
+            optional(numbers),
+            optional(numbers),
+            optional(numbers),
+            draw(st.booleans()),
+            optional(symbols),
+            optional(pixels),
+        )
 
     mbs = Mbs(
         name(),
         base=Base(
-            name(), draw(vectors), [point(True) for _ in some(2)], [shape() for _ in some(1)],
-            optional(pixels), drawing() if draw(st.booleans()) else None,
+            name(),
+            draw(vectors),
+            [point(True) for _ in some(2)],
+            [shape() for _ in some(1)],
+            optional(pixels),
+            drawing() if draw(st.booleans()) else None,
         ),
-    )  # fmt: skip
+    )
     for _ in some(4):
         parent = draw(st.sampled_from([None, *mbs.bodies]))
         carrier = mbs.base if parent is None else parent
         at = draw(st.sampled_from([None, *carrier.points]))
         mbs.bodies.append(
             Body(
-                name(), parent and parent.name, at and at.name,
+                name(),
+                parent and parent.name,
+                at and at.name,
                 [joint(), *(joint() for _ in some(2))],
-                optional(numbers), optional(vectors),
+                optional(numbers),
+                optional(vectors),
                 optional(st.tuples(*[numbers] * 6)),
-                [point(False) for _ in some(2)], [shape() for _ in some(2)],
+                [point(False) for _ in some(2)],
+                [shape() for _ in some(2)],
                 drawing() if draw(st.booleans()) else None,
             )
-        )  # fmt: skip
+        )
     places: list[tuple[str | None, str | None]] = [(None, None)]
     places += [(body.name, point.name) for body in mbs.bodies for point in body.points]
     for kind in draw(st.lists(st.sampled_from(["ball", "rod", "solid", "link", "link3D"]))):

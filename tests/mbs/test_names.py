@@ -82,13 +82,16 @@ def test_the_shared_name_space() -> None:
     mbs = Mbs(
         "m",
         bodies=[
-            Body("hip", joints=[Joint("hip", "R1"), Joint("base", "R1")],
-                 points=[Point("p", sensor=Sensor("hip"), extforce=Sensor("hip"))]),
+            Body(
+                "hip",
+                joints=[Joint("hip", "R1"), Joint("base", "R1")],
+                points=[Point("p", sensor=Sensor("hip"), extforce=Sensor("hip"))],
+            ),
             Body("hip_body", "hip", "p", [Joint("hip body", "R1")]),
             Body("origin", "hip", None, [Joint("o", "R1")]),
             Body("floor", "origin", None, [Joint("f", "R1")]),
         ],
-    )  # fmt: skip
+    )
     mbs.base.name = "floor"
     bodies, joints = assign_identifiers(mbs)
     assert bodies == {

@@ -31,8 +31,11 @@ def sample(request: pytest.FixtureRequest, shared: Path) -> bytes:
 
 
 def seen(data: bytes) -> object:
-    """What Robotran sees of a file: no white space, comments or spelling of numbers, and
-    nothing where a missing element means the same as a zero."""
+    """Return what Robotran sees of a file, to compare it.
+
+    That is without white space, comments and the spelling of numbers, and without elements that
+    mean the same as a missing one.
+    """
 
     def canonical(element: etree._Element) -> object:
         text = (element.text or "").strip()
@@ -124,10 +127,16 @@ def test_a_file_by_hand() -> None:
     assert (mbs.name, mbs.version, mbs.view) == ("", "", None)
     assert mbs.base.gravity == (0.0, 0.0, -9.81)
     assert mbs.bodies == [
-        Body("a", None, "rail", [Joint("j", "R1", "driven")], 5.0,
-             points=[Point("p", (1.0, 2.0, 3.0))]),
+        Body(
+            "a",
+            None,
+            "rail",
+            [Joint("j", "R1", "driven")],
+            5.0,
+            points=[Point("p", (1.0, 2.0, 3.0))],
+        ),
         Body("b", "a", "p", [Joint("k", "T2")]),
-    ]  # fmt: skip
+    ]
 
 
 def test_unknown_elements_and_attributes_are_passed_over() -> None:
@@ -198,23 +207,58 @@ def test_an_empty_file(data: bytes) -> None:
         ("<bodyname>b<", "<bodyname>ground<", "name-doubled", 16, "base"),
         ("<bodyname>b<", "<bodyname>base<", "name-doubled", 16, "ground"),
         ("<pointname>p</pointname><", "<pointname>origin</pointname><", "origin-moved", 14, "'a'"),
-        ("<pointname>rail</pointname></point>", "<pointname>origin</pointname></point>",
-         "name-doubled", 6, "base"),
-        ("</pointname></point>", '</pointname><sensor name="s"/></point>', "base-sensor", 6,
-         "rail"),
-        ("</point>\n  </body>", "</point><point><pointname>p</pointname></point>\n  </body>",
-         "name-doubled", 14, "'p'"),
+        (
+            "<pointname>rail</pointname></point>",
+            "<pointname>origin</pointname></point>",
+            "name-doubled",
+            6,
+            "base",
+        ),
+        (
+            "</pointname></point>",
+            '</pointname><sensor name="s"/></point>',
+            "base-sensor",
+            6,
+            "rail",
+        ),
+        (
+            "</point>\n  </body>",
+            "</point><point><pointname>p</pointname></point>\n  </body>",
+            "name-doubled",
+            14,
+            "'p'",
+        ),
         ("<bodyname>a</", "<bodyname>aa</", "parent-unknown", 18, "'aa'"),
         ("<bodyname>a</", "<bodyname>b</", "parent-unknown", 18, "'b'"),
         ("<bodyname>base</", "<bodyname>b</", "parent-order", 11, "'b'"),
-        ("<parent><bodyname>a</bodyname><pointname>p</pointname></parent>", "", "parent-missing",
-         16, "'b'"),
-        ("<pointname>p</pointname></parent>", "<pointname>q</pointname></parent>",
-         "point-unknown", 18, "body 'a'"),
-        ("<pointname>rail</pointname></parent>", "<pointname>p</pointname></parent>",
-         "point-unknown", 11, "the base"),
-        ("<joint><jointname>k</jointname><type>T2</type><nature>independent</nature></joint>", "",
-         "body-without-joint", 16, "'b'"),
+        (
+            "<parent><bodyname>a</bodyname><pointname>p</pointname></parent>",
+            "",
+            "parent-missing",
+            16,
+            "'b'",
+        ),
+        (
+            "<pointname>p</pointname></parent>",
+            "<pointname>q</pointname></parent>",
+            "point-unknown",
+            18,
+            "body 'a'",
+        ),
+        (
+            "<pointname>rail</pointname></parent>",
+            "<pointname>p</pointname></parent>",
+            "point-unknown",
+            11,
+            "the base",
+        ),
+        (
+            "<joint><jointname>k</jointname><type>T2</type><nature>independent</nature></joint>",
+            "",
+            "body-without-joint",
+            16,
+            "'b'",
+        ),
         ("<type>T2</type>", "<type>T4</type>", "joint-type-unknown", 19, "'T4'"),
         ("<type>T2</type>", "", "joint-type-unknown", 19, "'k'"),
         (">driven<", ">forced driven<", "joint-nature-unknown", 12, "'forced driven'"),
@@ -231,26 +275,56 @@ def test_an_empty_file(data: bytes) -> None:
         ("</mass>", "</mass><mass>1</mass>", "doubled-element", 13, "<mass>"),
         ("</mass>", "</mass><com/>", "mbs-incomplete", 13, "<com>"),
         ("</coordinates></point>", "</coordinates><sensor/></point>", "name-missing", 14, ""),
-        ("</coordinates></point>", '</coordinates><sensor name="s"/></point><point><pointname>t'
-         '</pointname><sensor name="s"/></point>', "name-doubled", 14, "sensor"),
-        ("</mass>",
-         "</mass><com><!-- x --><coordinates><x>1</x><y>0</y><z>0</z></coordinates></com>",
-         "mbs-not-first", 13, "comment"),
-        ("</mass>", "</mass><com><u/><coordinates><x>1</x><y>0</y><z>0</z></coordinates></com>",
-         "mbs-not-first", 13, "<u>"),
+        (
+            "</coordinates></point>",
+            '</coordinates><sensor name="s"/></point><point><pointname>t'
+            '</pointname><sensor name="s"/></point>',
+            "name-doubled",
+            14,
+            "sensor",
+        ),
+        (
+            "</mass>",
+            "</mass><com><!-- x --><coordinates><x>1</x><y>0</y><z>0</z></coordinates></com>",
+            "mbs-not-first",
+            13,
+            "comment",
+        ),
+        (
+            "</mass>",
+            "</mass><com><u/><coordinates><x>1</x><y>0</y><z>0</z></coordinates></com>",
+            "mbs-not-first",
+            13,
+            "<u>",
+        ),
         ("<gravity>", "<gravity><?p?>", "mbs-not-first", 4, "<gravity>"),
         ("<bodyname> a ", "<!-- a --><bodyname> a ", "mbs-not-first", 10, "<body>"),
-        ("<joint><jointname>k</jointname><type>T2</type>",
-         "<joint><type>T2</type><jointname>k</jointname>", "mbs-not-first", 19, "<type>"),
-        ("<point><pointname>p</pointname>", "<point><sensor name='s'/><pointname>p</pointname>",
-         "mbs-not-first", 14, "<sensor>"),
+        (
+            "<joint><jointname>k</jointname><type>T2</type>",
+            "<joint><type>T2</type><jointname>k</jointname>",
+            "mbs-not-first",
+            19,
+            "<type>",
+        ),
+        (
+            "<point><pointname>p</pointname>",
+            "<point><sensor name='s'/><pointname>p</pointname>",
+            "mbs-not-first",
+            14,
+            "<sensor>",
+        ),
         (" +.5e1 ", "5<!-- kg -->0", "mbs-not-plain", 13, "<mass>"),
         (" +.5e1 ", "0<!-- kg -->.5", "mbs-not-plain", 13, "<mass>"),  # a 0 was read before
         ("<jointname>k", "<jointname>k<!-- -->l", "mbs-not-plain", 19, "<jointname>"),
-        ("</coordinates></point>", '</coordinates><extforce name="s" Pos="1"/></point>',
-         "value-unknown", 14, "Pos"),
+        (
+            "</coordinates></point>",
+            '</coordinates><extforce name="s" Pos="1"/></point>',
+            "value-unknown",
+            14,
+            "Pos",
+        ),
     ],
-)  # fmt: skip
+)
 def test_faults(old: str, new: str, code: str, line: int, words: str) -> None:
     fails(edited((old, new)), code, line, words)
 
@@ -260,15 +334,23 @@ def test_faults(old: str, new: str, code: str, line: int, words: str) -> None:
     [
         ("<name>a_ball</name>", "", "name-missing", "ball"),
         ("<endpoint1>", "<endpoint0>", "mbs-incomplete", "<endpoint1>"),
-        ("<pointname>tip</pointname>\n      </end", "<pointname>tap</pointname>\n      </end",
-         "point-unknown", "'tap'"),
-        ("<jointname>kick</jointname>\n      </joints>", "<jointname>kic</jointname></joints>",
-         "joint-unknown", "'kic'"),
+        (
+            "<pointname>tip</pointname>\n      </end",
+            "<pointname>tap</pointname>\n      </end",
+            "point-unknown",
+            "'tap'",
+        ),
+        (
+            "<jointname>kick</jointname>\n      </joints>",
+            "<jointname>kic</jointname></joints>",
+            "joint-unknown",
+            "'kic'",
+        ),
         ('R="4"', 'R="256"', "number-invalid", "'256'"),
         ('R="4"', 'R="0.5"', "number-invalid", "'0.5'"),
         ('R="4"', "", "number-invalid", "''"),
     ],
-)  # fmt: skip
+)
 def test_faults_outside_the_body_tree(old: str, new: str, code: str, words: str) -> None:
     text = write(everything()).decode()
     assert old in text

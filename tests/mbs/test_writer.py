@@ -60,8 +60,11 @@ def test_a_file_that_mbsyspad_has_opened_is_written_anew(file: Path) -> None:
 
 def test_what_there_is_none_of_is_left_out() -> None:
     assert [child.tag for child in tree(Mbs("m"))] == [
-        "mbsname", "mbsyspad_version", "base", "bodytree",
-    ]  # fmt: skip
+        "mbsname",
+        "mbsyspad_version",
+        "base",
+        "bodytree",
+    ]
     assert "müller" in write(Mbs("müller")).decode("utf-8")
 
 
@@ -73,8 +76,14 @@ def test_a_view_has_the_values_that_mbsyspad_gives_a_new_one() -> None:
     assert texts(top, "shapeScaleFactors/*") == ["0.1", "0.2", "0.2", "0.3"]
     assert texts(top, "viewpoints/viewpoint/up/*") == ["0.0", "0.0", "1.0"]
     [camera] = top.findall("viewpoints/viewpoint")
-    wanted = {"joint": "base", "projection": "perspective", "scale": "1.0", "fieldOfView": "0.785",
-              "frontClipDst": "0.01", "backClipDst": "50.0"}  # fmt: skip
+    wanted = {
+        "joint": "base",
+        "projection": "perspective",
+        "scale": "1.0",
+        "fieldOfView": "0.785",
+        "frontClipDst": "0.01",
+        "backClipDst": "50.0",
+    }
     assert {tag: camera.findtext(tag) for tag in wanted} == wanted
     color: Any = top.find("background/color")
     assert dict(color.attrib) == {"R": "153", "G": "153", "B": "255"}
@@ -83,12 +92,35 @@ def test_a_view_has_the_values_that_mbsyspad_gives_a_new_one() -> None:
 
 #: Elements whose presence or attributes are all they say.
 EMPTY = {
-    "actuated", "q", "qd", "qdd", "symbols", "active", "color", "sensor", "extforce", "joints",
-    "x3D", "x3D_joint", "x3D_frame", "x3D_com", "x3D_points", "x3D_lines", "x3D_shapes",
-    "bodytree", "viewpoints", "lights", "control_points",
-}  # fmt: skip
-NAMES = {"body": "bodyname", "joint": "jointname", "point": "pointname", "com": "coordinates",
-         "gravity": "coordinates"}  # fmt: skip
+    "actuated",
+    "q",
+    "qd",
+    "qdd",
+    "symbols",
+    "active",
+    "color",
+    "sensor",
+    "extforce",
+    "joints",
+    "x3D",
+    "x3D_joint",
+    "x3D_frame",
+    "x3D_com",
+    "x3D_points",
+    "x3D_lines",
+    "x3D_shapes",
+    "bodytree",
+    "viewpoints",
+    "lights",
+    "control_points",
+}
+NAMES = {
+    "body": "bodyname",
+    "joint": "jointname",
+    "point": "pointname",
+    "com": "coordinates",
+    "gravity": "coordinates",
+}
 
 
 @few
@@ -155,11 +187,13 @@ SPOILS: list[tuple[Callable[[Mbs], Any], str]] = [
     (lambda m: setattr(m.bodies[0], "mass", nan), "^body 'b' has the number nan"),
     (lambda m: setattr(m.bodies[0].joints[0], "q", -inf), "^joint 'j' has the number -inf"),
     (lambda m: setattr(m.bodies[0].points[0], "position", (nan, 0.0)), "^point 'p' has the number"),
-    (lambda m: m.user_models.append(UserModel("a", [Parameter("c", "scalar", ("inf",))])),
-     "^parameter 'c' of user model 'a' has the number inf"),
+    (
+        lambda m: m.user_models.append(UserModel("a", [Parameter("c", "scalar", ("inf",))])),
+        "^parameter 'c' of user model 'a' has the number inf",
+    ),
     (lambda m: m.cuts.append(Connection("rod", "tie", *ENDS, inf)), "^rod 'tie' has the number"),
     (lambda m: setattr(m, "view", View(frame=nan)), "^the 3D view has the number nan"),
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize(("spoil", "message"), SPOILS)

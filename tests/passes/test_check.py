@@ -22,14 +22,14 @@ REPLACE = """
 def spoil(
     code: str, after: str, text: str = TINY, writes: tuple[str, ...] = (), **settings: Any
 ) -> Result:
-    """A robot, with a pass of this code put in."""
+    """Convert a robot, with a pass of this code put in."""
     with TemporaryDirectory() as folder:
         plugin = write_plugin(Path(folder), "spoil", code, writes=writes)
         return convert_text(text, plugins=[plugin], after={after: "spoil"}, **settings)
 
 
 def replaced(old: str, new: str, **settings: Any) -> Result:
-    """The tiny robot, with one text in its file replaced by another one."""
+    """Convert the tiny robot, with one text in its file replaced by another one."""
     return spoil(REPLACE.format(old=old, new=new), "emit", **settings)
 
 

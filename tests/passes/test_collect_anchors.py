@@ -30,8 +30,10 @@ def test_a_body_stands_on_a_point_of_its_parent_named_after_it() -> None:
     result = anchored(A, B, joint("world", "a", xyz="1 0 0"), joint("a", "b", xyz="0 2 0"))
     a, b = result.mbs.bodies
     assert points(result) == {
-        "ground": [("a", (1.0, 0.0, 0.0))], "a": [("b", (0.0, 2.0, 0.0))], "b": []
-    }  # fmt: skip
+        "ground": [("a", (1.0, 0.0, 0.0))],
+        "a": [("b", (0.0, 2.0, 0.0))],
+        "b": [],
+    }
     assert (a.parent, a.point) == (None, "a")
     assert (b.parent, b.point) == ("a", "b")
 
@@ -46,20 +48,31 @@ def test_on_the_origin_of_the_base_no_point_is_needed_and_on_a_body_there_is_one
 
 def test_bodies_first_then_frames_in_the_order_of_the_file() -> None:
     result = anchored(
-        A, link("p"), B, link("q"), C,
+        A,
+        link("p"),
+        B,
+        link("q"),
+        C,
         joint("world", "a", xyz="0 0 1"),
-        joint("a", "p", "fixed", xyz="1 0 0"), joint("a", "b", xyz="2 0 0"),
-        joint("a", "q", "fixed", xyz="3 0 0"), joint("a", "c", xyz="4 0 0"),
-    )  # fmt: skip
+        joint("a", "p", "fixed", xyz="1 0 0"),
+        joint("a", "b", xyz="2 0 0"),
+        joint("a", "q", "fixed", xyz="3 0 0"),
+        joint("a", "c", xyz="4 0 0"),
+    )
     assert [name for name, _ in points(result)["a"]] == ["b", "c", "p", "q"]
 
 
 def test_a_turned_frame_is_named_in_a_note_and_a_straight_one_is_not() -> None:
     result = anchored(
-        A, link("p"), link("q"), link("mark"), joint("world", "a"),
-        joint("a", "p", "fixed", rpy="0 0 1"), joint("a", "q", "fixed", xyz="1 0 0"),
+        A,
+        link("p"),
+        link("q"),
+        link("mark"),
+        joint("world", "a"),
+        joint("a", "p", "fixed", rpy="0 0 1"),
+        joint("a", "q", "fixed", xyz="1 0 0"),
         joint("world", "mark", "fixed", xyz="7 8 9"),
-    )  # fmt: skip
+    )
     assert points(result)["ground"] == [("mark", (7.0, 8.0, 9.0))]
     (told,) = [d for d in result.diagnostics if d.code == "point-without-rotation"]
     assert told.level == "note"

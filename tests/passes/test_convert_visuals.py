@@ -57,8 +57,10 @@ def visuals(folder: Path, *elements: str) -> list[Shape]:
 
 def test_meshes_whose_names_differ_in_case_only(tmp_path: Path) -> None:
     """They would be one file on some systems."""
-    meshes = [f'<geometry><mesh filename="{name}"/></geometry>'
-              for name in ("a.stl", "b/A.STL", "b/a.dae", "a.stl")]  # fmt: skip
+    meshes = [
+        f'<geometry><mesh filename="{name}"/></geometry>'
+        for name in ("a.stl", "b/A.STL", "b/a.dae", "a.stl")
+    ]
     found = [shape.url.rpartition("/")[2] for shape in visuals(tmp_path, *meshes)]
     assert found == ["a.wrl", "A_2.wrl", "a_3.wrl", "a.wrl"]
 

@@ -51,10 +51,15 @@ def test_names_and_positions() -> None:
     a, b = np.arctan2(2, 1), -np.arctan2(3, np.hypot(1, 2))
     found = chain(axis="1 2 3", rpy="0.1 0.2 0.3", xyz="1 2 3")
     assert [(name, type_) for name, type_, _ in found] == [
-        ("j_origin_R3", "r3"), ("j_origin_R2", "r2"), ("j_origin_R1", "r1"),
-        ("j_axis_R3", "r3"), ("j_axis_R2", "r2"), ("j", "R1"),
-        ("j_back_R2", "r2"), ("j_back_R3", "r3"),
-    ]  # fmt: skip
+        ("j_origin_R3", "r3"),
+        ("j_origin_R2", "r2"),
+        ("j_origin_R1", "r1"),
+        ("j_axis_R3", "r3"),
+        ("j_axis_R2", "r2"),
+        ("j", "R1"),
+        ("j_back_R2", "r2"),
+        ("j_back_R3", "r3"),
+    ]
     assert [q for *_, q in found[:3]] == [0.3, 0.2, 0.1]  # the URDF's own numbers
     assert [q for *_, q in found[3:]] == pytest.approx([a, b, None, -b, -a], abs=1e-15)
 

@@ -33,13 +33,21 @@ def test_bodies_on_the_bases_origin_stand_before_those_on_points() -> None:
 @pytest.mark.parametrize(
     "joints",
     [
-        (joint("world", "a", xyz="1 0 0"), joint("world", "b", xyz="2 0 0"),
-         joint("a", "c", xyz="1 0 0"), joint("b", "d", xyz="1 0 0")),
+        (
+            joint("world", "a", xyz="1 0 0"),
+            joint("world", "b", xyz="2 0 0"),
+            joint("a", "c", xyz="1 0 0"),
+            joint("b", "d", xyz="1 0 0"),
+        ),
         # lump-fixed brings a body's children together from several links
-        (joint("world", "a", xyz="0 0 1"), joint("a", "b", "fixed", xyz="1 0 0"),
-         joint("b", "c", xyz="1 0 0"), joint("a", "d", xyz="2 0 0")),
+        (
+            joint("world", "a", xyz="0 0 1"),
+            joint("a", "b", "fixed", xyz="1 0 0"),
+            joint("b", "c", xyz="1 0 0"),
+            joint("a", "d", xyz="2 0 0"),
+        ),
     ],
-)  # fmt: skip
+)
 def test_a_branch_stands_before_the_next(pipeline: str, joints: tuple[str, ...]) -> None:
     result = emitted(A, B, C, D, *joints, pipeline=pipeline)
     found = read_mbs(result.data, "r.mbs")

@@ -31,26 +31,64 @@ WELDED = (link("world"), A, joint("world", "a", "fixed"))
     [
         # nothing ties it to the world
         ((A,), "auto", True, ("ground", "floating", "a"), "nothing ties root link 'a'"),
-        ((link("a"), link("b", SOLID), joint("a", "b")), "auto", False,
-         None, "root link 'a' has no mass, nor has what is fixed to it"),
+        (
+            (link("a"), link("b", SOLID), joint("a", "b")),
+            "auto",
+            False,
+            None,
+            "root link 'a' has no mass, nor has what is fixed to it",
+        ),
         # a root called world, or one that is welded to a world
         (WELDED, "auto", False, None, "root link 'world' is called world"),
-        ((link("world", SOLID), A, joint("world", "a")), "auto", False,
-         ("ground", "fixed", "world"), "is called world"),
-        ((link("mount"), link("world"), A, joint("mount", "world", "fixed"), joint("mount", "a")),
-         "auto", False, None, "root link 'mount' is welded to world"),
-        ((link("mount"), link("plate"), link("world"), A, joint("mount", "plate", "fixed"),
-          joint("plate", "world", "fixed"), joint("mount", "a")),
-         "auto", False, None, "root link 'mount' is welded to world"),
+        (
+            (link("world", SOLID), A, joint("world", "a")),
+            "auto",
+            False,
+            ("ground", "fixed", "world"),
+            "is called world",
+        ),
+        (
+            (
+                link("mount"),
+                link("world"),
+                A,
+                joint("mount", "world", "fixed"),
+                joint("mount", "a"),
+            ),
+            "auto",
+            False,
+            None,
+            "root link 'mount' is welded to world",
+        ),
+        (
+            (
+                link("mount"),
+                link("plate"),
+                link("world"),
+                A,
+                joint("mount", "plate", "fixed"),
+                joint("plate", "world", "fixed"),
+                joint("mount", "a"),
+            ),
+            "auto",
+            False,
+            None,
+            "root link 'mount' is welded to world",
+        ),
         # a world that can move away is none
-        ((link("cart"), link("world"), A, joint("cart", "world"), joint("cart", "a")), "auto",
-         False, None, "has no mass, nor has what is fixed"),
+        (
+            (link("cart"), link("world"), A, joint("cart", "world"), joint("cart", "a")),
+            "auto",
+            False,
+            None,
+            "has no mass, nor has what is fixed",
+        ),
         # as asked for
         ((A,), "fixed", False, ("ground", "fixed", "a"), "as asked for"),
         (WELDED, "floating", True, ("ground", "floating", "world"), "as asked for"),
         ((link("a"), link("b", SOLID), joint("a", "b")), "fixed", False, None, "as asked for"),
     ],
-)  # fmt: skip
+)
 def test_which_base(
     elements: tuple[str, ...], base: str, floats: bool, joint_added: object, why: str
 ) -> None:
@@ -64,7 +102,7 @@ def test_which_base(
 
 
 def chain(count: int, *types: str) -> list[str]:
-    """A root with mass that carries ``count`` joints in a row; the last ends are of ``types``."""
+    """Return a root with mass that carries some joints in a row, and ends of these types."""
     elements = [link("l0", SOLID)]
     for k in range(1, count + 1):
         elements += [link(f"l{k}", SOLID), joint(f"l{k - 1}", f"l{k}")]
@@ -74,7 +112,7 @@ def chain(count: int, *types: str) -> list[str]:
 
 
 def limbs(up: float, *counts: int) -> list[str]:
-    """A root with mass that carries limbs of so many joints, each link ``up`` (m) on the last."""
+    """Return a root with mass that carries limbs of some joints, each ``up`` (m) on the last."""
     elements = [link("l0", SOLID)]
     for n, count in enumerate(counts):
         names = ["l0", *(f"limb{n}_{k}" for k in range(count))]
@@ -100,34 +138,68 @@ LEGS = [
         # a leg may hop
         ([*chain(4), link("foot", SOLID), joint("l4", "foot", "fixed")], "one limb", True),
         # an arm that moves in a plane only, as some of its joints are fixed
-        ([*chain(3), *(link(one, SOLID) for one in "abc"),
-          *(joint(one, other, "fixed") for one, other in (("l3", "a"), ("a", "b"), ("b", "c")))],
-         "one limb", False),
+        (
+            [
+                *chain(3),
+                *(link(one, SOLID) for one in "abc"),
+                *(
+                    joint(one, other, "fixed")
+                    for one, other in (("l3", "a"), ("a", "b"), ("b", "c"))
+                ),
+            ],
+            "one limb",
+            False,
+        ),
         # a drone or a vehicle with an arm, whatever turns its rotors
         ([*chain(5), link("rotor_1"), joint("l0", "rotor_1", "fixed")], "free root", False),
         ([*chain(4), link("cart", SOLID), joint("cart", "l0", "planar")], "free root", True),
         # two arms on a torso, with a head; two legs below a trunk; a third limb
         (limbs(1, 4, 5, 1), "two arms", True),
         (limbs(-1, 4, 4), "free root", True),  # or two arms that hang
-        ([*limbs(-1, 4, 4), link("left_foot"), joint("limb0_3", "left_foot", "fixed")],
-         "free root", False),
+        (
+            [*limbs(-1, 4, 4), link("left_foot"), joint("limb0_3", "left_foot", "fixed")],
+            "free root",
+            False,
+        ),
         (limbs(1, 4, 3), "free root", True),
         (limbs(1, 4, 4, 2), "free root", True),
         # a hand, on its palm
         ([*chain(0), *LEGS], "free root", True),
         # legs below a trunk
-        ([*chain(0), *LEGS, link("foot", SOLID),
-          joint("leg", "foot", "revolute", xyz="0 0 -1")], "free root", False),
+        (
+            [*chain(0), *LEGS, link("foot", SOLID), joint("leg", "foot", "revolute", xyz="0 0 -1")],
+            "free root",
+            False,
+        ),
         # wheels
-        ([*chain(4), link("wheel", SOLID), joint("l4", "wheel", "continuous"),
-          link("other", SOLID), joint("l4", "other", "continuous")], "free root", False),
-        ([*chain(4), link("wheel", SOLID), joint("l4", "wheel", "continuous"), link("cap", SOLID),
-          joint("wheel", "cap", "fixed"), link("other", SOLID),
-          joint("l4", "other", "continuous")], "free root", False),
+        (
+            [
+                *chain(4),
+                link("wheel", SOLID),
+                joint("l4", "wheel", "continuous"),
+                link("other", SOLID),
+                joint("l4", "other", "continuous"),
+            ],
+            "free root",
+            False,
+        ),
+        (
+            [
+                *chain(4),
+                link("wheel", SOLID),
+                joint("l4", "wheel", "continuous"),
+                link("cap", SOLID),
+                joint("wheel", "cap", "fixed"),
+                link("other", SOLID),
+                joint("l4", "other", "continuous"),
+            ],
+            "free root",
+            False,
+        ),
         # nothing moves
         ([*chain(0), link("b", SOLID), joint("l0", "b", "fixed")], "free root", False),
     ],
-)  # fmt: skip
+)
 def test_a_base_that_may_well_be_guessed_wrong_is_a_warning(
     elements: list[str], reason: str, loud: bool
 ) -> None:

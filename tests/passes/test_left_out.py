@@ -22,20 +22,30 @@ LEADS = robot(
 VALUES = {
     "j": {
         "limit": {
-            "lower": -1.25, "upper": 0.1, "effort": None, "velocity": 3.0, "acceleration": None,
-            "deceleration": None, "jerk": None,
+            "lower": -1.25,
+            "upper": 0.1,
+            "effort": None,
+            "velocity": 3.0,
+            "acceleration": None,
+            "deceleration": None,
+            "jerk": None,
         },
         "dynamics": {
-            "damping": 0.7, "friction": 0.2, "spring_stiffness": 0.0, "spring_reference": 0.0,
+            "damping": 0.7,
+            "friction": 0.2,
+            "spring_stiffness": 0.0,
+            "spring_reference": 0.0,
         },
         "safety_controller": {
-            "k_velocity": 10.0, "k_position": 0.0, "soft_lower_limit": -1.0,
+            "k_velocity": 10.0,
+            "k_position": 0.0,
+            "soft_lower_limit": -1.0,
             "soft_upper_limit": 0.0,
         },
         "calibration": {"rising": 0.5, "falling": None},
     },
     "k": {"mimic": {"joint": "j", "multiplier": -2.0, "offset": 0.3}},
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("pipeline", PRESETS)

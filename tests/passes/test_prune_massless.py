@@ -20,7 +20,7 @@ def pruned(*elements: str, keep: tuple[str, ...] = ()) -> Result:
 
 
 def steps(result: Result) -> dict[str, list[str]]:
-    """The children of the URDF joints that lead to each body."""
+    """Return the children of the URDF joints that lead to each body."""
     return {
         segment.link: [step.joint.child for step in segment.steps]
         for segment in result.conversion.segments.values()
@@ -57,9 +57,12 @@ def test_massless_links_hand_their_joints_on() -> None:
 def test_it_stays_where_something_lies_between(seen: str, xyz: str, branch: str) -> None:
     """A shift, something to show, a body to carry, or a frame to carry."""
     result = pruned(
-        link("wrist", seen), joint("world", "wrist"), link("hand", SOLID),
-        joint("wrist", "hand", xyz=xyz), branch,
-    )  # fmt: skip
+        link("wrist", seen),
+        joint("world", "wrist"),
+        link("hand", SOLID),
+        joint("wrist", "hand", xyz=xyz),
+        branch,
+    )
     assert steps(result)["wrist"] == ["wrist"]
     assert steps(result)["hand"] == ["hand"]
 
@@ -67,9 +70,11 @@ def test_it_stays_where_something_lies_between(seen: str, xyz: str, branch: str)
 def test_on_a_fixed_joint_it_is_a_part_of_the_body_and_may_show_something() -> None:
     """Where the URDF's fixed joint only turns."""
     result = pruned(
-        link("wrist", BOX), joint("world", "wrist"),
-        link("hand", SOLID), joint("wrist", "hand", "fixed", rpy="0.1 0.2 0.3"),
-    )  # fmt: skip
+        link("wrist", BOX),
+        joint("world", "wrist"),
+        link("hand", SOLID),
+        joint("wrist", "hand", "fixed", rpy="0.1 0.2 0.3"),
+    )
     assert steps(result) == {"hand": ["wrist", "hand"]}
     assert parts(result)["hand"] == ["hand", "wrist"]
 

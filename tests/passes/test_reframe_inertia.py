@@ -35,11 +35,16 @@ def test_any_mass(mass: float, told: float) -> None:
 @pytest.mark.parametrize("inertial", ["", ZEROS])
 def test_what_has_none_gets_none(inertial: str) -> None:
     result = convert_text(
-        robot(link("world"), link("a", inertial), joint("world", "a"), link("b", SOLID),
-              joint("a", "b")),
+        robot(
+            link("world"),
+            link("a", inertial),
+            joint("world", "a"),
+            link("b", SOLID),
+            joint("a", "b"),
+        ),
         pipeline=["expand", "insert-base", "prune-massless", "reframe-inertia"],
         passes={"prune-massless": {"keep": ["a"]}},
-    )  # fmt: skip
+    )
     a, b = result.mbs.bodies
     assert (a.mass, a.com, a.inertia) == (None, None, None)
     assert b.mass == 2.0

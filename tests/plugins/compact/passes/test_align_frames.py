@@ -14,7 +14,7 @@ from urdf2mbs.testing import convert_text
 
 
 def arm(*axes: str, rpy: str = "0 0 0") -> str:
-    """A chain of turning joints on the world."""
+    """Return a chain of revolute joints on the world."""
     names = ["world", *(f"l{i}" for i in range(len(axes)))]
     links = [link(name, SOLID) for name in names[1:]]
     joints = [
@@ -26,12 +26,20 @@ def arm(*axes: str, rpy: str = "0 0 0") -> str:
 @pytest.mark.parametrize(
     ("axis", "types"),
     [
-        ("1 0 0", "R1"), ("0 1 0", "R2"), ("0 0 1", "R3"),
-        ("-1 0 0", "r R"), ("0 -1 0", "r R"), ("0 0 -1", "r R"),
-        ("0 1 1", "r1 R"), ("2 0 -1", "r2 R"), ("-1 -3 0", "r3 R"),
-        ("1 2 3", "r r R"), ("1 1e-8 1", "r r R"), ("-1 -1 -1", "r r R"),
+        ("1 0 0", "R1"),
+        ("0 1 0", "R2"),
+        ("0 0 1", "R3"),
+        ("-1 0 0", "r R"),
+        ("0 -1 0", "r R"),
+        ("0 0 -1", "r R"),
+        ("0 1 1", "r1 R"),
+        ("2 0 -1", "r2 R"),
+        ("-1 -3 0", "r3 R"),
+        ("1 2 3", "r r R"),
+        ("1 1e-8 1", "r r R"),
+        ("-1 -1 -1", "r r R"),
     ],
-)  # fmt: skip
+)
 def test_turns_before_a_joint(axis: str, types: str) -> None:
     (found,) = chains(prove(arm(axis), base="fixed")).values()
     assert len(found) == len(types.split())
@@ -61,9 +69,12 @@ def test_an_axis_nearly_along_another_is_exact(axis: str) -> None:
 )
 def test_a_planar_joint_keeps_its_plane(axis: str, types: list[str]) -> None:
     text = robot(
-        link("world"), link("a", SOLID), link("b", SOLID),
-        joint("world", "a", "planar", axis=axis), joint("a", "b", axis="0 1 0"),
-    )  # fmt: skip
+        link("world"),
+        link("a", SOLID),
+        link("b", SOLID),
+        joint("world", "a", "planar", axis=axis),
+        joint("a", "b", axis="0 1 0"),
+    )
     found = chains(prove(text, base="fixed"))["a"]
     assert " ".join(one for one in found if one.isupper()) in types
 
@@ -72,10 +83,14 @@ def test_a_planar_joint_keeps_its_plane(axis: str, types: list[str]) -> None:
 def test_a_floating_joint_keeps_its_axes(base: str) -> None:
     """Those of its origin in the link before, which an oblique joint has turned."""
     text = robot(
-        link("world"), link("a", SOLID), link("b", SOLID), link("c", SOLID),
-        joint("world", "a", axis="1 2 3"), joint("a", "b", "floating", rpy="0.1 0.2 0.3"),
+        link("world"),
+        link("a", SOLID),
+        link("b", SOLID),
+        link("c", SOLID),
+        joint("world", "a", axis="1 2 3"),
+        joint("a", "b", "floating", rpy="0.1 0.2 0.3"),
         joint("b", "c", axis="0 0 1"),
-    )  # fmt: skip
+    )
     found = chains(prove(text, base=base))
     assert found["b"][-6:] == ["T1", "T2", "T3", "R1", "R2", "R3"]
     assert found["c"] == ["R3"]
@@ -83,20 +98,24 @@ def test_a_floating_joint_keeps_its_axes(base: str) -> None:
 
 def test_a_turned_fixed_joint_that_is_a_joint_still_needs_no_turns() -> None:
     text = robot(
-        *(link(name, SOLID) for name in "abc"), link("world"),
-        joint("world", "a", axis="1 2 3"), joint("a", "b", "fixed", rpy="0.1 0.2 0.3", xyz="1 2 3"),
+        *(link(name, SOLID) for name in "abc"),
+        link("world"),
+        joint("world", "a", axis="1 2 3"),
+        joint("a", "b", "fixed", rpy="0.1 0.2 0.3", xyz="1 2 3"),
         joint("b", "c", axis="0 1 1", xyz="1 0 0"),
-    )  # fmt: skip
+    )
     assert chains(prove(text, base="fixed", without=["lump-fixed"]))["b"] == ["t3"]
 
 
 @pytest.mark.parametrize("axis", ["0 1 1", "1 2 3", "0 0 -1"])
 def test_a_frame_in_the_middle_of_a_chain_stays_known(axis: str) -> None:
     text = robot(
-        link("world"), link("middle"), link("tip", SOLID),
+        link("world"),
+        link("middle"),
+        link("tip", SOLID),
         joint("world", "middle", axis=axis, rpy="0.1 0.2 0.3"),
         joint("middle", "tip", axis="3 -1 2", rpy="0.3 0.2 0.1"),
-    )  # fmt: skip
+    )
     assert prove(text).frames["middle"].joint == "world_to_middle"
 
 
@@ -104,7 +123,7 @@ def test_a_frame_in_the_middle_of_a_chain_stays_known(axis: str) -> None:
 
 
 def tree(random: Random, count: int) -> str:
-    """Turning joints at multiples of 15 degrees and in between, on the world."""
+    """Draw revolute joints at multiples of 15 degrees and in between, on the world."""
     step = radians(random.choice((90, 90, 45, 30, 15)))
 
     def angle() -> float:
@@ -122,7 +141,7 @@ def tree(random: Random, count: int) -> str:
 
 
 def fewest(text: str) -> int:
-    """The fewest turns of all choices of quarter turns, of frames in the world at zero."""
+    """Count the fewest turns of all choices of quarter turns, of frames in the world at zero."""
     urdf = Urdf.parse(text.encode())
     pose, frames = {urdf.root: np.eye(4)}, {urdf.root: [np.eye(3)]}
     for one in urdf.outward:
@@ -136,10 +155,13 @@ def fewest(text: str) -> int:
         ]
     names = list(frames)
     tables = [
-        (names.index(one.parent), names.index(one.child),
-         [[turns(a.T @ b) for b in frames[one.child]] for a in frames[one.parent]])
+        (
+            names.index(one.parent),
+            names.index(one.child),
+            [[turns(a.T @ b) for b in frames[one.child]] for a in frames[one.parent]],
+        )
         for one in urdf.outward
-    ]  # fmt: skip
+    ]
     choices = product(*(range(len(found)) for found in frames.values()))
     return min(sum(table[way[a]][way[b]] for a, b, table in tables) for way in choices)
 

@@ -12,7 +12,7 @@ TURNED = {"xyz": "0.1 0.2 0.3", "rpy": "0.1 0.2 0.3"}
 
 
 def row(kinds: str, *, keep: tuple[str, ...] = (), base: str = "fixed") -> Result:
-    """A chain ``a - b - c ...`` on the world, joined by fixed (f) and turning (r) joints."""
+    """Return a chain ``a - b - c ...`` on the world of fixed (f) and revolute (r) joints."""
     names = ["world", *"abcdefgh"[: len(kinds)]]
     joints = [
         joint(*ends, {"f": "fixed", "r": "continuous"}[kind], axis="0 1 1", **TURNED)
@@ -80,9 +80,10 @@ def test_where_nothing_moves_one_body_stays(count: int) -> None:
 
 def test_where_nothing_moves_and_all_hangs_on_the_ground() -> None:
     text = robot(
-        link("world"), *(link(name, SOLID) for name in "abc"),
+        link("world"),
+        *(link(name, SOLID) for name in "abc"),
         *(joint("world", name, "fixed", **TURNED) for name in "abc"),
-    )  # fmt: skip
+    )
     result = prove(text, base="fixed")
     assert chains(result) == {"a": ["t3"]}
     (told,) = [d for d in result.diagnostics if d.code == "ground-mass"]
@@ -110,8 +111,11 @@ def test_keep(kinds: str, keep: tuple[str, ...], found: dict[str, str]) -> None:
 
 def test_a_kept_link_behind_a_moving_massless_one_needs_no_joint_of_its_own() -> None:
     text = robot(
-        link("world"), link("frame"), link("tip", SOLID),
-        joint("world", "frame"), joint("frame", "tip", "fixed", rpy="0.1 0.2 0.3"),
-    )  # fmt: skip
+        link("world"),
+        link("frame"),
+        link("tip", SOLID),
+        joint("world", "frame"),
+        joint("frame", "tip", "fixed", rpy="0.1 0.2 0.3"),
+    )
     result = prove(text, base="fixed", passes={"lump-fixed": {"keep": ["tip"]}})
     assert chains(result) == {"tip": ["R3"]}

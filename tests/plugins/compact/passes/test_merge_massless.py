@@ -15,17 +15,22 @@ def wrist(
     between: tuple[str, ...] = (),
     before: tuple[str, ...] = (),
 ) -> str:
-    """An arm; a massless link on it; a hand, which carries a finger and a tool frame."""
+    """Return an arm; a massless link on it; a hand, which carries a finger and a tool frame."""
     one, two = kinds
     return robot(
-        link("world"), link("arm", SOLID), link("wrist", *between),
-        link("hand", SOLID, BOX), link("finger", SOLID), link("tool"), *before,
+        link("world"),
+        link("arm", SOLID),
+        link("wrist", *between),
+        link("hand", SOLID, BOX),
+        link("finger", SOLID),
+        link("tool"),
+        *before,
         joint("world", "arm", axis="0 1 0"),
         joint("arm", "wrist", one, axis=first, xyz="0.1 0.2 0.3", rpy="0.1 0 0.2"),
         joint("wrist", "hand", two, axis=second, xyz=xyz, rpy=rpy),
         joint("hand", "finger", axis="1 0 0", xyz="0 0.1 0", rpy="0.3 0.1 0"),
         joint("hand", "tool", "fixed", xyz="0.01 0.02 0.03", rpy="0.3 0.2 0.1"),
-    )  # fmt: skip
+    )
 
 
 def moving(text: str, **settings: object) -> dict[str, int]:
@@ -141,22 +146,28 @@ def test_a_link_that_is_seen_or_carries_more_stays() -> None:
 def test_several_in_a_row(second: str, third: str, bodies: int, keep: list[str]) -> None:
     """Joints about z, y and x, with a shift before the second and the third."""
     text = robot(
-        link("world"), link("one"), link("two"), link("hand", SOLID), link("finger", SOLID),
+        link("world"),
+        link("one"),
+        link("two"),
+        link("hand", SOLID),
+        link("finger", SOLID),
         joint("world", "one", axis="0 0 1", xyz="1 2 3"),
         joint("one", "two", axis="0 1 0", xyz=second),
         joint("two", "hand", axis="1 0 0", xyz=third),
         joint("hand", "finger", axis="0 0 1", xyz="1 2 3"),
-    )  # fmt: skip
+    )
     result = prove(text, base="fixed", passes={"prune-massless": {"keep": keep}})
     assert len(result.mbs.bodies) == bodies + 1
 
 
 def test_a_massless_root_that_floats() -> None:
     text = robot(
-        link("frame"), link("trunk", SOLID), link("leg", SOLID),
+        link("frame"),
+        link("trunk", SOLID),
+        link("leg", SOLID),
         joint("frame", "trunk", "prismatic", axis="0 1 0", xyz="0.1 0.2 0.3", rpy="0 0 0.1"),
         joint("trunk", "leg", axis="0 1 1", xyz="0 0 1"),
-    )  # fmt: skip
+    )
     result = prove(text, base="floating")
     assert chains(result)["trunk"][:6] == ["T1", "T2", "T3", "R1", "R2", "R3"]
     assert len(result.mbs.bodies) == 2

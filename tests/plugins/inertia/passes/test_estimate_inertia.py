@@ -53,11 +53,14 @@ def assert_near(found: Inertia, wanted: Inertia, relative: float = 1e-12) -> Non
     ("geometry", "mass", "diagonal"),
     [
         ('<box size="0.2 0.3 0.5"/>', 30.0, (0.34 / 12, 0.29 / 12, 0.13 / 12)),
-        ('<cylinder radius="0.1" length="0.4"/>', 4 * pi,
-         (0.01 / 4 + 0.16 / 12, 0.01 / 4 + 0.16 / 12, 0.01 / 2)),
+        (
+            '<cylinder radius="0.1" length="0.4"/>',
+            4 * pi,
+            (0.01 / 4 + 0.16 / 12, 0.01 / 4 + 0.16 / 12, 0.01 / 2),
+        ),
         ('<sphere radius="0.1"/>', 4 / 3 * pi, (0.004, 0.004, 0.004)),
     ],
-)  # fmt: skip
+)
 @pytest.mark.parametrize("tag", ["collision", "visual"])
 def test_primitives_by_their_formulas(
     geometry: str, mass: float, diagonal: tuple[float, ...], tag: str
@@ -132,9 +135,10 @@ def test_a_total_mass_is_more_than_what_the_links_have(total: float) -> None:
     box = shape("collision", '<box size="1 1 1"/>')
     with pytest.raises(ConfigError, match="that have a mass already weigh 4 kg") as refused:
         estimated(
-            SOLID, more=link("b", SOLID) + joint("a", "b") + link("c", box) + joint("a", "c"),
+            SOLID,
+            more=link("b", SOLID) + joint("a", "b") + link("c", box) + joint("a", "c"),
             total_mass=2 * total,
-        )  # fmt: skip
+        )
     assert refused.value.code == "estimate-inertia"
 
 
@@ -186,12 +190,16 @@ CUBE = Inertia(1000.0, np.array((3.0, 0.0, 0.0)), 1000 / 6 * np.eye(3))
         (CUBOID, BOX, SINGLE, False),
         (CUBOID[:, ::-1], BOX, SINGLE, False),  # inside out
         (np.concatenate((CUBOID, CUBOID[:1, [0, 1, 1]])), BOX, SINGLE, False),  # a flat face
-        (np.concatenate((CUBOID, box_triangles((1, 1, 1), (3, 0, 0)))), lump([BOX, CUBE]), SINGLE,
-         False),
+        (
+            np.concatenate((CUBOID, box_triangles((1, 1, 1), (3, 0, 0)))),
+            lump([BOX, CUBE]),
+            SINGLE,
+            False,
+        ),
         (CUBOID[:-1], BOX, SINGLE, True),  # a hole
     ],
     ids=["box", "inside-out", "flat-face", "two", "hole"],
-)  # fmt: skip
+)
 def test_meshes(triangles: Array, wanted: Inertia, near: float, hull: bool, tmp_path: Path) -> None:
     found, means = of_mesh(tmp_path, triangles)
     assert_near(found, wanted, near)

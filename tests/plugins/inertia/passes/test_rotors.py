@@ -55,9 +55,12 @@ def test_accelerations_are_those_of_pinocchios_armature(base: str, tmp_path: Pat
     (tmp_path / "r.urdf").write_text(ROBOT)
     options: dict[str, dict[str, Any]] = {"rotors": OWN}
     made = convert(
-        tmp_path / "r.urdf", base=base, pipeline="compact", passes=options,
+        tmp_path / "r.urdf",
+        base=base,
+        pipeline="compact",
+        passes=options,
         output={"project": str(tmp_path / "p")},
-    )  # fmt: skip
+    )
     assert made.report.proof is not None
     assert made.report.proof.same
     assert made.report.mass == pytest.approx(8.0 if base == "fixed" else 10.0)
@@ -87,8 +90,8 @@ def test_accelerations_are_those_of_pinocchios_armature(base: str, tmp_path: Pat
         accelerations = equations.forward_dynamics(*own)
         found = [accelerations[names.index(name)] for name in moving]
         full = pin.neutral(model)
-        full[-len(moving):] = q  # fmt: skip
+        full[-len(moving) :] = q
         v, force = np.zeros(model.nv), np.zeros(model.nv)
-        v[-len(moving):], force[-len(moving):] = qd, tau  # fmt: skip
-        wanted = pin.aba(model, model.createData(), full, v, force)[-len(moving):]  # fmt: skip
+        v[-len(moving) :], force[-len(moving) :] = qd, tau
+        wanted = pin.aba(model, model.createData(), full, v, force)[-len(moving) :]
         assert np.allclose(found, wanted, rtol=1e-9, atol=1e-9)

@@ -96,9 +96,10 @@ def test_certificate_and_page_know(
 def test_a_slide_moves_a_tip_by_as_much_as_it_reaches() -> None:
     """The turn of the origin, times the way to the tip and the slide's farthest end."""
     text = robot(
-        link("a", SOLID), link("b", SOLID.replace("0.1 -0.2 0.3", "0 0 2")),
+        link("a", SOLID),
+        link("b", SOLID.replace("0.1 -0.2 0.3", "0 0 2")),
         joint("a", "b", "prismatic", rpy="1.5708 0 0").replace('lower="-1"', 'lower="-5"'),
-    )  # fmt: skip
+    )
     moves = convert_text(text, passes=SNAP).conversion.report["snap"]["moves"]
     assert moves == pytest.approx((2 + 5) * (1.5708 - float(RIGHT)), rel=1e-9)
     for rpy in ("0 1.5708 0", "0 0 1.5708"):
