@@ -108,7 +108,8 @@ def generate(
     if not mbs.name.isidentifier() or not mbs.name.isascii():
         raise ConversionError(
             "mbsname-no-identifier",
-            f"the name of the model is '{mbs.name}', and the equations' files are called after it",
+            f"the name of the model is '{mbs.name}'; expected an identifier, since the functions "
+            "of the equations are named after it",
             file=file,
             hint="give it a name of letters, digits and '_' in <mbsname>",
         )

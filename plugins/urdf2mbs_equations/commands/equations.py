@@ -91,7 +91,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
     """Write the equations of a model, and return the exit code."""
     model: Path = arguments.model
     if is_stream(model) or is_stream(arguments.output):
-        raise ConfigError("usage", "the equations are several files beside their model, not '-'")
+        raise ConfigError("usage", "expected files and folders, got '-': equations are many files")
     model = model_of(model) or model
     project = project_of(model)
     options = _read_options(arguments)

@@ -13,7 +13,7 @@ import pytest
 
 from oracle.generated import HEADER, Data, PythonEquations
 from plugins.equations.test_loops import write_equations
-from plugins.project.passes.test_loops import BALL, FOUR_BAR, at, link
+from plugins.project.passes.test_loops import BALL, FOUR_BAR, link, origin_at
 from urdf2mbs.cli import main
 from urdf2mbs.mbs.model import Body, Connection, Joint, Mbs, Point
 from urdf2mbs.mbs.model import Sensor as Measures
@@ -133,7 +133,7 @@ def test_a_row_that_is_zero_after_cancelling_only_is_kept() -> None:
 
 
 def make_gap() -> str:
-    return FOUR_BAR.replace(at(1, 0, 0), at(1, 0.1, 0))
+    return FOUR_BAR.replace(origin_at(1, 0, 0), origin_at(1, 0.1, 0))
 
 
 def test_a_conversion_warns_of_a_gap_that_no_joint_closes() -> None:
