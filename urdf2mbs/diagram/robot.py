@@ -135,35 +135,19 @@ def _lay_out_vertebra(vertebra: Vertebra, base_half_width: float, offset: float)
         base_half_width: What the base needs at each side of the middle (px); legs are beside it.
         offset: From the chain of the spine to the middle of the boxes (px).
     """
-    lanes, rows_height = _stack_lanes(vertebra)
-    # Of an arrow to the side with the name: the share of its height at which the name ends.
-    half_name = vertebra.node.half_name_width
-    name_share = (offset + half_name) / (2 * offset + CORNER_DISTANCE)
-    arrows_from_above = len(vertebra.ahead) > 1  # then the last joint is above the name
-    min_length = 0.0
-    if vertebra.rows:
-        min_length = (
-            2 * (rows_height + NAME_HEIGHT)
-            if arrows_from_above
-            else max(rows_height, 2 * ceil(lanes[-1] * name_share))
-        )
+    stack = _stack_lanes(vertebra, offset)
     request = LayoutRequest(
-        min_length=min_length,
+        min_length=stack.compute_min_length(),
         inset=CORNER_DISTANCE if vertebra.legs else 0.0,
         min_offset=offset,
     )
     layout = lay_out_box(vertebra.node, PortSides(ahead=vertebra.ahead), request, vertical=True)
     along_min, along_max, across_min, across_max = layout.box
-    length = along_max - along_min
-    if vertebra.rows:
-        start = (
-            length / 2 + NAME_HEIGHT
-            if arrows_from_above
-            else min((length - rows_height) // 2, length / 2 // name_share - lanes[-1])
-        )
-        vertebra.lane_heights = [along_min + start + lane for lane in lanes]
+    if stack.lanes:
+        begin = along_min + stack.compute_begin(along_max - along_min)
+        vertebra.lane_heights = [begin + lane for lane in stack.lanes]
     half_width = max(across_max - offset, offset - across_min)
-    if vertebra.rows and arrows_from_above:
+    if stack.lanes and stack.is_above_name:
         half_width = max(half_width, offset + FORK_LENGTH)
     for side in (-1, 1):
         legs = [leg for leg in vertebra.legs if leg.side == side]
@@ -172,18 +156,62 @@ def _lay_out_vertebra(vertebra: Vertebra, base_half_width: float, offset: float)
     return layout
 
 
-def _stack_lanes(vertebra: Vertebra) -> tuple[list[float], float]:
+class LaneStack(NamedTuple):
+    """The lanes at the sides of a vertebra, one above the other.
+
+    The arrows from the last joint to the ports at the sides must not cross the name, which is at
+    half the height of the box.  If several limbs are on top of the box, the last joint is above the
+    name, and so are all lanes.  Otherwise it is at the lower edge; then the highest arrow passes
+    below the end of the name, at the ``name_share`` of its height::
+
+        +---------------+
+        |               |
+        |    NAME       o highest port
+        |          . `  |
+        |     . `       |
+        +--o------------+
+    """
+
+    lanes: list[float]
+    """The height of each lane, counted from the lowest possible position (px)."""
+    height: float
+    """Of all lanes together (px)."""
+    name_share: float
+    is_above_name: bool
+
+    def compute_min_length(self) -> float:
+        """Compute the least height of the box (px)."""
+        if not self.lanes:
+            return 0.0
+        if self.is_above_name:
+            return 2 * (self.height + NAME_HEIGHT)
+        return max(self.height, 2 * ceil(self.lanes[-1] * self.name_share))
+
+    def compute_begin(self, length: float) -> float:
+        """Compute where the lanes begin (px), from the lower edge of a box of a length."""
+        if self.is_above_name:
+            return length / 2 + NAME_HEIGHT
+        return min((length - self.height) // 2, length / 2 // self.name_share - self.lanes[-1])
+
+
+def _stack_lanes(vertebra: Vertebra, offset: float) -> LaneStack:
     """Stack the lanes of the limbs at the sides of a vertebra.
 
-    Returns:
-        The height of each lane, counted from the lowest possible one, and that of all together.
+    Args:
+        vertebra: The vertebra.
+        offset: From the chain of the spine to the middle of the boxes (px).
     """
     lanes: list[float] = []
     top = FORK_LENGTH - CORNER_DISTANCE
     for row in vertebra.rows:
         lanes.append(top + max(limb.lane_below for limb in row))
         top = lanes[-1] + max(limb.lane_above for limb in row) + LIMB_GAP
-    return lanes, top - LIMB_GAP + CORNER_DISTANCE
+    return LaneStack(
+        lanes=lanes,
+        height=top - LIMB_GAP + CORNER_DISTANCE,
+        name_share=(offset + vertebra.node.half_name_width) / (2 * offset + CORNER_DISTANCE),
+        is_above_name=len(vertebra.ahead) > 1,
+    )
 
 
 def _place_legs(layout: Layout, legs: list[Limb], base_half_width: float, offset: float) -> float:
