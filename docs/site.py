@@ -15,7 +15,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from urdf2mbs import hookspecs, plugin
-from urdf2mbs.commands import commands_of, parser
+from urdf2mbs.commands import list_commands, parser
 from urdf2mbs.engine.plugins import Plugins
 from urdf2mbs.hookspecs import GROUP
 from urdf2mbs_setup.commands.schema import make_schema
@@ -154,7 +154,7 @@ def _commands() -> str:
              "3 not the same robot. `-` is standard input or output.", ""]  # fmt: skip
     action = next(a for a in parser()._actions if isinstance(a, argparse._SubParsersAction))
     for name, command in action.choices.items():
-        does, module = commands_of()[name].does, commands_of()[name].module
+        does, module = list_commands()[name].does, list_commands()[name].module
         whose = _whose(module.partition(".")[0].removeprefix(f"{GROUP}_"))
         end = "" if does.endswith("?") else "."
         lines += [f"## {name}", "", f"{does[0].upper()}{does[1:]}{end} {whose}", "", f"{CODE}sh"]

@@ -5,7 +5,8 @@
 
 #: The names of each module.
 _NAMES = {
-    "api": ["Result", "Verdict", "convert", "verify"],
+    "api": ["Result", "convert"],
+    "verification": ["Verdict", "verify"],
     "config.model": ["Config"],
     "messages.diagnostics": ["ConfigError", "ConversionError", "Diagnostic"],
 }

@@ -10,10 +10,15 @@ SIGNALS = [
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Run one command; returns the exit code (0 done, 1 robot, 2 usage, 3 not the same).
+    """Run one command.
 
-    A signal gives 128 plus its number.  Without ``argv`` the process is ours: then SIGTERM and
-    SIGHUP, too, undo what is half done, as Ctrl-C does.
+    Args:
+        argv: The words of the command line; None: those of this process, in which SIGTERM and
+            SIGHUP then also remove temporary files, as Ctrl-C does.
+
+    Returns:
+        The exit code: 0 done, 1 a fault of the robot, 2 of the usage, 3 not the same robot; 128
+        plus its number after a signal.
     """
     try:
         for number in SIGNALS if argv is None else ():
@@ -29,6 +34,7 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def _stop(number: int, _: object) -> None:
-    for other in SIGNALS:
-        signal.signal(other, signal.SIG_IGN)  # what is half done is undone once
+    """End the command; further signals are ignored."""
+    for each in SIGNALS:
+        signal.signal(each, signal.SIG_IGN)  # temporary files are removed once
     raise KeyboardInterrupt(number)

@@ -2,9 +2,9 @@ from urdf2mbs import spatial as spatial
 from urdf2mbs.commands import parser as parser
 from urdf2mbs.commands.printing import beside as beside
 from urdf2mbs.commands.printing import near as near
+from urdf2mbs.commands.printing import print_diagnostics as tell_diagnostics
 from urdf2mbs.commands.printing import print_json as print_json
-from urdf2mbs.commands.printing import tell as tell
-from urdf2mbs.commands.printing import tell_diagnostics as tell_diagnostics
+from urdf2mbs.commands.printing import print_summary as tell
 from urdf2mbs.commands.printing import with_near_paths as with_near_paths
 from urdf2mbs.commands.progress import Progress as Progress
 from urdf2mbs.commands.settings import ALONE as ALONE

@@ -1,4 +1,4 @@
-"""What became of the robot, counted in the finished .mbs."""
+"""The report of a conversion: what became of the robot, counted in the finished .mbs."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from urdf2mbs.urdf.changes import RobotChange, describe_changes
 
 
 class Joints(msgspec.Struct):
-    """How many joints there are; all but the first count those of the finished .mbs."""
+    """The numbers of joints; all but the first are of the finished .mbs."""
 
     urdf: int
     mbs: int
@@ -27,13 +27,14 @@ class Joints(msgspec.Struct):
     per_degree_of_freedom: float
 
     def __str__(self) -> str:
+        """Return the numbers in words."""
         dependent = f"{self.dependent} dependent, " if self.dependent else ""
         joints = counted(self.mbs, "joint")
         return f"{joints}: {self.independent} independent, {dependent}{self.driven} driven"
 
 
 class Report(msgspec.Struct):
-    """What became of the robot; ``--json`` prints it."""
+    """The result of a conversion; ``--json`` prints it."""
 
     robot: str
     source: str
@@ -41,7 +42,7 @@ class Report(msgspec.Struct):
     base: str
     """``floating`` or ``fixed``, as the .mbs has it."""
     base_reason: str
-    """Why it is so, in a word or two."""
+    """The reason for it, in a word or two."""
     floating_joints: list[str]
     """The URDF's own floating joints that are free in the .mbs."""
     links: int
@@ -55,53 +56,56 @@ class Report(msgspec.Struct):
     numbers: dict[str, int]
     """The number that Robotran gives each .mbs joint."""
     frames: dict[str, LinkFrame]
-    """Where each URDF link's frame is in the .mbs."""
+    """The place of each URDF link's frame in the .mbs."""
     frozen: dict[str, str]
-    """Moving URDF joints that are held at zero, and why."""
+    """Moving URDF joints that are locked at zero, and why."""
     changed: list[RobotChange]
-    """What passes have changed of the robot that the URDF states."""
+    """The changes of the URDF's robot by passes."""
     left_out: dict[str, dict[str, dict[str, Any]]]
-    """What the URDF's joints have and has found no place in the .mbs: every number by its name."""
+    """The numbers of URDF joints that are not in the .mbs: by joint, part and name."""
     verdict: str
     """``NOT CHECKED``, ``NOT the same robot``, or ``the same robot`` with what it is but for, and
     what was not compared."""
     proof: Proof | None
-    """What ``check`` found; None: it did not run."""
+    """The result of ``check``; None: it did not run."""
     diagnostics: list[Diagnostic]
     passes: dict[str, Any]
-    """What passes have added, each under its name."""
+    """The parts of the report by passes, each under its name."""
 
     @property
     def no_dynamics(self) -> str:
-        """Why no forces can move the robot; empty if they can."""
-        if any(said.code == "no-mass" for said in self.diagnostics):
+        """The reason why no force can move the robot; empty if forces can."""
+        if any(diagnostic.code == "no-mass" for diagnostic in self.diagnostics):
             return "NO DYNAMICS: no link has a mass"
         return f"NO DYNAMICS: the masses add up to {self.mass:.6g} kg" if self.mass < 0 else ""
 
     @property
     def base_in_words(self) -> str:
         """Whether the base floats, and why."""
-        told = [said.message for said in self.diagnostics if said.code in ("base", "base-guessed")]
-        return told[0] if told else f"{self.base} base"
+        for diagnostic in self.diagnostics:
+            if diagnostic.code in ("base", "base-guessed"):
+                return diagnostic.message
+        return f"{self.base} base"
 
 
 def verdict(conversion: Conversion) -> str:
-    """Whether the .mbs is the same robot, in words."""
+    """Return whether the .mbs is the same robot, in words."""
     proof = conversion.checked.proof
     if proof is None:
         return NOT_CHECKED
     changes = [
-        f"what {c.by} changed: {describe_changes(c.changes)}" for c in conversion.checked.changed
+        f"what {change.by} changed: {describe_changes(change.changes)}"
+        for change in conversion.checked.changed
     ]
     return proof.describe(changes)
 
 
 def report(conversion: Conversion) -> Report:
-    """What became of the robot, counted in the .mbs as the last pass left it."""
+    """Return the report of a conversion, counted in the .mbs as the last pass left it."""
     mbs, robot = conversion.mbs, conversion.robot
     natures = Counter(joint.nature for body in mbs.bodies for joint in body.joints)
     inserted = 1 if conversion.base.inserted else 0
-    base, floating_joints = _floating(conversion)
+    base, floating_joints = _find_floating(conversion)
     return Report(
         robot=robot.name,
         source=str(conversion.settings.source),
@@ -112,51 +116,63 @@ def report(conversion: Conversion) -> Report:
         links=len(robot.links) - inserted,
         bodies=len(mbs.bodies),
         joints=Joints(
-            len(robot.joints) - inserted, natures.total(),
-            natures["independent"], natures["dependent"], natures["driven"],
-            natures.total() / max(natures["independent"], 1),
+            urdf=len(robot.joints) - inserted,
+            mbs=natures.total(),
+            independent=natures["independent"],
+            dependent=natures["dependent"],
+            driven=natures["driven"],
+            per_degree_of_freedom=natures.total() / max(natures["independent"], 1),
         ),
         mass=sum(body.mass or 0.0 for body in mbs.bodies),
         gravity=mbs.base.gravity,
-        names=conversion.names, numbers=mbs.numbers(),
-        frames=conversion.frames, frozen=conversion.frozen,
-        changed=conversion.checked.changed, left_out=left_out(conversion),
-        verdict=verdict(conversion), proof=conversion.checked.proof,
-        diagnostics=conversion.diagnostics, passes=conversion.report,
-    )  # fmt: skip
+        names=conversion.names,
+        numbers=mbs.numbers(),
+        frames=conversion.frames,
+        frozen=conversion.frozen,
+        changed=conversion.checked.changed,
+        left_out=left_out(conversion),
+        verdict=verdict(conversion),
+        proof=conversion.checked.proof,
+        diagnostics=conversion.diagnostics,
+        passes=conversion.report,
+    )
 
 
-#: The parts of a joint that are not in an .mbs by themselves, and the code that says so.
+#: The parts of a URDF joint for which an .mbs has no element, and the code of the note about each.
 PARTS = {
-    "limit": "limit", "dynamics": "joint-dynamics", "mimic": "mimic",
-    "safety_controller": "safety-controller", "calibration": "calibration",
-}  # fmt: skip
+    "limit": "limit",
+    "dynamics": "joint-dynamics",
+    "mimic": "mimic",
+    "safety_controller": "safety-controller",
+    "calibration": "calibration",
+}
 
 
 def left_out(conversion: Conversion) -> dict[str, dict[str, dict[str, Any]]]:
-    """By URDF joint that moves and part, each number with its name (units: those of URDF), if no
-    pass has found a place for the part.
+    """Return the numbers of moving URDF joints for which no pass has found a place.
 
-    A limit that is not there, as it is infinite or could not be read, is None.
+    Returns:
+        For each joint and part its numbers by name, in the units of URDF.  A limit that is
+        infinite, or could not be read, is None.
     """
-    kept = conversion.state(Placed).joints
-    left_out: dict[str, dict[str, dict[str, Any]]] = {}
+    placed = conversion.state(Placed).joints
+    numbers: dict[str, dict[str, dict[str, Any]]] = {}
     for joint in conversion.robot.joints.values():
         parts = {
             part: msgspec.structs.asdict(value)
             for part, code in PARTS.items()
-            if (value := getattr(joint, part)) and joint.name not in kept.get(code, ())
+            if (value := getattr(joint, part)) and joint.name not in placed.get(code, ())
         }
         if joint.moves and parts:
-            left_out[joint.name] = parts
-    return left_out
+            numbers[joint.name] = parts
+    return numbers
 
 
-def _floating(conversion: Conversion) -> tuple[str, list[str]]:
-    """Whether the base floats in the .mbs, and the URDF's own joints that float there."""
+def _find_floating(conversion: Conversion) -> tuple[str, list[str]]:
+    """Return whether the base floats, as a word, and the URDF's floating joints that are free."""
     natures = {joint.name: joint.nature for body in conversion.mbs.bodies for joint in body.joints}
     coordinates = conversion.names.coordinates
-    base, own = "fixed", []
+    base, floating_joints = "fixed", []
     rigid = {conversion.robot.root()} if conversion.robot.links else set()
     for joint in conversion.robot.depth_first() if rigid else ():
         if not joint.moves and joint.parent in rigid:
@@ -168,5 +184,5 @@ def _floating(conversion: Conversion) -> tuple[str, list[str]]:
             if joint.parent in rigid:
                 base = "floating"
             if joint.name != conversion.base.inserted and names:
-                own.append(joint.name)
-    return base, own
+                floating_joints.append(joint.name)
+    return base, floating_joints

@@ -1,4 +1,4 @@
-"""For the tests of your own passes: a tiny robot, one pass run on it, and "is it the same?".
+"""For the tests of your passes: a tiny robot, a function that runs one pass, and a comparison.
 
 ::
 
@@ -28,7 +28,12 @@ TINY = Path(__file__).with_name("tiny.urdf").read_text("utf-8")
 
 
 def convert_text(robot: str = TINY, **settings: Any) -> Result:
-    """Convert the text of a URDF; ``settings`` are those of ``urdf2mbs.convert``."""
+    """Convert the text of a URDF.
+
+    Args:
+        robot: The URDF.
+        settings: Those of ``urdf2mbs.convert``.
+    """
     with TemporaryDirectory() as folder:
         source = Path(folder, "robot.urdf")
         source.write_text(robot, "utf-8")
@@ -36,12 +41,23 @@ def convert_text(robot: str = TINY, **settings: Any) -> Result:
 
 
 def run_pass(
-    name: str, plugin: str | os.PathLike[str] | None = None, *, after: str = "expand",
-    options: Mapping[str, Any] | None = None, robot: str = TINY, **settings: Any,
-) -> Result:  # fmt: skip
-    """Convert a robot by the preset ``faithful`` with one pass put in ``after`` another.
+    name: str,
+    plugin: str | os.PathLike[str] | None = None,
+    *,
+    after: str = "expand",
+    options: Mapping[str, Any] | None = None,
+    robot: str = TINY,
+    **settings: Any,
+) -> Result:
+    """Convert a robot by the preset ``faithful``, with one more pass.
 
-    ``plugin`` is the file that brings the pass; None: a package that is installed.
+    Args:
+        name: The pass.
+        plugin: The file that brings the pass; None: an installed package does.
+        after: The pass that it comes after.
+        options: The options of the pass.
+        robot: The URDF.
+        settings: Those of ``urdf2mbs.convert``.
     """
     return convert_text(
         robot,
@@ -53,13 +69,18 @@ def run_pass(
 
 
 def assert_same_robot(result: Result, expected: Result | None = None) -> None:
-    """Fail where the .mbs is not the same robot as the URDF that the passes left.
+    """Fail if the .mbs is not the same robot as the URDF that the passes left.
 
-    With ``expected``, the same robot as the URDF of that conversion.  ``convert_text()`` is the
-    tiny robot as it is, without your pass.
+    Args:
+        result: The conversion.
+        expected: A conversion whose URDF is the expected robot, such as ``convert_text()``, which
+            is the tiny robot without your pass; None: that of ``result``.
+
+    Raises:
+        AssertionError: It is another robot; the message lists the differences.
     """
     model = read_mbs(result.data, "robot.mbs")
     proof = prove(result.conversion, model, robot=(expected or result).robot)
     if not proof.same:
-        found = [difference.message for difference in proof.differences]
-        raise AssertionError("not the same robot:\n  " + "\n  ".join(found))
+        messages = [difference.message for difference in proof.differences]
+        raise AssertionError("not the same robot:\n  " + "\n  ".join(messages))

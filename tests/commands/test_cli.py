@@ -107,7 +107,7 @@ def test_help_imports_no_heavy_package() -> None:
         ("import urdf2mbs; urdf2mbs.convert('plain.urdf').write()",
          "api config conversion diagram disk engine hookspecs mbs messages passes plugin proof "
          "ranges spatial states summary urdf edits.merge edits.passes.merge edits.passes "
-         "edits.merge.base project.passes project.passes.find_singular project.singular "
+         "edits.merge.base_file project.passes project.passes.find_singular project.singular "
          "project.simulation"),
     ],
 )  # fmt: skip

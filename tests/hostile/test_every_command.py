@@ -12,12 +12,13 @@ from typing import Any
 import pytest
 
 from codes import CATALOGUE
-from urdf2mbs.api import convert, verify
+from urdf2mbs.api import convert
 from urdf2mbs.cli import main
 from urdf2mbs.config.load import load
 from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.testing import TINY
+from urdf2mbs.verification import verify
 
 pytestmark = pytest.mark.slow
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from urdf2mbs.commands.printing import tell_diagnostics
+from urdf2mbs.commands.printing import print_diagnostics
 from urdf2mbs.messages.diagnostics import Diagnostic
 from urdf2mbs.urdf.messages import Messages
 
@@ -22,9 +22,9 @@ def test_warnings_of_one_code_are_told_as_one_each_with_its_line(
         Diagnostic("warning", code, text, file="r.urdf", line=line)
         for code, text, line in (("a", "one", 3), ("a", "two", 9), ("b", "three", 5))
     ]
-    tell_diagnostics(said, verbose=False)
+    print_diagnostics(said, verbose=False)
     told = capsys.readouterr()
     assert told.out == "  3 warnings of 2 kinds, 0 notes\n"
     assert told.err == "r.urdf:3: warning[a]: one; line 9: two\nr.urdf:5: warning[b]: three\n"
-    tell_diagnostics(said, verbose=True)
+    print_diagnostics(said, verbose=True)
     assert capsys.readouterr().out == "  3 warnings, 0 notes\n"

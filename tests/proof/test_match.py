@@ -6,7 +6,6 @@ import pytest
 
 from presets import PRESETS
 from proving import SOLID, joint, link, robot
-from urdf2mbs.api import verify
 from urdf2mbs.mbs.model import Body, Joint, Mbs, Point
 from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.mbs.writer import write
@@ -16,6 +15,7 @@ from urdf2mbs.proof.mbs_side import build_mbs_side
 from urdf2mbs.proof.rigid import AXES, compose, compute_rotation, compute_translation
 from urdf2mbs.testing import TINY, convert_text
 from urdf2mbs.urdf.reader import parse_urdf
+from urdf2mbs.verification import verify
 
 
 def test_a_frame_ends_where_the_next_fixed_joint_begins() -> None:

@@ -11,7 +11,6 @@ from making import write_plugin
 from presets import PRESETS
 from proof.planted import MIMIC, NUMBERS
 from urdf2mbs import convert
-from urdf2mbs.api import verify
 from urdf2mbs.cli import main
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.mbs.reader import read_mbs
@@ -20,6 +19,7 @@ from urdf2mbs.proof.compare import compare
 from urdf2mbs.proof.match import Match
 from urdf2mbs.proof.rigid import IDENTITY, Inertia, compare_inertias, compute_frame_deviation
 from urdf2mbs.testing import TINY, assert_same_robot, convert_text, run_pass
+from urdf2mbs.verification import verify
 
 # --- not a number -------------------------------------------------------------------------------
 

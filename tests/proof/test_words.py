@@ -21,13 +21,13 @@ from proof.planted import (
     find_joint,
 )
 from urdf2mbs import convert
-from urdf2mbs.api import verify
 from urdf2mbs.cli import main
 from urdf2mbs.mbs.model import Connection, UserConstraint, UserModel, UserVariable
 from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.mbs.writer import write
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.testing import TINY, convert_text
+from urdf2mbs.verification import verify
 
 #: The URDF, the base of its .mbs, a change, and words that are then in the verdict.
 VERDICTS: dict[str, tuple[str, str, Plant, str]] = {

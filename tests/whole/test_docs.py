@@ -27,7 +27,7 @@ from making import passes_of
 from robots import FOLDER
 from urdf2mbs import hookspecs
 from urdf2mbs.cli import main
-from urdf2mbs.commands import commands_of
+from urdf2mbs.commands import list_commands
 from urdf2mbs.config.load import load, parse
 from urdf2mbs.config.model import Config
 from urdf2mbs.conversion import Conversion
@@ -433,7 +433,7 @@ def test_every_code_has_a_test() -> None:
 
 def test_every_command_is_in_the_readme_or_the_docs() -> None:
     text = "".join(page.read_text() for page in PAGES)
-    for command in commands_of():
+    for command in list_commands():
         assert f"urdf2mbs {command}" in text, command
 
 
@@ -451,7 +451,7 @@ def test_the_site_has_every_command_key_pass_and_hook() -> None:
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     pages = module.pages()
-    for command in commands_of():
+    for command in list_commands():
         assert f"\n## {command}\n" in pages["reference/commands.md"]
     page = SimpleNamespace(file=SimpleNamespace(src_uri="diagnostics.md"))
     told = module.on_page_markdown((DOCS / "diagnostics.md").read_text(), page)

@@ -14,7 +14,7 @@ import pytest
 import urdf2mbs
 from commands.test_cli import loaded
 from urdf2mbs.cli import main
-from urdf2mbs.commands import commands_of, parser
+from urdf2mbs.commands import list_commands, parser
 from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.testing import TINY
 
@@ -31,7 +31,7 @@ class Stdin(io.StringIO):
         self.buffer = io.BytesIO(text.encode())
 
 
-COMMANDS = commands_of()
+COMMANDS = list_commands()
 
 
 @pytest.mark.parametrize("command", COMMANDS)

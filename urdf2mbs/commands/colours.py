@@ -1,4 +1,4 @@
-"""What a terminal gets: colours, and no control character that is not ours."""
+"""Output on a terminal: coloured, and without control characters that are not ours."""
 
 from __future__ import annotations
 
@@ -13,16 +13,20 @@ from urdf2mbs.messages.diagnostics import printable
 
 _RED, _YELLOW, _CYAN, _GREEN, _OFF = (f"\033[{n}m" for n in ("1;31", "1;33", "36", "32", "0"))
 _COLOURS = {"error": _RED, "warning": _YELLOW, "note": _CYAN}
-_LEVEL = r"\b(error|warning|note)(?=\[[a-z0-9-]+\])"
-_SAME = r"(?<!NOT )\bthe same robot\b"
-_OTHER = r"\bNOT (?:the same robot|CHECKED)\b"
+_LEVEL = re.compile(r"\b(error|warning|note)(?=\[[a-z0-9-]+\])")
+_SAME_ROBOT = re.compile(r"(?<!NOT )\bthe same robot\b")
+_NOT_SAME_ROBOT = re.compile(r"\bNOT (?:the same robot|CHECKED)\b")
 
 
-class Screen:
-    """A stream that gets words without control characters, and with colours if wanted.
+class CleanStream:
+    """A stream that drops control characters, and adds colours.
 
-    A name in a robot, or a file's name, may hold a sequence that clears the screen.  A silent
-    stream drops words; a file may still be written to its bytes.
+    A name in a robot, or a file's name, may contain a sequence that clears the screen.
+
+    Args:
+        stream: The stream that is written to.
+        coloured: Whether to add colours.
+        silent: Whether to drop all text; bytes may still be written to ``buffer``.
     """
 
     def __init__(self, stream: TextIO, coloured: bool, silent: bool = False) -> None:
@@ -31,38 +35,45 @@ class Screen:
         self._silent = silent
 
     def write(self, text: str) -> int:
+        """Write a text, and return the number of its characters."""
         return len(text) if self._silent else self._stream.write(self._clean(text))
 
     def _clean(self, text: str) -> str:
         text = printable(text)
         if not self._coloured:
             return text
-        text = re.sub(_LEVEL, lambda match: f"{_COLOURS[match[1]]}{match[1]}{_OFF}", text)
-        text = re.sub(_OTHER, lambda match: f"{_RED}{match[0]}{_OFF}", text)
-        return re.sub(_SAME, lambda match: f"{_GREEN}{match[0]}{_OFF}", text)
+        text = _LEVEL.sub(lambda match: f"{_COLOURS[match[1]]}{match[1]}{_OFF}", text)
+        text = _NOT_SAME_ROBOT.sub(lambda match: f"{_RED}{match[0]}{_OFF}", text)
+        return _SAME_ROBOT.sub(lambda match: f"{_GREEN}{match[0]}{_OFF}", text)
 
     def __getattr__(self, name: str) -> object:
         return getattr(self._stream, name)
 
 
 @contextmanager
-def screens(colours: str = "auto", *, quiet: bool = False) -> Iterator[None]:
-    """Within it, standard output and error are screens; ``quiet`` silences standard output.
+def clean_streams(colours: str = "auto", *, quiet: bool = False) -> Iterator[None]:
+    """Replace standard output and error by clean streams.
 
-    ``colours`` are ``always``, ``never``, or ``auto``: on terminals.  There ``NO_COLOR``
-    (https://no-color.org) and ``TERM=dumb`` switch colours off.
+    Args:
+        colours: ``always``, ``never``, or ``auto``: on terminals, unless ``NO_COLOR``
+            (https://no-color.org) or ``TERM=dumb`` is set.
+        quiet: Whether to silence standard output.
     """
-    plain = sys.stdout, sys.stderr
-    wanted = not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
-    if os.name == "nt" and "WT_SESSION" not in os.environ:
-        wanted = False  # the old console shows the codes
+    streams = sys.stdout, sys.stderr
     coloured = [
-        colours == "always" or (wanted and colours == "auto" and stream.isatty())
-        for stream in plain
+        colours == "always" or (colours == "auto" and stream.isatty() and _allows_colours())
+        for stream in streams
     ]
     try:
-        sys.stdout = Screen(plain[0], coloured[0], quiet)
-        sys.stderr = Screen(plain[1], coloured[1])
+        sys.stdout = CleanStream(streams[0], coloured[0], quiet)
+        sys.stderr = CleanStream(streams[1], coloured[1])
         yield
     finally:
-        sys.stdout, sys.stderr = plain
+        sys.stdout, sys.stderr = streams
+
+
+def _allows_colours() -> bool:
+    """Return whether the environment asks for no plain text, and the terminal knows colours."""
+    if os.name == "nt" and "WT_SESSION" not in os.environ:
+        return False  # the old console of Windows shows the codes
+    return not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"

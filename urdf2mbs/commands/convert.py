@@ -12,7 +12,7 @@ import os
 from pathlib import Path
 from typing import Any
 
-from urdf2mbs.commands.printing import tell
+from urdf2mbs.commands.printing import print_summary
 from urdf2mbs.commands.run import carry_out_many, carry_out_one, convert_one
 from urdf2mbs.commands.settings import ALONE, add_converting, add_fields, without_config
 from urdf2mbs.commands.streams import STREAM, is_stream, saving
@@ -30,16 +30,20 @@ EXAMPLES = (
 
 
 def add_options(command: argparse.ArgumentParser) -> None:
+    """Add the options of ``convert``."""
     add_converting(command)
     command.add_argument(
-        "robot", metavar="ROBOT",
+        "robot",
+        metavar="ROBOT",
         help="a .urdf or .xacro file, a folder, robot_descriptions:NAME, or - for standard input",
-    )  # fmt: skip
+    )
     command.add_argument(
-        "-o", "--output", metavar="OUT.mbs",
+        "-o",
+        "--output",
+        metavar="OUT.mbs",
         help="the file, - for standard output; an existing folder, or DIR/, gets a project "
         "(of a folder of robots: their .mbs files)",
-    )  # fmt: skip
+    )
     command.add_argument(
         "--language", choices=("python", "c", "both"), help="the code of a project; default: python"
     )
@@ -47,6 +51,7 @@ def add_options(command: argparse.ArgumentParser) -> None:
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
+    """Convert the robot that the command line names, and return the exit code."""
     output: Any = arguments.output
     folder = output is not None and (output.endswith(("/", os.sep)) or is_folder(Path(output)))
     if arguments.language and not folder:
@@ -56,7 +61,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
     if not arguments.robot:
         raise ConfigError("usage", "the name of the robot is empty")
     if is_stream(output) or (output is None and is_stream(arguments.robot)):
-        return _pass_on(arguments)
+        return _convert_to_stdout(arguments)
     if is_folder(Path(arguments.robot)):
         return carry_out_many("convert", [], arguments)
     if folder:
@@ -65,17 +70,16 @@ def carry_out(arguments: argparse.Namespace) -> int:
     return carry_out_one(config, lines, arguments)
 
 
-def _pass_on(arguments: argparse.Namespace) -> int:
-    """Convert to standard output; all that is said goes to standard error."""
+def _convert_to_stdout(arguments: argparse.Namespace) -> int:
+    """Convert to standard output; all messages go to standard error."""
     name = "robot" if is_stream(arguments.robot) else stem(Path(arguments.robot))
     with saving(arguments, True) as save:
         config, lines = without_config(arguments.robot, f"{name}.mbs", arguments)
-        arguments.fresh = True  # no file is there to be merged with
+        arguments.fresh = True  # there is no file to merge with
         conversion = convert_one(config, lines, arguments)
-        found = report(conversion)
         data = conversion.files.get(conversion.settings.output)
-        place = "nothing is written" if data is None else "written to standard output"
-        tell(conversion, found, place, arguments.verbose)
+        outcome = "nothing is written" if data is None else "written to standard output"
+        print_summary(conversion, report(conversion), outcome, arguments.verbose)
         if data is not None:
             save(Path(STREAM), data)
     return 0 if conversion.checked.rejected is None else 3

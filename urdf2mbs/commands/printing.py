@@ -1,4 +1,4 @@
-"""What commands print: what became of a robot, where a pass comes from, paths, JSON."""
+"""What commands print: the summary of a conversion, messages, paths, JSON."""
 
 from __future__ import annotations
 
@@ -16,60 +16,82 @@ from urdf2mbs.engine.summaries import of_plugins
 from urdf2mbs.messages.diagnostics import Diagnostic, counted
 from urdf2mbs.summary import Report
 
+#: The most messages of one code that are printed, unless all are asked for.
+MAX_PER_CODE = 5
 
-def tell(conversion: Conversion, found: Report, done: str, verbose: bool, shown: str = "") -> None:
-    """What became of the robot, and whether it is the same; ``done`` says where it is written, and
-    ``shown`` where its warnings are shown instead."""
-    joints, bodies = found.joints, counted(found.bodies, "body")
+
+def print_summary(
+    conversion: Conversion, report: Report, outcome: str, verbose: bool, elsewhere: str = ""
+) -> None:
+    """Print what became of the robot, and whether it is the same.
+
+    Args:
+        conversion: The conversion.
+        report: What it has counted.
+        outcome: Where the result is, such as ``"written to robot.mbs"``.
+        verbose: Whether to print notes and counts, too.
+        elsewhere: Where the warnings are shown instead, such as ``"the page shows them"``.
+    """
+    joints, bodies = report.joints, counted(report.bodies, "body")
     free = counted(joints.independent, "independent joint")
-    mass = found.no_dynamics or f"{found.mass:.6g} kg"
-    print(f"{found.robot}: {done} ({found.base} base, {bodies}, {free}, {mass})")
-    for difference in found.proof.differences if found.proof is not None else ():
+    mass = report.no_dynamics or f"{report.mass:.6g} kg"
+    print(f"{report.robot}: {outcome} ({report.base} base, {bodies}, {free}, {mass})")
+    for difference in report.proof.differences if report.proof is not None else ():
         print(f"error[not-the-same]: {difference.message}", file=sys.stderr)
     lines = of_plugins(conversion).lines
-    tell_diagnostics(conversion.diagnostics, verbose, found.verdict, shown)
+    print_diagnostics(conversion.diagnostics, verbose, report.verdict, elsewhere)
     if verbose:
-        links, own = counted(found.links, "link"), counted(joints.urdf, "URDF joint")
-        compared = [] if found.proof is None else [found.proof.compared]
-        lines += [f"{links} -> {bodies}, {own} -> {joints}", *compared]
+        links, urdf_joints = counted(report.links, "link"), counted(joints.urdf, "URDF joint")
+        compared = [] if report.proof is None else [report.proof.compared]
+        lines += [f"{links} -> {bodies}, {urdf_joints} -> {joints}", *compared]
     print("".join(f"  {line}\n" for line in lines), end="")
 
 
-def tell_diagnostics(
-    diagnostics: Sequence[Diagnostic], verbose: bool, verdict: str = "", shown: str = ""
+def print_diagnostics(
+    diagnostics: Sequence[Diagnostic], verbose: bool, verdict: str = "", elsewhere: str = ""
 ) -> None:
-    """Count warnings and notes, and print them on stderr: the notes only if ``verbose``."""
-    warnings, notes = ([d for d in diagnostics if d.level == one] for one in ("warning", "note"))
-    more = "" if verbose or not notes else "-v shows the notes"
+    """Print the numbers of warnings and notes, and the messages on stderr.
+
+    Args:
+        diagnostics: The warnings and notes.
+        verbose: Whether to print the notes, too, and all warnings of one code.
+        verdict: Whether the robot is the same, in words.
+        elsewhere: Where the warnings are shown instead.
+    """
+    warnings = [diagnostic for diagnostic in diagnostics if diagnostic.level == "warning"]
+    notes = [diagnostic for diagnostic in diagnostics if diagnostic.level == "note"]
+    remark = elsewhere or ("" if verbose or not notes else "-v shows the notes")
     folded = warnings if verbose else _fold(warnings)
     kinds = f" of {counted(len(folded), 'kind')}" if len(folded) < len(warnings) else ""
     counts = f"{counted(len(warnings), 'warning')}{kinds}, {counted(len(notes), 'note')}"
-    counts += f" ({shown or more})" if shown or more else ""
+    counts += f" ({remark})" if remark else ""
     print(f"  {verdict}; {counts}" if verdict else f"  {counts}")
-    for said in warnings + notes if verbose else [] if shown else folded:
-        print(with_near_paths(str(said)), file=sys.stderr)
+    for diagnostic in warnings + notes if verbose else [] if elsewhere else folded:
+        print(with_near_paths(str(diagnostic)), file=sys.stderr)
 
 
 def _fold(warnings: Sequence[Diagnostic]) -> list[Diagnostic]:
-    """The same warnings, those of one code as one, at the place of the first."""
+    """Return the warnings with those of one code as one, at the place of the first."""
     by_code: dict[str, list[Diagnostic]] = {}
-    for said in warnings:
-        by_code.setdefault(said.code, []).append(said)
-    folded = []
-    for first, *others in by_code.values():
-        shown = [first, *others[:4]]
+    for warning in warnings:
+        by_code.setdefault(warning.code, []).append(warning)
+    folded: list[Diagnostic] = []
+    for group in by_code.values():
+        first, *others = group[:MAX_PER_CODE]
         message = first.message
-        for said in others[:4]:
-            at = f"line {said.line}: " if said.line and said.file == first.file else ""
-            message += f"; {at}{said.message}"
-        if len(others) > 4:
-            message += f"; and {len(others) - 4} more (-v shows them)"
-        hint = "; ".join(dict.fromkeys(said.hint for said in shown if said.hint)) or None
+        for warning in others:
+            is_near = warning.line and warning.file == first.file
+            position = f"line {warning.line}: " if is_near else ""
+            message += f"; {position}{warning.message}"
+        if len(group) > MAX_PER_CODE:
+            message += f"; and {len(group) - MAX_PER_CODE} more (-v shows them)"
+        hints = [warning.hint for warning in (first, *others) if warning.hint]
+        hint = "; ".join(dict.fromkeys(hints)) or None
         folded.append(msgspec.structs.replace(first, message=message, hint=hint))
     return folded
 
 
-def next_steps(conversion: Conversion, found: Report) -> str:
+def list_next_steps(conversion: Conversion, report: Report) -> str:
     """Return the lines that say what to do with the files."""
     settings = conversion.settings
     model = near(settings.output)
@@ -77,29 +99,29 @@ def next_steps(conversion: Conversion, found: Report) -> str:
         return "Next: see where they differ: urdf2mbs report, in place of run or convert"
     if settings.project is None:
         return f"Next: open {model} in MBSysPad, or draw it: urdf2mbs diagram {model}"
-    if found.no_dynamics:
+    if report.no_dynamics:
         return f"Next: give the links masses, without which nothing moves; open {model} in MBSysPad"
-    play = f"urdf2mbs simulate {near(settings.project)} -o moves.html"
-    steps = [f"{play}; or open {model} in MBSysPad", *of_plugins(conversion).next_steps]
+    simulate = f"urdf2mbs simulate {near(settings.project)} -o moves.html"
+    steps = [f"{simulate}; or open {model} in MBSysPad", *of_plugins(conversion).next_steps]
     return "Next: " + "\n      ".join(steps)
 
 
 def near(path: Path) -> str:
-    """A path as the user would type it: relative if it is below the working folder."""
+    """Return a path as the user would type it: relative if it is below the working folder."""
     return os.path.relpath(path) if path.is_relative_to(Path.cwd()) else str(path)
 
 
 def with_near_paths(text: str) -> str:
-    """A message in which each path below the working folder is as the user would type it."""
+    """Return a message with each path below the working folder as the user would type it."""
     try:
-        here = f"{Path.cwd()}{os.sep}"
-    except OSError:  # the folder is gone
+        folder = f"{Path.cwd()}{os.sep}"
+    except OSError:  # the folder was removed
         return text
-    return re.sub(rf"(?<![^\s'\"(]){re.escape(here)}", "", text)
+    return re.sub(rf"(?<![^\s'\"(]){re.escape(folder)}", "", text)
 
 
 def beside(model: Path, suffix: str) -> Path:
-    """The model's name with another ending; only .mbs is one (``panda_v1.0`` has none)."""
+    """Return a model's name with another ending; only .mbs is one (``panda_v1.0`` has none)."""
     return model.with_name(model.name.removesuffix(".mbs") + suffix)
 
 
@@ -110,5 +132,5 @@ def print_json(data: Any) -> None:
     from urdf2mbs.mbs.model import without_origin
 
     plain = msgspec.to_builtins(data, enc_hook=without_origin)
-    # JSON leaves this one control character as it is
+    # DEL is the only control character that JSON does not escape
     print(json.dumps(plain, indent=2).replace("\x7f", "\\u007f"))

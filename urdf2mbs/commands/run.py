@@ -10,7 +10,13 @@ from __future__ import annotations
 import argparse
 from contextlib import ExitStack
 
-from urdf2mbs.commands.printing import near, next_steps, print_json, tell, tell_diagnostics
+from urdf2mbs.commands.printing import (
+    list_next_steps,
+    near,
+    print_diagnostics,
+    print_json,
+    print_summary,
+)
 from urdf2mbs.commands.progress import Progress
 from urdf2mbs.commands.settings import add_converting, path, read_config
 from urdf2mbs.config.lines import Lines
@@ -30,6 +36,7 @@ EXAMPLES = (
 
 
 def add_options(command: argparse.ArgumentParser) -> None:
+    """Add the options of ``run``."""
     command.add_argument(
         "config", type=path, metavar="CONFIG.yaml", nargs="+", help="'init' writes one"
     )
@@ -37,6 +44,7 @@ def add_options(command: argparse.ArgumentParser) -> None:
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
+    """Convert the robots of the configs, and return the exit code."""
     configs = [read_config(file, arguments) for file in arguments.config]
     if len(configs) > 1 or configs[0][0].sweep is not None:
         return carry_out_many("run", configs, arguments)
@@ -63,13 +71,15 @@ def carry_out_many(
 
 
 def convert_one(config: Config, lines: Lines, arguments: argparse.Namespace) -> Conversion:
-    """Run the passes of a config; nothing is written but by observers."""
+    """Run the passes of a config; only observers may write files."""
     pipeline = Pipeline(
-        config, lines, installed_plugins=not arguments.no_plugins,
+        config,
+        lines,
+        installed_plugins=not arguments.no_plugins,
         fresh=arguments.fresh or arguments.force,
-    )  # fmt: skip
+    )
     hook = load_plugins(installed=not arguments.no_plugins).hook
-    observers = [found for found in hook.urdf2mbs_observe(arguments=arguments) if found is not None]
+    observers: list[object] = hook.urdf2mbs_observe(arguments=arguments)
     with Progress(arguments) as progress, ExitStack() as ends:
         pipeline.watch(progress)
         for observer in observers:
@@ -79,52 +89,52 @@ def convert_one(config: Config, lines: Lines, arguments: argparse.Namespace) -> 
 
 
 def carry_out_one(config: Config, lines: Lines, arguments: argparse.Namespace) -> int:
-    """Convert one robot, write its files, and say what became of it."""
+    """Convert one robot, write its files, print a summary, and return the exit code."""
     conversion = convert_one(config, lines, arguments)
     if arguments.plan:
         return _show_plan(conversion, arguments)
     write(conversion, force=arguments.force)
-    found = report(conversion)
+    result = report(conversion)
     if arguments.json:
-        print_json(found)
+        print_json(result)
     else:
-        _summarise(conversion, found, arguments)
+        _print_result(conversion, result, arguments)
         if conversion.files:
-            print(next_steps(conversion, found))
+            print(list_next_steps(conversion, result))
     return 0 if conversion.checked.rejected is None else 3
 
 
 def _show_plan(conversion: Conversion, arguments: argparse.Namespace) -> int:
-    """Say what would be written, and write nothing."""
-    files = {
-        does: list(map(near, paths))
-        for does, paths in plan(conversion, force=arguments.force).items()
-    }
+    """Print what would be written, and return the exit code; nothing is written."""
+    changes = plan(conversion, force=arguments.force)
+    files = {kind: list(map(near, paths)) for kind, paths in changes.items()}
     merge = conversion.report.get("merge")
     if arguments.json:
         print_json({"merge": merge, "files": files, "diagnostics": conversion.diagnostics})
     else:
         print(f"{conversion.robot.name}: the plan; nothing is written")
-        for does, sentences in (merge["words"] if merge else {}).items():
-            print(f"  {does}: {len(sentences) or 'nothing'}")
+        for kind, sentences in (merge["words"] if merge else {}).items():
+            print(f"  {kind}: {len(sentences) or 'nothing'}")
             for sentence in sentences:
                 print(printable(f"    {sentence}"))
         if not merge and not any(files.values()):
             print("  nothing changes")
-        for does, paths in files.items():
+        for kind, paths in files.items():
             if paths:
-                print(f"  {does} files: {some(paths, 6)}")
-        tell_diagnostics(conversion.diagnostics, arguments.verbose)
+                print(f"  {kind} files: {some(paths, 6)}")
+        print_diagnostics(conversion.diagnostics, arguments.verbose)
     return 0 if conversion.checked.rejected is None else 3
 
 
-def _summarise(conversion: Conversion, found: Report, arguments: argparse.Namespace) -> None:
+def _print_result(conversion: Conversion, result: Report, arguments: argparse.Namespace) -> None:
+    """Print what became of the robot, or why there is no .mbs."""
     output = conversion.written
     if output in conversion.files:
-        tell(conversion, found, f"written to {near(output)}", arguments.verbose)
+        outcome = f"written to {near(output)}"
+        print_summary(conversion, result, outcome, arguments.verbose)
     else:
-        why = "the pipeline writes no .mbs"
+        reason = "the pipeline writes no .mbs"
         if arguments.stop_after is not None:
-            why = f"stopped after '{arguments.stop_after}': nothing is written"
-        print(why)
-        tell_diagnostics(conversion.diagnostics, arguments.verbose)
+            reason = f"stopped after '{arguments.stop_after}': nothing is written"
+        print(reason)
+        print_diagnostics(conversion.diagnostics, arguments.verbose)

@@ -1,4 +1,4 @@
-"""Turns the words of a command line into a ``Config``; options that several commands have."""
+"""Options that several commands have, and the ``Config`` that a command line stands for."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ class _Flag(NamedTuple):
     """The type of the field."""
 
 
-def _flags() -> dict[str, _Flag]:
-    """The fields of ``Config`` that have a flag."""
+def _list_flags() -> dict[str, _Flag]:
+    """Return the fields of ``Config`` that an option sets."""
     flags = {}
     for name, hint in get_type_hints(Config, include_extras=True).items():
         kind, *metas = get_args(hint) if get_origin(hint) is Annotated else (hint,)
@@ -40,52 +40,60 @@ def _flags() -> dict[str, _Flag]:
     return flags
 
 
-FLAGS = _flags()
+FLAGS = _list_flags()
 
-#: The fields that say how a robot is read, and how much its warnings weigh.
+#: The fields that say how a robot is read, and the levels of messages.
 READING = ("diagnostics", "strict", "trust_xacro")
-#: The fields that a command line may change where there is a config, and those for a robot alone.
+#: The fields that a command line may override in a config.
 RUNNING = (*READING, "passes")
+#: The fields that a command line may set only for a robot without a config.
 ALONE = ("base", "packages", "xacro_args", "pipeline", "plugins", "after")
 
 
 def add_fields(command: argparse.ArgumentParser, *fields: str) -> None:
-    """The options that set fields of ``Config``; ``add_texts`` gives them their help."""
+    """Add the options that set fields of ``Config``; ``add_texts`` adds their help."""
     for field in fields:
         flag, form, kind = FLAGS[field]
-        more: dict[str, Any] = {"help": field}
+        settings: dict[str, Any] = {"help": field}
         if kind is bool:
-            more["action"] = "store_true"
+            settings["action"] = "store_true"
         elif get_origin(kind) is Literal:
-            more["choices"] = get_args(kind)
+            settings["choices"] = get_args(kind)
         else:
-            more["metavar"] = form
+            settings["metavar"] = form
         if get_origin(kind) in (dict, list):
-            more |= {"action": "append", "default": []}
-        command.add_argument(flag, dest=field, **more)
+            settings |= {"action": "append", "default": []}
+        command.add_argument(flag, dest=field, **settings)
 
 
 def choose_fields(arguments: argparse.Namespace, fields: Iterable[str] = FLAGS) -> dict[str, Any]:
-    """What a command line says of the fields of ``Config``, as a config says it."""
+    """Return the fields of ``Config`` that a command line sets, as a config states them.
+
+    Raises:
+        ConfigError: ``usage``, an option has the wrong form.
+    """
     given = {field: getattr(arguments, field, None) for field in fields}
-    return {field: _value(FLAGS[field], value) for field, value in given.items() if value}
+    return {field: _parse_option(FLAGS[field], value) for field, value in given.items() if value}
 
 
-def _value(flag: _Flag, given: Any) -> Any:
+def _parse_option(flag: _Flag, given: Any) -> Any:
+    """Return the value of an option; the words NAME=VALUE become a dict."""
     if get_origin(flag.kind) is not dict:
         return given
     from urdf2mbs.config.yaml_text import parse_value
 
     sign = ":=" if ":=" in flag.form else "="
+    is_pass_option = "." in flag.form
+    is_list = list[str] in get_args(get_args(flag.kind)[1])
     values: dict[str, Any] = {}
     for text in given:
-        name, found, value = text.partition(sign)
-        pass_, _, option = name.rpartition(".")
-        if not found or not name or ("." in flag.form and not pass_):
-            raise ConfigError("usage", f"{flag.flag} {text}: it reads {flag.flag} {flag.form}")
-        if "." in flag.form:
-            values.setdefault(pass_, {})[option] = parse_value(value)
-        elif list[str] in get_args(get_args(flag.kind)[1]):
+        name, found_sign, value = text.partition(sign)
+        pass_name, _, option = name.rpartition(".")
+        if not found_sign or not name or (is_pass_option and not pass_name):
+            raise ConfigError("usage", f"{flag.flag} {text}: expected {flag.flag} {flag.form}")
+        if is_pass_option:
+            values.setdefault(pass_name, {})[option] = parse_value(value)
+        elif is_list:
             values.setdefault(name, []).append(value)
         else:
             values[name] = value
@@ -96,35 +104,39 @@ def read_config(file: Path, arguments: argparse.Namespace) -> tuple[Config, Line
     """Read a config file, with the values that the command line overrides."""
     config, lines = load(file, **choose_fields(arguments, RUNNING))
     if getattr(arguments, "no_plugins", False) and config.plugins:
-        left_out = ", ".join(config.plugins)
-        print(f"{file}: --no-plugins leaves out its plugins: {left_out}", file=sys.stderr)
+        names = ", ".join(config.plugins)
+        print(f"{file}: --no-plugins leaves out its plugins: {names}", file=sys.stderr)
         config = msgspec.structs.replace(config, plugins=[])
     return config, lines
 
 
 def without_config(robot: str, output: Any, arguments: argparse.Namespace) -> tuple[Config, Lines]:
-    """The config that the command line stands for."""
+    """Return the config that a command line stands for, which names a robot."""
     if robot == "-":
         robot = files.take_stdin()
     return config_of({"source": robot, "output": output, **choose_fields(arguments)})
 
 
 def robot_or_config(arguments: argparse.Namespace) -> tuple[Config, Lines]:
-    """The config of the file that is named: a config or a robot, by the file's ending."""
+    """Return the config of the named file: a config or a robot, by the file's ending.
+
+    Raises:
+        ConfigError: ``usage``, an option is only for a robot without a config; or the config is
+            wrong.
+    """
     file: Path = arguments.config
-    robot = file.suffix.lower() not in (".yaml", ".yml", "") and not files.is_folder(file)
-    if robot or str(file) == "-" or is_name(str(file)):
+    is_robot = file.suffix.lower() not in (".yaml", ".yml", "") and not files.is_folder(file)
+    if is_robot or str(file) == "-" or is_name(str(file)):
         return without_config(str(file), None, arguments)
     for field in choose_fields(arguments, ALONE):
-        raise ConfigError(
-            "usage", f"{FLAGS[field].flag} is for a robot without a config",
-            hint=f"write it in '{file}', or name the .urdf or .xacro file instead",
-        )  # fmt: skip
+        message = f"{FLAGS[field].flag} is for a robot without a config"
+        hint = f"write it in '{file}', or name the .urdf or .xacro file instead"
+        raise ConfigError("usage", message, hint=hint)
     return read_config(file, arguments)
 
 
 def refuse(arguments: argparse.Namespace, names: Iterable[str], why: str) -> None:
-    """Raise ConfigError if one of these options is given; ``why``: what it is for."""
+    """Raise ConfigError if one of some options is given; ``why`` says what it is for."""
     for name in names:
         if getattr(arguments, name) not in (None, False, []):
             raise ConfigError("usage", f"--{name.replace('_', '-')} is for {why}")
@@ -134,17 +146,19 @@ def refuse(arguments: argparse.Namespace, names: Iterable[str], why: str) -> Non
 
 
 def path(text: str) -> Path:
-    if not text:  # an empty path would be the working folder
+    """Return the path of an option; the empty one would be the working folder."""
+    if not text:
         raise argparse.ArgumentTypeError("the name is empty")
     return Path(text)
 
 
 def add_json(command: argparse._ActionsContainer) -> None:
+    """Add ``--json``."""
     command.add_argument("--json", action="store_true", help="print all that is known, as JSON")
 
 
 def add_printing(command: argparse.ArgumentParser, *, writes: bool = True) -> None:
-    """For a command that prints its result in words, as JSON, or not at all."""
+    """Add ``--json`` and ``--quiet``, and ``--force`` for a command that writes files."""
     if writes:
         command.add_argument("--force", action="store_true", help="replace edited files, too")
     either = command.add_mutually_exclusive_group()
@@ -153,6 +167,7 @@ def add_printing(command: argparse.ArgumentParser, *, writes: bool = True) -> No
 
 
 def add_no_plugins(command: argparse.ArgumentParser) -> None:
+    """Add ``--no-plugins``."""
     command.add_argument(
         "--no-plugins",
         action="store_true",
@@ -162,7 +177,7 @@ def add_no_plugins(command: argparse.ArgumentParser) -> None:
 
 @cache
 def field_docs(kind: type) -> dict[str, str]:
-    """The docstrings that stand below the fields of a class and its bases, by field."""
+    """Return the docstrings below the fields of a class and its bases, by field."""
     import ast
     import inspect
     from itertools import pairwise
@@ -186,9 +201,9 @@ def field_docs(kind: type) -> dict[str, str]:
 
 
 def add_texts(command: argparse.ArgumentParser) -> None:
-    """The texts of the fields of ``Config``, as help of the options that set the fields.
+    """Add the docstrings of the fields of ``Config`` as help of the options that set them.
 
-    Without these texts, a process that converts Cassie takes three quarters of the time.
+    A process that converts Cassie takes three quarters of the time without these texts.
     """
     docs = field_docs(Config)
     for action in command._actions:
@@ -197,13 +212,14 @@ def add_texts(command: argparse.ArgumentParser) -> None:
 
 
 def add_verbose(command: argparse.ArgumentParser) -> None:
+    """Add ``--verbose``."""
     command.add_argument(
         "-v", "--verbose", action="store_true", help="show each pass and all notes"
     )
 
 
 def add_running(command: argparse.ArgumentParser) -> None:
-    """For a command that runs passes, by a config or by options that stand for a config."""
+    """Add the options of a command that runs passes, with a config or without."""
     add_no_plugins(command)
     add_verbose(command)
     add_fields(command, *RUNNING)

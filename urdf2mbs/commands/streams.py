@@ -11,12 +11,12 @@ from pathlib import Path
 from urdf2mbs.engine.output import write_files
 from urdf2mbs.messages.diagnostics import ConfigError
 
-#: What stands for standard input or output.
+#: The name that stands for standard input or output.
 STREAM = "-"
 
 
 def is_stream(file: Path | str | None) -> bool:
-    """True if ``-`` stands in place of a file."""
+    """Return whether a file's name is ``-``."""
     return str(file) == STREAM
 
 
@@ -24,9 +24,16 @@ def is_stream(file: Path | str | None) -> bool:
 def saving(
     arguments: argparse.Namespace, to_stdout: bool
 ) -> Iterator[Callable[[Path, bytes], None]]:
-    """Gives the function that writes a file.
+    """Yield the function that writes a file.
 
-    If the file goes to standard output, words go to standard error.
+    If the file goes to standard output, text goes to standard error.
+
+    Args:
+        arguments: The options of the command: ``force``, ``json``, ``quiet``.
+        to_stdout: Whether the file goes to standard output.
+
+    Raises:
+        ConfigError: ``usage``, JSON and the file would both go to standard output.
     """
     if not to_stdout:
         yield lambda path, data: write_files({path: data}, force=arguments.force)

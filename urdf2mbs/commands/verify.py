@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 
 import msgspec
 
-from urdf2mbs.commands.printing import near, print_json, tell_diagnostics
+from urdf2mbs.commands.printing import near, print_diagnostics, print_json
 from urdf2mbs.commands.settings import (
     READING,
     add_fields,
@@ -34,7 +34,7 @@ from urdf2mbs.engine.plugins import load_plugins
 from urdf2mbs.messages.diagnostics import ConfigError, counted, printable
 
 if TYPE_CHECKING:
-    from urdf2mbs.api import Verdict
+    from urdf2mbs.verification import Verdict
 
 EXAMPLES = (
     "urdf2mbs verify robot.urdf robot.mbs",
@@ -46,6 +46,7 @@ EXAMPLES = (
 
 
 def add_options(command: argparse.ArgumentParser) -> None:
+    """Add the options of ``verify``."""
     command.add_argument(
         "robot",
         metavar="ROBOT",
@@ -80,6 +81,7 @@ def add_options(command: argparse.ArgumentParser) -> None:
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
+    """Compare the two sides, print the verdict, and return the exit code."""
     robot, compare = _prepare(arguments)
     hook = load_plugins(installed=not arguments.no_plugins).hook
     observers = hook.urdf2mbs_observe_verify(robot=robot, arguments=arguments)
@@ -89,11 +91,16 @@ def carry_out(arguments: argparse.Namespace) -> int:
         printed = [take(verdict) for take in takers]
     code = 0 if verdict.same else 3
     if arguments.json:
-        words = {"same": verdict.same, "verdict": verdict.verdict}
-        print_json({**words, **msgspec.to_builtins(verdict)})
-        return code
-    if any(printed):
-        return code
+        print_json(
+            {"same": verdict.same, "verdict": verdict.verdict, **msgspec.to_builtins(verdict)}
+        )
+    elif not any(printed):
+        _print_verdict(verdict, arguments)
+    return code
+
+
+def _print_verdict(verdict: Verdict, arguments: argparse.Namespace) -> None:
+    """Print what was compared, the differences, the warnings, and the verdict."""
     _print_match(verdict)
     if _is_of_config(arguments):
         print(f"  the robot is that of {arguments.robot}; the model is {near(Path(verdict.model))}")
@@ -108,20 +115,20 @@ def carry_out(arguments: argparse.Namespace) -> int:
         print("not the same, by relative size:")
     for difference in verdict.differences:
         print(printable(f"  {difference.size:8.2e}  {difference.message}"))
-    tell_diagnostics(verdict.diagnostics, arguments.verbose)
+    print_diagnostics(verdict.diagnostics, arguments.verbose)
     print(verdict.verdict)
-    return code
 
 
 def _is_of_config(arguments: argparse.Namespace) -> bool:
-    from urdf2mbs.api import is_config
+    """Return whether the robot is that of a config."""
+    from urdf2mbs.verification import is_config
 
     return is_config(arguments.robot)
 
 
 def _prepare(arguments: argparse.Namespace) -> tuple[str, Callable[..., Verdict]]:
-    """Return the robot's file, and the comparison that the command line asks for."""
-    from urdf2mbs.api import is_config, verify, verify_config
+    """Return the robot's file, and the function that makes the comparison."""
+    from urdf2mbs.verification import is_config, verify, verify_config
 
     model = arguments.model
     if model is not None and is_config(model) and arguments.robot.lower().endswith(".mbs"):
@@ -144,11 +151,11 @@ def _prepare(arguments: argparse.Namespace) -> tuple[str, Callable[..., Verdict]
 
 
 def _print_match(verdict: Verdict) -> None:
-    """Print which joints of the URDF and of the .mbs are the same, and what they move."""
-    own = [f"'{name}'" for name, joints in verdict.joints.items() if len(joints) == 6]
+    """Print how many joints of the URDF match joints of the .mbs, and the masses."""
+    floating = [f"'{name}'" for name, joints in verdict.joints.items() if len(joints) == 6]
     base = ", and the floating base" if verdict.floating_base else ", the base is fixed"
-    if own:
-        base = f", {', '.join(own)} floats"
+    if floating:
+        base = f", {', '.join(floating)} floats"
     print(f"{verdict.robot}: {len(verdict.joints)} of {verdict.moving} joints match by name{base}")
     if verdict.made_of:
         print(f"  the .mbs is {verdict.made_of}, converted in memory")

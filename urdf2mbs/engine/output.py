@@ -1,10 +1,9 @@
-"""Writes what a conversion made: never half a file, and never over somebody's work.
+"""Writes the files of a conversion: never half a file, and never over people's work.
 
-Each file is written beside its place, under a random name and with the mode of the file that it
-replaces, and then renamed into its place.  So threads and processes may write one output at the
-same time: each file is that of one of them.  A run that fails or is killed between two files leaves
-some of them new, and the next run writes the others.  Only a run that is killed leaves temporary
-files.
+Each file is written in its folder under a random name, with the mode of the file that it replaces,
+and then renamed.  Threads and processes may write one output at the same time: each file is that of
+one of them.  A run that fails or is killed between two files leaves some of them new, and the next
+run writes the others.  Only a run that is killed leaves temporary files.
 """
 
 from __future__ import annotations
@@ -26,19 +25,29 @@ WINDOWS = os.name == "nt"
 
 
 def write(conversion: Conversion, *, force: bool = False) -> None:
-    """Write what a conversion made, and for a project the folders that Robotran expects.
+    """Write the files of a conversion, and for a project the folders that Robotran expects.
 
-    What fits the robot no more is removed, of the files that nobody has changed.  ``force``
-    replaces files, too, that were edited or that are somebody else's.  Raises ConfigError, for a
-    project also where the plugin is away that writes the project's code.
+    Obsolete files are removed if nobody has changed them.
+
+    Args:
+        conversion: The finished conversion.
+        force: Whether to replace files that were edited, or that urdf2mbs has not written.
+
+    Raises:
+        ConfigError: A file cannot be written, or is not ours to replace; or no plugin writes the
+            code of a project.
     """
     project = conversion.settings.project
     folders = [] if project is None else _list_folders(conversion, project)
-    files = _all_files(conversion)
+    files = _list_files(conversion)
     write_files(
-        files, folders, once=conversion.files_of("starter"),
-        obsolete=conversion.files_of("obsolete"), force=force, replaces=_replaced(files),
-    )  # fmt: skip
+        files,
+        folders,
+        once=conversion.files_of("starter"),
+        obsolete=conversion.files_of("obsolete"),
+        force=force,
+        replaces=_list_replaced(files),
+    )
 
 
 def _list_folders(conversion: Conversion, project: Path) -> list[Path]:
@@ -52,31 +61,41 @@ def _list_folders(conversion: Conversion, project: Path) -> list[Path]:
 
 
 def plan(conversion: Conversion, *, force: bool = False) -> dict[str, list[Path]]:
-    """The files that ``write`` would write anew, change and remove; raises ConfigError as it."""
-    files = _all_files(conversion)
+    """Return the files that ``write`` would create, change and remove.
+
+    Args:
+        conversion: The finished conversion.
+        force: As in ``write``.
+
+    Raises:
+        ConfigError: As in ``write``.
+    """
+    files = _list_files(conversion)
     if not force:
-        check_ours(files, _replaced(files))
+        check_ours(files, _list_replaced(files))
     files |= _untouched(conversion.files_of("starter"))
-    there = {path: _read(path) for path in files if path.is_file()}
+    existing = {path: _read(path) for path in files if path.is_file()}
     return {
         "new": [path for path in files if not os.path.lexists(path)],
-        "changed": [path for path, data in there.items() if data != files[path]],
+        "changed": [path for path, data in existing.items() if data != files[path]],
         "removed": [
-            p for p in conversion.files_of("obsolete") if p.is_file() and record.is_ours(p)
+            path
+            for path in conversion.files_of("obsolete")
+            if path.is_file() and record.is_ours(path)
         ],
     }
 
 
-def _all_files(conversion: Conversion) -> dict[Path, bytes]:
-    """The files of a conversion, with those that go with the output."""
+def _list_files(conversion: Conversion) -> dict[Path, bytes]:
+    """Return the files of a conversion, with those that are written only with the output."""
     ours = conversion.files_of("ours")
     if conversion.settings.output in ours:
         return {**conversion.files_of("orphans"), **ours, **conversion.files_of("base")}
     return ours
 
 
-def _replaced(files: Mapping[Path, bytes]) -> dict[Path, bytes]:
-    """The edited files that a merge replaces, as it has read them."""
+def _list_replaced(files: Mapping[Path, bytes]) -> dict[Path, bytes]:
+    """Return the edited files that a merge replaces, as it has read them."""
     read = {path: getattr(data, "replaces", None) for path, data in files.items()}
     return {path: data for path, data in read.items() if data is not None}
 
@@ -90,17 +109,24 @@ def write_files(
     force: bool = False,
     replaces: Mapping[Path, bytes] = MappingProxyType({}),
 ) -> None:
-    """Write files, in their order; ``folders`` are made, too.
+    """Write files, in their order.
 
-    A file that is there is replaced if nobody has changed it or it is empty; with ``force`` in any
-    case.  A file of ``replaces`` is replaced if it is still what that says; the new file holds the
-    work of people, too, and is not recorded as ours.  The files of ``once`` are the user's: they
-    are written where nothing is, and where nobody has touched what an earlier run wrote.
-    ``obsolete`` files are removed if nobody has changed them.  A link stays, and what it leads to
-    is replaced.  A device or pipe is written to, last of all.
+    An existing file is replaced if it is empty or nobody has changed it.  A link stays, and the
+    file that it leads to is replaced.  A device or pipe is written to, last of all.
 
-    Raises ConfigError, before any file is replaced, where a file is not ours to replace or has no
-    room; and where a file cannot be put into its place.
+    Args:
+        files: The bytes of each file.
+        folders: Folders that are created, too.
+        once: The starters, which are the user's: a file is written if it does not exist, or if
+            nobody has changed what an earlier run wrote.
+        obsolete: Files that are removed if nobody has changed them.
+        force: Whether to replace files that people have changed.
+        replaces: Edited files that a merge has read: each is replaced if it still has these bytes.
+            The new file contains people's edits, too, and is not recorded as ours.
+
+    Raises:
+        ConfigError: A file is not ours to replace, or cannot be written, before any file is
+            replaced; or a file cannot be renamed.
     """
     for folder in (*folders, *(file.parent for file in (*files, *once))):
         with _naming(folder):
@@ -112,13 +138,13 @@ def write_files(
             if path.exists() and not (path.is_file() or path.is_dir()):
                 streams.append(path)
             else:
-                place = _place(path)
+                place = _resolve(path)
                 _check_place(place)
                 places[place] = files[path]
     if not force:
-        check_ours(places, {_place(path): data for path, data in replaces.items()})
+        check_ours(places, {_resolve(path): data for path, data in replaces.items()})
     places |= _untouched(once)
-    people = {_place(path) for path in replaces}
+    people = {_resolve(path) for path in replaces}
     with _temporary_files(places) as temporary:
         _add_to_records({place: data for place, data in places.items() if place not in people})
         for place, file in temporary.items():
@@ -126,7 +152,7 @@ def write_files(
                 os.replace(file, place)  # noqa: PTH105  tests stand in for it
     for path in obsolete:
         with _naming(path):
-            if path.is_file() and _place(path) not in places and record.is_ours(path):
+            if path.is_file() and _resolve(path) not in places and record.is_ours(path):
                 path.unlink(missing_ok=True)
     for path in streams:
         with _naming(path):
@@ -169,44 +195,47 @@ def _add_to_records(places: Mapping[Path, bytes]) -> None:
 def check_ours(
     places: Mapping[Path, bytes], known: Mapping[Path, bytes] = MappingProxyType({})
 ) -> None:
-    """Raise ConfigError if writing would lose a person's file.
+    """Raise ConfigError if writing would replace a file that people made or changed.
 
-    A file that is still what is ``known`` of it may be replaced.
+    Args:
+        places: The bytes that are to be written to each file.
+        known: Bytes of files that may be replaced, as people know of it.
     """
     lost: list[str] = []
     for place, data in places.items():
-        there = _read(place) if place.exists() else b""
-        if not there or there in (data, known.get(place)) or record.is_ours(place):
+        existing = _read(place) if place.exists() else b""
+        if not existing or existing in (data, known.get(place)) or record.is_ours(place):
             continue
         was_ours = record.was_ours(place)
-        why = "was edited since urdf2mbs wrote it" if was_ours else "is not known to urdf2mbs"
-        lost.append(f"'{place}' {why}")
+        reason = "was edited since urdf2mbs wrote it" if was_ours else "is not known to urdf2mbs"
+        lost.append(f"'{place}' {reason}")
     if lost:
-        raise ConfigError(
-            "output-not-ours",
-            "; ".join(lost[:3]) + (f"; and {len(lost) - 3} more" if len(lost) > 3 else ""),
-            hint="nothing is written: move it away, write elsewhere, or replace it by --force "
-            "(in Python: force=True)",
+        message = "; ".join(lost[:3]) + (f"; and {len(lost) - 3} more" if len(lost) > 3 else "")
+        hint = (
+            "nothing is written: move it away, write elsewhere, or replace it by --force "
+            "(in Python: force=True)"
         )
+        raise ConfigError("output-not-ours", message, hint=hint)
 
 
 def _untouched(once: Mapping[Path, bytes]) -> dict[Path, bytes]:
-    """The files of the user that are not there, or still are as an earlier run wrote them."""
+    """Return the starters that do not exist, or are as an earlier run wrote them."""
     return {
         file: data
         for file, data in once.items()
-        # a link counts as well, even where it leads nowhere
+        # a link exists even if it leads nowhere
         if not os.path.lexists(file)
         or (file.is_file() and (_read(file) == data or record.is_ours(file)))
     }
 
 
-def _place(path: Path) -> Path:
-    """Where a file is that a link may lead to."""
+def _resolve(path: Path) -> Path:
+    """Return the file that a link leads to; the path itself if it is no link."""
     return Path(os.path.realpath(path))
 
 
 def _read(file: Path) -> bytes:
+    """Return the bytes of a file; raises ConfigError if it cannot be read."""
     try:
         return read_bytes(file)
     except OSError as error:
@@ -214,8 +243,11 @@ def _read(file: Path) -> bytes:
 
 
 def _check_place(place: Path) -> None:
-    """A rename would replace a file that may not be written to; and Windows takes some names for
-    devices, and drops blanks and points at the end of others."""
+    """Raise OSError for a file that may not be written to, or whose name Windows would change.
+
+    A rename would replace a write-protected file.  Windows takes some names for devices, and drops
+    blanks and points at the end of others.
+    """
     if WINDOWS and not is_portable(place.name):
         raise OSError(EINVAL, "Windows has no file of this name", str(place))
     if place.is_dir():
@@ -225,7 +257,7 @@ def _check_place(place: Path) -> None:
 
 
 def _write_temporary(temporary: Path, place: Path, data: bytes) -> None:
-    """Write a new file, with the mode of the file at a place, and put its data on disk."""
+    """Write a temporary file to disk, with the mode of the file that it replaces."""
     with temporary.open("xb") as file:
         if place.exists():
             temporary.chmod(S_IMODE(place.stat().st_mode))

@@ -1,7 +1,7 @@
-"""The sections of a conversion: what passes read and write, and what a pass changed of them.
+"""The sections of a conversion that passes read and write, and how a pass changed them.
 
-A section is a list of parts, such as points or joints.  Most passes only add parts; what was there
-before stays as it was.  So a snapshot of a section tells added parts from changed ones.
+A section is a list of parts, such as points or joints.  Most passes only add parts, and leave
+earlier ones as they are: two snapshots of a section tell added parts from changed ones.
 """
 
 from __future__ import annotations
@@ -92,7 +92,7 @@ def _posture(conversion: Conversion) -> Iterable[Any]:
             yield number, joint.q or 0.0
 
 
-#: Each section, and its parts in a conversion; a section leaves out what has not been filled yet.
+#: The function that lists the parts of each section; parts that are not filled yet are left out.
 SECTIONS: dict[str, Callable[[Conversion], Iterable[Any]]] = {
     "robot": _robot,
     "base": lambda c: [(c.base.floating, c.base.inserted, c.mbs.base.gravity)],
@@ -122,7 +122,7 @@ SECTIONS: dict[str, Callable[[Conversion], Iterable[Any]]] = {
 OPTIONAL = frozenset(["base", "couplings", "posture", "base-position", "forces", "view"])
 #: The section that a pass may change, too, if it writes another one.
 IMPLIED = {"posture": "base-position"}
-#: The section that holds what another one is about: a posture is of joints, a mass of a body.
+#: The section that another one belongs to: a posture is of joints, a mass of a body.
 ABOUT = {
     "base": "robot",
     "bodies": "robot",
@@ -139,12 +139,12 @@ ABOUT = {
 
 
 class Change(msgspec.Struct, frozen=True):
-    """What a pass changed of the sections."""
+    """How a pass changed the sections."""
 
     changed: list[str]
     """The sections that differ."""
     altered: list[str]
-    """Those of them of which something that was there is changed or gone."""
+    """Those in which an earlier part was changed or removed."""
 
 
 def take_snapshot(conversion: Conversion) -> dict[str, Counter[bytes]]:

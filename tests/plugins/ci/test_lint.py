@@ -14,7 +14,7 @@ import yaml
 
 from urdf2mbs import convert
 from urdf2mbs.cli import main
-from urdf2mbs.commands import commands_of
+from urdf2mbs.commands import list_commands
 from urdf2mbs.testing import TINY
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -293,7 +293,7 @@ def test_a_robot_in_the_format_of_a_plugin(here: Path, capsys: pytest.CaptureFix
     same = "the same robot, but for what payload changed: 1 mass"
     assert capsys.readouterr().out == f"{same}\n"
     assert main(["lint", "lab.yaml", "--no-plugins"]) == 1
-    if "report" in commands_of():
+    if "report" in list_commands():
         assert main(["report", "lab.yaml"]) == 0
         assert same in capsys.readouterr().out
         assert "payload" in Path("out.html").read_text()
