@@ -153,6 +153,7 @@ class File(bytes):
         *,
         replaces: bytes | None = None,
     ) -> File:
+        """Create the bytes of a file; ``kind`` and ``replaces`` as above."""
         file = super().__new__(cls, data)
         file.kind, file.replaces = kind, replaces
         return file

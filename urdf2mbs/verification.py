@@ -112,7 +112,7 @@ def verify(
     expected = match_by_name(conversion.robot, mbs)
     proof = _compare_with_robot(conversion, mbs, expected, intent, tolerance)
     _compare_base(proof, conversion, expected, fields.get("base", "auto"))
-    return _make_verdict(proof, conversion, mbs, expected, model, frames)
+    return _make_verdict(proof, conversion, mbs, expected, model=model, frames=frames)
 
 
 def _order_sides(source: str, model: str) -> tuple[str, str]:
@@ -146,7 +146,7 @@ def _verify_robots(
     )
     _compare_followers(conversion.robot, converted.robot, expected, proof)
     _compare_base(proof, conversion, expected, fields.get("base", "auto"))
-    verdict = _make_verdict(proof, conversion, mbs, expected, other, frames)
+    verdict = _make_verdict(proof, conversion, mbs, expected, model=other, frames=frames)
     verdict.made_of = other
     return verdict
 
@@ -214,7 +214,7 @@ def verify_config(
         for change in conversion.checked.changed
         if not change.declared
     )
-    verdict = _make_verdict(proof, conversion, mbs, expected, os.fspath(path), frames)
+    verdict = _make_verdict(proof, conversion, mbs, expected, model=os.fspath(path), frames=frames)
     verdict.changed = [
         f"what {change.by} changed: {describe_changes(change.changes)}" for change in declared
     ]
@@ -347,6 +347,7 @@ def _make_verdict(
     conversion: Conversion,
     mbs: Mbs,
     expected: Match,
+    *,
     model: str,
     frames: bool,
 ) -> Verdict:

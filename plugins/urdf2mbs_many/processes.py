@@ -41,11 +41,11 @@ def run_in_processes(jobs: Sequence[Job], n_processes: int) -> Generator[Outcome
 def _run_pool(queue: deque[Job], n_processes: int) -> Generator[Outcome, None, list[Job]]:
     """Run jobs from a queue until it is empty or the pool breaks.
 
-    Yields:
-        Each outcome as soon as its job is done.
-
     Returns:
         The jobs that were lost when the pool broke.
+
+    Yields:
+        Each outcome as soon as its job is done.
     """
     processes_before = multiprocessing.active_children()
     context = multiprocessing.get_context("spawn")

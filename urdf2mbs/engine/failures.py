@@ -70,14 +70,14 @@ def naming_pass(
         if not entry.is_ours:
             what = f"pass '{entry.name}' of plugin '{entry.plugin}'"
             raise _explain(
-                "plugin-failed", what, entry.source, error, conversion, _DEBUG
+                "plugin-failed", what, error, conversion, file=entry.source, hint=_DEBUG
             ) from error
         strangers = [f"'{each.name}' ({each.plugin})" for each in earlier if not each.is_ours]
         hint = "this is a mistake in urdf2mbs: please report it with the robot; --debug shows more"
         if strangers:
             hint = f"a plugin's pass may have caused it before: {', '.join(strangers)}"
         what = f"pass '{entry.name}'"
-        raise _explain("internal", what, entry.source, error, conversion, hint) from error
+        raise _explain("internal", what, error, conversion, file=entry.source, hint=hint) from error
 
 
 @contextmanager
@@ -133,9 +133,10 @@ def _list_values(value: Any, key: Key) -> Iterator[tuple[Key, Any]]:
 def _explain(
     code: str,
     what: str,
-    file: str,
     error: BaseException,
     conversion: Conversion | None,
+    *,
+    file: str,
     hint: str,
 ) -> ConversionError:
     """Return the error for an exception, at the innermost line of the plugin's code."""
