@@ -204,7 +204,7 @@ def compute_motion(kind: str, axis: Vector, q: float) -> Matrix:
     k_matrix = ((0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0))
     sine, versine = sin(q), 1.0 - cos(q)
     rotation = [
-        [one + sine * k + versine * k2 for one, k, k2 in zip(*rows)]
+        [unit + sine * k + versine * k2 for unit, k, k2 in zip(*rows)]
         for rows in zip(AXES, k_matrix, multiply(k_matrix, k_matrix))
     ]
     return make_frame(rotation)
@@ -295,28 +295,28 @@ def read(data: bytes, table: str, notes: list[str], changes: Sequence[Any] = ())
     Returns:
         The root, after the changes.
     """
-    known = dict(line.split(":") for line in table.strip().splitlines())
+    entries = dict(line.split(":") for line in table.strip().splitlines())
     parser = ET.XMLParser(target=Builder())
     parser.feed(data.removeprefix(b"\xef\xbb\xbf").lstrip())
     root: ET.Element = parser.close()
     apply_changes(root, changes, notes)
-    require(root.tag == next(iter(known)), f"<{root.tag}> is unknown as the root")
+    require(root.tag == next(iter(entries)), f"<{root.tag}> is unknown as the root")
     elements = [root]
     for element in elements:  # which grows
-        check_element(element, known[element.tag].split(), known, notes)
-        elements += [child for child in element if child.tag in known]
+        check_element(element, entries[element.tag].split(), entries, notes)
+        elements += [child for child in element if child.tag in entries]
     return root
 
 
 def check_element(
-    element: ET.Element, content: list[str], known: Collection[str], notes: list[str]
+    element: ET.Element, content: list[str], entries: Collection[str], notes: list[str]
 ) -> None:
     """Refuse an element with unknown or doubled children; note its unknown attributes.
 
     Args:
         element: The element.
         content: Its entry in the table of known elements.
-        known: All elements that have an entry.
+        entries: All elements that have an entry.
         notes: Where to note.
     """
     name = (element.tag, get_name(element))
@@ -328,7 +328,7 @@ def check_element(
         if child.tag not in content and f"{child.tag}*" not in content:
             unknown.append(child.tag)
         is_single = child.tag in content
-        if is_single or child.tag in known:
+        if is_single or child.tag in entries:
             key = f"<{child.tag}>" if is_single else f"<{child.tag}> {get_name(child)!r}"
             if key in children:
                 doubled.append(key)
@@ -622,9 +622,9 @@ def compare_groups(urdf: Robot, mbs: Robot) -> dict[str, str]:
             f"motion of {name!r}": angular + linear / scale + (group.parent != mbs_group.parent),
             f"mass or inertia of {name!r}": compare_bodies(group.bodies, mbs_group.bodies),
         }
-        for what, deviation in deviations.items():
+        for name_of_deviation, deviation in deviations.items():
             if not deviation <= TOLERANCE:
-                differences[what] = f"{deviation:.1e} off"
+                differences[name_of_deviation] = f"{deviation:.1e} off"
     return differences
 
 
@@ -677,7 +677,7 @@ def replay(urdf: bytes, mbs: bytes, certificate: bytes) -> tuple[dict[str, str],
         certificate: The file.
 
     Returns:
-        The differences by their names, and notes of what is known to be otherwise.
+        The differences by their names, and notes of accepted deviations.
 
     Raises:
         ValueError: A file has something unknown.

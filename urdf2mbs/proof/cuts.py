@@ -98,7 +98,7 @@ def _find_loops(mbs: Mbs, natures: Mapping[str, str]) -> list[Loop]:
     loops: list[Loop] = []
     for loop in constraints:
         loop.joints = {name for row in loop.rows for name in row if natures[name] != "driven"}
-        for connected in [other for other in loops if not loop.joints.isdisjoint(other.joints)]:
+        for connected in [each for each in loops if not loop.joints.isdisjoint(each.joints)]:
             loops.remove(connected)
             loop.cuts = connected.cuts + loop.cuts
             loop.rows = connected.rows + loop.rows
