@@ -378,16 +378,14 @@ def fails(data: bytes, code: str, line: int | None, words: str) -> ConversionErr
 
 def test_mechanics_only_passes_over_graphics(shared: Path) -> None:
     data = (shared / "mbs-samples" / "minimal.mbs").read_bytes()
-    whole, mechanics = (
-        read_mbs(data, "minimal.mbs"),
-        read_mbs(data, "minimal.mbs", mechanics_only=True),
-    )
+    model = read_mbs(data, "minimal.mbs")
+    mechanics = read_mbs(data, "minimal.mbs", mechanics_only=True)
     assert [body.shapes for body in mechanics.bodies] == [[]] * 4
-    for body in whole.bodies:
+    for body in model.bodies:
         body.shapes, body.drawing = [], None
         for part in (*body.joints, *body.points):
             part.position = None
-    assert mechanics.bodies == whole.bodies
+    assert mechanics.bodies == model.bodies
 
 
 def test_a_body_that_is_its_own_parent() -> None:

@@ -74,9 +74,13 @@ def test_a_turned_frame_is_named_in_a_note_and_a_straight_one_is_not() -> None:
         joint("world", "mark", "fixed", xyz="7 8 9"),
     )
     assert points(result)["ground"] == [("mark", (7.0, 8.0, 9.0))]
-    (told,) = [d for d in result.diagnostics if d.code == "point-without-rotation"]
-    assert told.level == "note"
-    assert told.message.endswith(": p")
+    (warning,) = [
+        diagnostic
+        for diagnostic in result.diagnostics
+        if diagnostic.code == "point-without-rotation"
+    ]
+    assert warning.level == "note"
+    assert warning.message.endswith(": p")
 
 
 @pytest.mark.skipif("compact" not in PRESETS, reason="the plugin compact is away")

@@ -110,4 +110,4 @@ def test_a_capsule_with_the_prefix_of_drake(tmp_path: Path) -> None:
         "sphere",
         "box",
     ]
-    assert not [found for found in result.diagnostics if found.level == "warning"]
+    assert not [diagnostic for diagnostic in result.diagnostics if diagnostic.level == "warning"]

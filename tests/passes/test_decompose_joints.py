@@ -86,7 +86,9 @@ def test_a_urdf_joint_keeps_its_name_and_ours_gives_way() -> None:
     [("0 1e-10 1", True), ("0 0.9e-9 1", True), ("0 2e-9 1", False), ("0 0 1", False)],
 )
 def test_an_axis_that_is_moved_is_told_of(axis: str, told: bool) -> None:
-    codes = [d.code for d in decomposed(joint("world", "a", axis=axis)).diagnostics]
+    codes = [
+        diagnostic.code for diagnostic in decomposed(joint("world", "a", axis=axis)).diagnostics
+    ]
     assert ("axis-aligned" in codes) is told
 
 
@@ -96,7 +98,7 @@ def test_a_joint_without_axis_has_none_whatever_the_file_says(kind: str, axis: s
     result = decomposed(joint("world", "a", kind, axis=axis, name="j"))
     (body,) = result.mbs.bodies
     assert len(body.joints) == (1 if kind == "fixed" else 6)
-    assert "axis-aligned" not in [d.code for d in result.diagnostics]
+    assert "axis-aligned" not in [diagnostic.code for diagnostic in result.diagnostics]
 
 
 def test_the_axis_of_a_joint_that_a_pass_has_fixed_means_nothing() -> None:

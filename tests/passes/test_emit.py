@@ -67,7 +67,10 @@ def test_what_an_mbs_has_no_place_for(element: str, code: str, level: str) -> No
     """Without joint-parameters, which finds a place for it."""
     holding = joint("world", "a", name="j").replace("</joint>", f"{element}</joint>")
     pipeline = [one for one in passes_of("faithful") if one != "joint-parameters"]
-    found = {d.code: d for d in emitted(A, holding, pipeline=pipeline).diagnostics}
+    found = {
+        diagnostic.code: diagnostic
+        for diagnostic in emitted(A, holding, pipeline=pipeline).diagnostics
+    }
     assert found[code].level == level
     assert found["limit"].level == "note"
     assert not codes(emitted(A, holding)) & {"limit", "safety-controller", "calibration"}

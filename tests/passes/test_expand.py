@@ -14,4 +14,4 @@ def expanded(source: Path, text: str, **settings: object) -> Result:
 def test_what_the_reader_found_is_told_once(tmp_path: Path) -> None:
     text = robot(link("a", SOLID), link("b", SOLID), joint("a", "b", "revolute"))
     result = expanded(tmp_path / "r.urdf", text.replace("<limit", "<lmit"))
-    assert [found.code for found in result.diagnostics].count("joint-limit-missing") == 1
+    assert [diagnostic.code for diagnostic in result.diagnostics].count("joint-limit-missing") == 1

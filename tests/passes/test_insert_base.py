@@ -95,7 +95,7 @@ def test_which_base(
     result = based(*elements, base=base)
     assert result.conversion.base.floating is floats
     assert added(result) == joint_added
-    (told,) = [found for found in result.diagnostics if found.code == "base"]
+    (told,) = [diagnostic for diagnostic in result.diagnostics if diagnostic.code == "base"]
     assert told.level == "note"
     assert why in told.message
     assert told.message.startswith("floating" if floats else "fixed")
@@ -207,12 +207,16 @@ def test_a_base_that_may_well_be_guessed_wrong_is_a_warning(
     result = based(*elements)
     assert result.conversion.base.reason == reason
     assert result.conversion.base.floating is (reason == "free root")
-    (told,) = [found for found in result.diagnostics if found.code.startswith("base")]
+    (told,) = [
+        diagnostic for diagnostic in result.diagnostics if diagnostic.code.startswith("base")
+    ]
     assert (told.code, told.level) == (("base-guessed", "warning") if loud else ("base", "note"))
     other = "fixed" if reason == "free root" else "floating"
     assert loud == (f"'base: {other}'" in str(told.hint))
     (told,) = [
-        found.level for found in based(*elements, base=other).diagnostics if found.code == "base"
+        diagnostic.level
+        for diagnostic in based(*elements, base=other).diagnostics
+        if diagnostic.code == "base"
     ]
     assert told == "note"
 
@@ -222,7 +226,7 @@ def test_a_floating_joint_of_the_robots_own_lets_it_float(base: str) -> None:
     """Six coordinates more would say nothing new."""
     result = based(link("odom"), A, joint("odom", "a", "floating"), base=base)
     assert added(result) is None
-    (told,) = [found for found in result.diagnostics if found.code == "base"]
+    (told,) = [diagnostic for diagnostic in result.diagnostics if diagnostic.code == "base"]
     assert told.message == "floating base: joint 'odom_to_a' lets it float"
 
 

@@ -88,7 +88,7 @@ def test_a_leaf_goes_and_its_frame_stays() -> None:
     assert steps(result) == {"wrist": ["wrist"]}
     assert parts(result) == {"world": ["world"], "wrist": ["wrist", "tool", "tip"]}
     assert result.conversion.frozen == {}
-    assert [d for d in result.diagnostics if d.level == "warning"] == []
+    assert [diagnostic for diagnostic in result.diagnostics if diagnostic.level == "warning"] == []
 
 
 def test_a_leaf_that_moves_is_held_at_zero_with_a_warning() -> None:
@@ -98,8 +98,10 @@ def test_a_leaf_that_moves_is_held_at_zero_with_a_warning() -> None:
         *(link("tip"), joint("tool", "tip", "fixed", xyz="1 0 0")),
     )
     assert list(result.conversion.frozen) == ["wrist_to_tool"]
-    (told,) = [found for found in result.diagnostics if found.code == "massless-leaf"]
-    assert (told.level, told.joint, told.link) == ("warning", "wrist_to_tool", "tool")
+    (warning,) = [
+        diagnostic for diagnostic in result.diagnostics if diagnostic.code == "massless-leaf"
+    ]
+    assert (warning.level, warning.joint, warning.link) == ("warning", "wrist_to_tool", "tool")
     at = result.conversion.segments["wrist"].parts
     assert at["tip"].xyz == (1.0, 0.0, 1.0)
 

@@ -73,7 +73,7 @@ def test_a_tolerance_takes_more_for_aligned_and_says_so(
     result = ROBOTS[name].convert(base="fixed", pipeline="compact", passes=options)
 
     assert result.report.joints.driven == fewest
-    told = [d for d in result.diagnostics if d.code == "axis-aligned"]
+    told = [diagnostic for diagnostic in result.diagnostics if diagnostic.code == "axis-aligned"]
     off = max(float(re.search(r"its axis is (\S+) rad off", d.message)[1]) for d in told)
     found = max(result.report.proof.largest.values())
     # more than is promised of the default, and about what is said
@@ -111,4 +111,6 @@ def test_an_axis_that_is_nearly_aligned_is_told_of() -> None:
     text = robot(link("a", SOLID), link("b", SOLID), joint("a", "b", axis="5e-10 0 1"))
     result = prove(text, moved=5e-10, base="floating")
     assert driven(result) == 0
-    assert "5.0e-10 rad off" in str([d for d in result.diagnostics if d.code == "axis-aligned"])
+    assert "5.0e-10 rad off" in str(
+        [diagnostic for diagnostic in result.diagnostics if diagnostic.code == "axis-aligned"]
+    )

@@ -52,7 +52,11 @@ def test_a_lumped_frame_is_a_point_under_its_name_and_its_turn_is_reported() -> 
     assert body.points[0].coordinates == result.frames["b"].pose.xyz
     assert result.frames["c"].body == "a"
     assert result.report.frames["c"].pose.rot == result.frames["c"].pose.rot
-    turned = [d for d in result.diagnostics if d.code == "point-without-rotation"]
+    turned = [
+        diagnostic
+        for diagnostic in result.diagnostics
+        if diagnostic.code == "point-without-rotation"
+    ]
     assert "b, c" in turned[0].message
     # two boxes moved along with their links
     assert len(body.shapes) == 3
@@ -64,7 +68,7 @@ def test_what_is_fixed_to_the_ground_becomes_ground() -> None:
     assert [shape.name for shape in result.mbs.base.shapes] == ["a", "b"]
     assert {p.name for p in result.mbs.base.points} >= {"a", "b"}
     assert result.frames["b"].body is None
-    (told,) = [d for d in result.diagnostics if d.code == "ground-mass"]
+    (told,) = [diagnostic for diagnostic in result.diagnostics if diagnostic.code == "ground-mass"]
     assert "4 kg" in told.message
     assert told.message.endswith("a, b")
 
@@ -74,7 +78,7 @@ def test_where_nothing_moves_one_body_stays(count: int) -> None:
     result = row("f" * count)
     assert chains(result) == {"a": ["t3"]}
     assert result.report.mass == pytest.approx(2.0 * count)
-    assert not [d for d in result.diagnostics if d.code == "ground-mass"]
+    assert not [diagnostic for diagnostic in result.diagnostics if diagnostic.code == "ground-mass"]
     Evaluator(result.data)
 
 
@@ -86,7 +90,7 @@ def test_where_nothing_moves_and_all_hangs_on_the_ground() -> None:
     )
     result = prove(text, base="fixed")
     assert chains(result) == {"a": ["t3"]}
-    (told,) = [d for d in result.diagnostics if d.code == "ground-mass"]
+    (told,) = [diagnostic for diagnostic in result.diagnostics if diagnostic.code == "ground-mass"]
     assert told.message.endswith("b, c")
 
 

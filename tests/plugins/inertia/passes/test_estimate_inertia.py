@@ -238,7 +238,9 @@ def test_a_flat_mesh_gives_no_inertia(tmp_path: Path, faces: slice) -> None:
     stl(tmp_path / "part.stl", box_triangles((1, 1, 0), (0, 0, 0))[faces])
     result = estimate_in(tmp_path, link("a", MESH_SHAPE))
     assert result.robot.links["a"].inertial is None
-    warnings = [found.code for found in result.diagnostics if found.level == "warning"]
+    warnings = [
+        diagnostic.code for diagnostic in result.diagnostics if diagnostic.level == "warning"
+    ]
     assert warnings == ["nothing-estimated"]
 
 
@@ -258,7 +260,9 @@ def test_a_mesh_without_volume_is_skipped(
     assert {name: entry["from"] for name, entry in links.items()} == {
         "a": "collision geometry, without part.stl"
     }
-    partial, empty = [d for d in result.diagnostics if d.code == "inertia-partial"]
+    partial, empty = [
+        diagnostic for diagnostic in result.diagnostics if diagnostic.code == "inertia-partial"
+    ]
     assert partial.message == (
         "1 inertia estimated without meshes that are missing, unreadable or flat: "
         "link 'a' without 'part.stl'"
@@ -279,7 +283,9 @@ def test_visuals_take_the_place_of_collisions_without_volume(tmp_path: Path) -> 
 
 def test_nothing_to_estimate_is_told() -> None:
     result = estimated(SOLID, more=link("b") + joint("a", "b"))
-    assert [d.code for d in result.diagnostics if d.level == "warning"] == ["nothing-estimated"]
+    assert [
+        diagnostic.code for diagnostic in result.diagnostics if diagnostic.level == "warning"
+    ] == ["nothing-estimated"]
     assert result.report.passes["estimate-inertia"] == {"links": {}}
 
 
@@ -298,7 +304,7 @@ def test_repair(pipeline: str, mass: str, values: Any, wanted: Sym, said: str) -
     text = two_links(mass, " ".join(f'{n}="{v}"' for n, v in zip(names, values, strict=True)))
     kept = convert_text(text, pipeline=pipeline, base="floating")
     assert_same_robot(kept)
-    (warned,) = [one for one in kept.diagnostics if one.level == "warning"]
+    (warned,) = [diagnostic for diagnostic in kept.diagnostics if diagnostic.level == "warning"]
     assert "estimate-inertia: {repair: true}" in (warned.hint or "")
 
     result = convert_text(text, pipeline=pipeline, passes={"estimate-inertia": {"repair": True}})
@@ -306,10 +312,14 @@ def test_repair(pipeline: str, mass: str, values: Any, wanted: Sym, said: str) -
     inertial = result.robot.links["b"].inertial
     assert inertial is not None
     assert inertial.inertia == pytest.approx(wanted, abs=1e-14)
-    codes = [one.code for one in result.diagnostics if one.level == "warning"]
+    codes = [diagnostic.code for diagnostic in result.diagnostics if diagnostic.level == "warning"]
     assert codes[0] == "inertia-repaired"
     assert warned.code not in codes  # a hint never recommends what is set
-    assert said in next(d.message for d in result.diagnostics if d.code == "inertia-repaired")
+    assert said in next(
+        diagnostic.message
+        for diagnostic in result.diagnostics
+        if diagnostic.code == "inertia-repaired"
+    )
     assert result.report.passes["inertia-repair"]["b"]["inertia"][0] == tuple(map(float, values))
 
 
@@ -321,4 +331,4 @@ def test_an_estimated_mass_does_not_set_an_arm_free() -> None:
         result = convert_text(text, passes={"estimate-inertia": options})
         assert result.report.base_reason == "massless root"
         assert result.report.base_in_words.startswith("fixed base: root link 'a' has no mass")
-        assert code in [found.code for found in result.diagnostics]
+        assert code in [diagnostic.code for diagnostic in result.diagnostics]

@@ -41,7 +41,7 @@ def test_a_transmission_states_the_inertia() -> None:
     for extension in result.robot.extensions:
         found |= extension.rotors
     assert found == pytest.approx(STATED)
-    said = {one.code: one for one in result.diagnostics}
+    said = {diagnostic.code: diagnostic for diagnostic in result.diagnostics}
     assert "joint 'a_to_b' 0.5, joint 'b_to_c' 0.49 kg m^2" in said["rotors-left-out"].message
     assert said["number-left-out"].message.startswith("the inertia of a rotor is left out")
     with pytest.raises(ConfigError) as wrong:

@@ -43,7 +43,7 @@ def test_nothing_else_changes() -> None:
     for text, passes in ((ROUNDED, {}), (EXACT, SNAP), (further, SNAP)):
         result = convert_text(text, passes=passes)
         assert not result.conversion.checked.changed
-        assert "snapped" not in [said.code for said in result.diagnostics]
+        assert "snapped" not in [diagnostic.code for diagnostic in result.diagnostics]
 
 
 @pytest.mark.parametrize("kind", ["revolute", "prismatic"])
@@ -72,7 +72,9 @@ def test_no_tip_moves_by_more_than_is_said(kind: str) -> None:
             ends.append(data.oMf[model.getFrameId("d")].translation)
         apart.append(float(np.linalg.norm(ends[0] - ends[1])))
     assert found["moves"] / 20 < max(apart) <= found["moves"] < 1e-4
-    notes = [said.message for said in result.diagnostics if said.code == "snapped"]
+    notes = [
+        diagnostic.message for diagnostic in result.diagnostics if diagnostic.code == "snapped"
+    ]
     assert len(notes) == 4
     assert "joint 'a_to_b': roll 1.5708 is taken for 90 degrees, yaw -0.7854 is taken" in notes[0]
     assert f"moves no tip by more than {found['joints']['a_to_b']['moves']:.2g} m" in notes[0]
