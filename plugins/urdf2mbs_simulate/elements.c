@@ -4,11 +4,11 @@
 
 #include "runtime.h"
 
-static const double DIFFERENCE = 1e-7;     /* of a coordinate or its rate: m, rad, m/s, rad/s */
-static const double STATE_DIFFERENCE = 1e-7; /* of a user state: so small a part of its size, */
-static const double MIN_STATE_PART = 1e-2;   /* or of its absolute tolerance */
+static const double DIFFERENCE = 1e-7;       /* of a coordinate or its rate: m, rad, m/s, rad/s */
+static const double STATE_DIFFERENCE = 1e-7; /* of a user state, relative to its size */
+static const double MIN_STATE_PART = 1e-2;   /* the least one, relative to the absolute tolerance */
 
-/* The step of a difference by a user state: the square root of rounding, in parts of the state's own size. */
+/* Return the difference of a user state, relative to its present or its largest value. */
 double get_state_difference(const Run *run, int state, double atol)
 {
     const double size = fmax(fabs(run->data.ux[state]), run->steps.largest_state[state]);
@@ -16,10 +16,11 @@ double get_state_difference(const Run *run, int state, double atol)
     return fmax(STATE_DIFFERENCE * size, MIN_STATE_PART * atol);
 }
 
-/* Find the states whose rates an external force sets.  Those beyond MAX_ELEMENT_STATES stay explicit. */
+/* Find the states whose rates an external force sets: all rates are NaN before it is called.  States beyond
+   MAX_ELEMENT_STATES are explicit. */
 void find_body_states(Run *run, int number)
 {
-    MbsData *s = &run->data;
+    MbsData *data = &run->data;
     const double no_motion[2 * MAX_COORDINATES] = {0};
     ForceElement *element = &run->jacobian.body[number];
     double force[MAX_COORDINATES];
@@ -27,11 +28,11 @@ void find_body_states(Run *run, int number)
     element->n_coordinates = MAX_COORDINATES;
     element->n_states = 0;
     for (int k = 1; k <= N_STATES; k++)
-        s->uxd[k] = NAN;
+        data->uxd[k] = NAN;
     compute_anchor_frame(run, number);
     compute_external_force(run, number, no_motion, force);
     for (int k = 1; k <= N_STATES; k++) {
-        if (isnan(s->uxd[k]) || run->jacobian.body_of_state[k])
+        if (isnan(data->uxd[k]) || run->jacobian.body_of_state[k])
             continue;
         run->jacobian.body_of_state[k] = number;
         if (element->n_states < MAX_ELEMENT_STATES)
@@ -39,22 +40,22 @@ void find_body_states(Run *run, int number)
     }
 }
 
-/* Copy the outputs: forces, from the user function, and rates of states, which it has put into s->uxd. */
-static void copy_outputs(const MbsData *s, const ForceElement *element, const double *force, double *output)
+/* Copy the outputs of an element: the forces, and the rates of its states, which are in data->uxd. */
+static void copy_outputs(const MbsData *data, const ForceElement *element, const double *force, double *output)
 {
     for (int i = 0; i < element->n_coordinates; i++)
         output[i] = force[i];
     for (int i = 0; i < element->n_states; i++)
-        output[element->n_coordinates + i] = s->uxd[element->state[i]];
+        output[element->n_coordinates + i] = data->uxd[element->state[i]];
 }
 
-/* dy/d(input) = (y(input + difference) - y(input)) / difference, where the first was computed just now. */
-static void differentiate(const MbsData *s, ForceElement *element, const double *force, int input,
+/* dy/d(input) = (y(input + difference) - y(input)) / difference, where the first was computed last. */
+static void differentiate(const MbsData *data, ForceElement *element, const double *force, int input,
                           double difference)
 {
     double output[MAX_OUTPUTS] = {0};
 
-    copy_outputs(s, element, force, output);
+    copy_outputs(data, element, force, output);
     for (int i = 0; i < element->n_coordinates + element->n_states; i++)
         element->derivative[input][i] = (output[i] - element->output[i]) / difference;
 }
@@ -62,40 +63,40 @@ static void differentiate(const MbsData *s, ForceElement *element, const double 
 /* Differentiate an external force by the motion of its body, in the frame that was computed last. */
 void differentiate_external_force(Run *run, int number, double atol)
 {
-    MbsData *s = &run->data;
+    MbsData *data = &run->data;
     ForceElement *element = &run->jacobian.body[number];
     const int n_motion = 2 * element->n_coordinates;
     double force[MAX_COORDINATES], motion[2 * MAX_COORDINATES] = {0};
 
     compute_external_force(run, number, motion, force);
-    copy_outputs(s, element, force, element->output);
+    copy_outputs(data, element, force, element->output);
     for (int input = 0; input < n_motion + element->n_states; input++) {
         const int is_motion = input < n_motion, state = is_motion ? 0 : element->state[input - n_motion];
         const double difference = is_motion ? DIFFERENCE : get_state_difference(run, state, atol);
-        double *value = is_motion ? &motion[input] : &s->ux[state];
+        double *value = is_motion ? &motion[input] : &data->ux[state];
         const double before = *value;
 
         *value += difference;
         compute_external_force(run, number, motion, force);
         *value = before;
-        differentiate(s, element, force, input, difference);
+        differentiate(data, element, force, input, difference);
     }
 }
 
-/* Differentiate the force of a link, which pulls its ends together, by its length and the rate of it. */
+/* Differentiate the force of a link, which pulls its ends together, by its length z and dz/dt. */
 void differentiate_link(Run *run, int number)
 {
-    MbsData *s = &run->data;
+    MbsData *data = &run->data;
     ForceElement *element = &run->jacobian.link[number];
-    const double z = s->Z[number], zd = s->Zd[number];
+    const double z = data->Z[number], zd = data->Zd[number];
 
     element->n_coordinates = 1;
     element->n_states = 0;
-    element->output[0] = -run_LinkForces(z, zd, s, s->tsim, number);
+    element->output[0] = -run_LinkForces(z, zd, data, data->tsim, number);
     for (int input = 0; input < 2; input++) {
         const double force = -run_LinkForces(z + (input == 0 ? DIFFERENCE : 0.0),
-                                             zd + (input == 1 ? DIFFERENCE : 0.0), s, s->tsim, number);
+                                             zd + (input == 1 ? DIFFERENCE : 0.0), data, data->tsim, number);
 
-        differentiate(s, element, &force, input, DIFFERENCE);
+        differentiate(data, element, &force, input, DIFFERENCE);
     }
 }

@@ -1,8 +1,9 @@
-/* The motion of any body, from joint to joint: equations for each of them take a compiler long.
+/* The motion of any body, by recursion over the joints of its chain (generated equations of all bodies would take
+   a compiler long).
 
-   Compiled with RUN_TREE: for each joint its type (0 to 2: T1 to T3, 3 to 5: R1 to R3), the joint before it,
-   and the anchor point where its body begins; and with RUN_LINK_ENDS: for each link the joint before and the
-   anchor point of its two ends.  0 is none. */
+   Compiled with RUN_TREE: for each joint its type (0 to 2: T1 to T3, 3 to 5: R1 to R3), its parent joint (0: the
+   base), and the anchor point of the parent body where it is placed (0: the origin); and with RUN_LINK_ENDS: for
+   each link, of its two ends, the last joint of the body, and the anchor point. */
 #include <math.h>
 #include <string.h>
 
@@ -41,43 +42,44 @@ static void shift_origin(MbsSensor *sensor, const double *d)
     }
 }
 
-/* Take a frame from before a joint with the axis e to behind it:
+/* Move a frame from before a joint with the axis e to after it:
 
        R joint:  OM += e qd    OMP += e qdd +   OM x e qd
        T joint:  V  += e qd    A   += e qdd + 2 OM x e qd */
 static void pass_joint(Run *run, int joint)
 {
-    const MbsData *s = &run->data;
+    const MbsData *data = &run->data;
     MbsSensor *sensor = &run->frame.sensor;
     const int point = tree[joint].point, rotates = tree[joint].type >= 3, e = tree[joint].type % 3 + 1;
     const int e2 = e % 3 + 1, e3 = e2 % 3 + 1;
-    const double c = cos(s->q[joint]), n = sin(s->q[joint]), *axis = sensor->R[e];
+    const double cosine = cos(data->q[joint]), sine = sin(data->q[joint]), *axis = sensor->R[e];
     double displacement[4], acceleration[4];
 
     for (int i = 1; i <= 3; i++) {
-        displacement[i] = rotates ? 0.0 : axis[i] * s->q[joint];
+        displacement[i] = rotates ? 0.0 : axis[i] * data->q[joint];
         for (int k = 1; k <= 3 && point; k++)
-            displacement[i] += sensor->R[k][i] * s->dpt[k][point];
+            displacement[i] += sensor->R[k][i] * data->dpt[k][point];
         run->frame.jacobian[rotates ? 3 + i : i][joint] = axis[i];
     }
     shift_origin(sensor, displacement);
     memcpy(run->frame.joint_position[joint], sensor->P, sizeof sensor->P);
     for (int i = 1; i <= 3; i++)
-        acceleration[i] = axis[i] * s->qdd[joint] + (rotates ? 1.0 : 2.0) * cross(sensor->OM, axis, i) * s->qd[joint];
+        acceleration[i] = axis[i] * data->qdd[joint]
+            + (rotates ? 1.0 : 2.0) * cross(sensor->OM, axis, i) * data->qd[joint];
     for (int i = 1; i <= 3; i++) {
         const double r2 = sensor->R[e2][i], r3 = sensor->R[e3][i];
 
-        (rotates ? sensor->OM : sensor->V)[i] += axis[i] * s->qd[joint];
+        (rotates ? sensor->OM : sensor->V)[i] += axis[i] * data->qd[joint];
         (rotates ? sensor->OMP : sensor->A)[i] += acceleration[i];
-        sensor->R[e2][i] = rotates ? c * r2 + n * r3 : r2;
-        sensor->R[e3][i] = rotates ? c * r3 - n * r2 : r3;
+        sensor->R[e2][i] = rotates ? cosine * r2 + sine * r3 : r2;
+        sensor->R[e3][i] = rotates ? cosine * r3 - sine * r2 : r3;
     }
 }
 
-/* Compute the frame behind a joint (0: of the base), with its Jacobian, and the lever to a point of the body.
+/* Compute the frame after a joint (0: of the base), with its Jacobian, and the lever to a point of the body.
 
-   The column of an R joint at p with the axis e is (e x (P - p), e), that of a T joint (e, 0). */
-void compute_frame(Run *run, int joint, const double at[4])
+   The column of an R joint at p with the axis e is (e x (P - p), e), that of a T joint is (e, 0). */
+void compute_frame(Run *run, int joint, const double point[4])
 {
     Frame *frame = &run->frame;
     MbsSensor *sensor = &frame->sensor;
@@ -96,15 +98,15 @@ void compute_frame(Run *run, int joint, const double at[4])
     for (int k = 0; k < n; k++) {
         const int j = chain[k];
         const double e[4] = {0.0, frame->jacobian[4][j], frame->jacobian[5][j], frame->jacobian[6][j]};
-        double arm[4];
+        double joint_to_origin[4];
 
         for (int i = 1; i <= 3; i++)
-            arm[i] = sensor->P[i] - frame->joint_position[j][i];
+            joint_to_origin[i] = sensor->P[i] - frame->joint_position[j][i];
         for (int i = 1; i <= 3; i++)
-            frame->jacobian[i][j] += cross(e, arm, i);
+            frame->jacobian[i][j] += cross(e, joint_to_origin, i);
     }
     for (int i = 1; i <= 3; i++)
-        frame->lever[i] = sensor->R[1][i] * at[1] + sensor->R[2][i] * at[2] + sensor->R[3][i] * at[3];
+        frame->lever[i] = sensor->R[1][i] * point[1] + sensor->R[2][i] * point[2] + sensor->R[3][i] * point[3];
 }
 
 /* Compute dz/dq of the length z of a link between the points P1 and P2, by all joints (from 1):
@@ -112,15 +114,15 @@ void compute_frame(Run *run, int joint, const double at[4])
        dz/dq = e . (dP2/dq - dP1/dq)      e = (P2 - P1) / |P2 - P1| */
 void compute_link_direction(Run *run, int number, double *dz_dq)
 {
-    const MbsData *s = &run->data;
+    const MbsData *data = &run->data;
     const Frame *frame = &run->frame;
     double position[2][4], dP_dq[2][4][N_JOINTS + 1], e[4], length = 0.0;
 
     for (int end = 0; end < 2; end++) {
-        const int point = link_ends[number].point[end];
-        const double at[4] = {0.0, s->dpt[1][point], s->dpt[2][point], s->dpt[3][point]};
+        const int k = link_ends[number].point[end];
+        const double point[4] = {0.0, data->dpt[1][k], data->dpt[2][k], data->dpt[3][k]};
 
-        compute_frame(run, link_ends[number].joint[end], at);
+        compute_frame(run, link_ends[number].joint[end], point);
         for (int i = 1; i <= 3; i++)
             position[end][i] = frame->sensor.P[i] + frame->lever[i];
         for (int j = 1; j <= N_JOINTS; j++) {

@@ -1,11 +1,11 @@
-/* The functions of a project that are Python's: set_output, and without USER_IN_C the user functions.  In a page
-   there is no Python, and they do nothing. */
+/* Functions that call Python: set_output and, without USER_IN_C, the user functions.  In a page there is no Python,
+   and they do nothing. */
 #include <string.h>
 
 #include "runtime.h"
 #include "set_output.h"
 
-/* Constant while user code runs: set_output of Robotran's has no other way to its MbsData. */
+/* The Run whose user code runs: set_output of Robotran has no argument that leads to it. */
 static __thread Run *run_of_thread;
 
 void enter_user_code(Run *run)
@@ -22,7 +22,7 @@ void set_output(double value, const char *name)
 }
 
 #ifndef USER_IN_C
-/* Copy the motion of a point to where Python sees it. */
+/* Copy the motion of a point to the Run, where Python reads it. */
 static void copy_point(Run *run, double P[4], double R[4][4], double V[4], double OM[4], double A[4],
                        double OMP[4])
 {
@@ -37,52 +37,52 @@ static void copy_point(Run *run, double P[4], double R[4][4], double V[4], doubl
 }
 
 double *user_ExtForces(double P[4], double R[4][4], double V[4], double OM[4], double A[4],
-                       double OMP[4], MbsData *s, double tsim, int number)
+                       double OMP[4], MbsData *data, double tsim, int number)
 {
-    copy_point(run_of(s), P, R, V, OM, A, OMP);
-    if (run_of(s)->hooks.ext_forces)
-        run_of(s)->hooks.ext_forces(tsim, number);
-    return s->SWr[number];
+    copy_point(run_of(data), P, R, V, OM, A, OMP);
+    if (run_of(data)->hooks.ext_forces)
+        run_of(data)->hooks.ext_forces(tsim, number);
+    return data->SWr[number];
 }
 
 double *user_Link3DForces(double P[4], double R[4][4], double V[4], double OM[4], double A[4],
-                          double OMP[4], MbsData *s, double tsim, int number)
+                          double OMP[4], MbsData *data, double tsim, int number)
 {
-    copy_point(run_of(s), P, R, V, OM, A, OMP);
-    if (run_of(s)->hooks.link_3d_forces)
-        run_of(s)->hooks.link_3d_forces(tsim, number);
-    return s->l3DWr[number];
+    copy_point(run_of(data), P, R, V, OM, A, OMP);
+    if (run_of(data)->hooks.link_3d_forces)
+        run_of(data)->hooks.link_3d_forces(tsim, number);
+    return data->l3DWr[number];
 }
 
-double user_LinkForces(double Z, double Zd, MbsData *s, double tsim, int number)
+double user_LinkForces(double Z, double Zd, MbsData *data, double tsim, int number)
 {
-    return run_of(s)->hooks.link_force ? run_of(s)->hooks.link_force(Z, Zd, tsim, number) : 0.0;
+    return run_of(data)->hooks.link_force ? run_of(data)->hooks.link_force(Z, Zd, tsim, number) : 0.0;
 }
 
-double *user_JointForces(MbsData *s, double tsim)
+double *user_JointForces(MbsData *data, double tsim)
 {
-    if (run_of(s)->hooks.joint_forces)
-        run_of(s)->hooks.joint_forces(tsim);
+    if (run_of(data)->hooks.joint_forces)
+        run_of(data)->hooks.joint_forces(tsim);
     else
-        memset(s->Qq, 0, (N_JOINTS + 1) * sizeof *s->Qq);
-    return s->Qq;
+        memset(data->Qq, 0, (N_JOINTS + 1) * sizeof *data->Qq);
+    return data->Qq;
 }
 
-void user_DrivenJoints(MbsData *s, double tsim)
+void user_DrivenJoints(MbsData *data, double tsim)
 {
-    if (run_of(s)->hooks.driven_joints)
-        run_of(s)->hooks.driven_joints(tsim);
+    if (run_of(data)->hooks.driven_joints)
+        run_of(data)->hooks.driven_joints(tsim);
 }
 
-void user_Derivative(MbsData *s)
+void user_Derivative(MbsData *data)
 {
-    if (run_of(s)->hooks.derivative)
-        run_of(s)->hooks.derivative(s->tsim);
+    if (run_of(data)->hooks.derivative)
+        run_of(data)->hooks.derivative(data->tsim);
 }
 
-void user_cons_hJ(double *h, double **J, MbsData *s, double tsim)
+void user_cons_hJ(double *h, double **J, MbsData *data, double tsim)
 {
-    const Run *run = run_of(s);
+    const Run *run = run_of(data);
 
     if (run->hooks.cons_hJ)
         run->hooks.cons_hJ(tsim);
@@ -93,22 +93,22 @@ void user_cons_hJ(double *h, double **J, MbsData *s, double tsim)
     }
 }
 
-void user_cons_jdqd(double *jdqd, MbsData *s, double tsim)
+void user_cons_jdqd(double *jdqd, MbsData *data, double tsim)
 {
-    const Run *run = run_of(s);
+    const Run *run = run_of(data);
 
     if (run->hooks.cons_jdqd)
         run->hooks.cons_jdqd(tsim);
     memcpy(jdqd + 1, run->user_jdqd + 1, N_USER_ROWS * sizeof *jdqd);
 }
 
-void user_dirdyn_init(MbsData *s, MbsDirdyn *mbs_dd)
+void user_dirdyn_init(MbsData *data, MbsDirdyn *mbs_dd)
 {
-    (void) s, (void) mbs_dd;
+    (void) data, (void) mbs_dd;
 }
 
-void user_dirdyn_loop(MbsData *s, MbsDirdyn *mbs_dd)
+void user_dirdyn_loop(MbsData *data, MbsDirdyn *mbs_dd)
 {
-    (void) s, (void) mbs_dd; /* Python calls its own */
+    (void) data, (void) mbs_dd; /* Python calls its own */
 }
 #endif

@@ -1,7 +1,7 @@
-/* The linear system of a stage: A of slopes.c is assembled, factorized and solved where it is not 0. */
+/* The linear system of a stage: A of slopes.c is assembled, factorized and solved in its nonzero elements. */
 #include "runtime.h"
 
-/* List what is not 0, and what becomes so (fill-in): the elimination of row k couples all of its columns. */
+/* List the nonzero elements, with fill-in: the elimination of row k couples all of its columns. */
 void list_nonzeros(Jacobian *jacobian)
 {
     for (int k = jacobian->n_unknowns - 1; k >= 0; k--) {
@@ -54,7 +54,7 @@ static void factorize(Jacobian *jacobian)
     }
 }
 
-/* b = M (h g_v) + K (h^2 g_q) */
+/* b = M (h g_v) + K (h^2 g_q), where each nonzero pair of a row and a column is in the list of the later one. */
 static void compute_right_side(const Jacobian *jacobian, int n_independent, double h, const double *g, double *b)
 {
     const double *g_w = g + 2 * n_independent - 1; /* from 1 */
@@ -98,7 +98,7 @@ static void solve_factorized(const Jacobian *jacobian, double *b)
 
        A k_v = h (M g_v + h K g_q)      k_q = h (g_q + k_u)
 
-   States that are no unknowns are explicit: k_w = h g_w. */
+   States that are not among the unknowns are explicit: k_w = h g_w. */
 void solve_stage(Run *run, double h, const double *g, double *k)
 {
     Jacobian *jacobian = &run->jacobian;

@@ -92,7 +92,7 @@ class PushInC(ctypes.Structure):
 
     _fields_ = [
         ("joint", c_int),
-        ("at", c_double * 4),
+        ("point", c_double * 4),
         ("force", c_double * 4),
         ("start", c_double),
         ("stop", c_double),
@@ -106,10 +106,10 @@ class IntegrationInC(ctypes.Structure):
         ("t", c_double),
         ("h", c_double),
         ("end", c_double),
-        ("longest_step", c_double),
+        ("max_step", c_double),
         ("rtol", c_double),
         ("atol", c_double),
-        ("most_steps", c_int),
+        ("max_steps", c_int),
         ("calls_loop", c_int),
         ("y", _vector),
         ("frame_time", _vector),

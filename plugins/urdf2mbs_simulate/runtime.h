@@ -1,11 +1,11 @@
-/* The state of one simulation, and what the files of the runtime call of each other.
+/* The state of one simulation, and the functions that the files of the runtime share.
 
-   Nothing in the runtime is global: each function gets a Run.  A user function gets the MbsData that a Run
-   begins with, as in Robotran; run_of finds the Run again.
+   Nothing in the runtime is global: each function gets a Run.  A user function gets the MbsData at the start
+   of the Run, as in Robotran; run_of returns the Run of an MbsData.
 
    Compiled with RUN_JOINTS, RUN_FORCES, RUN_LINKS, RUN_LINKS3D, RUN_STATES, RUN_CUTS and RUN_USER_ROWS: the
    numbers of joints, external forces, links, 3D links, user states, equations of cuts, and equations of the
-   user; and with RUN_DRIVEN: 1 if a joint is driven.  Arrays of Robotran's count from 1. */
+   user; and with RUN_DRIVEN: 1 if a joint is driven.  Arrays of Robotran count from 1: index 0 is not used. */
 #ifndef RUNTIME_h
 #define RUNTIME_h
 #include <stddef.h>
@@ -35,14 +35,16 @@ enum {
     MAX_STAGES = 7
 };
 
-/* A force on a body for a while, beside those of the project: the joint before the body, the point in its
-   axes (m), and the force in the axes of the base (N).  The last has the joint 0. */
+/* A force on a body for some time, in addition to those of the project.  A list of pushes ends with a push of
+   the joint 0. */
 typedef struct {
-    int joint;
-    double at[4], force[4], start, stop;
+    int joint;          /* the last joint of the body */
+    double point[4];    /* where the force acts, in the axes of the body (m) */
+    double force[4];    /* in the axes of the base (N) */
+    double start, stop; /* s */
 } Push;
 
-/* Functions of Python: each works on the arrays of MbsData and of the Run, and 0 is none. */
+/* Functions of Python, which work on the arrays of MbsData and of the Run; NULL if there is none. */
 typedef struct {
     void (*output)(double value, const char *name);
     void (*joint_forces)(double t);
@@ -55,28 +57,29 @@ typedef struct {
     void (*cons_jdqd)(double t);
 } Hooks;
 
-/* frame.c: the motion of a body and its Jacobian, and the lever from its origin to a point of the body. */
+/* frame.c: the motion of a body, in axes of the base. */
 typedef struct {
-    MbsSensor sensor;
-    double jacobian[7][N_JOINTS + 1];
-    double lever[4];
+    MbsSensor sensor;                       /* position, rotation and motion of the origin */
+    double jacobian[7][N_JOINTS + 1];       /* of the origin: rows 1 to 3 of v, 4 to 6 of omega */
+    double lever[4];                        /* from the origin to a point of the body (m) */
     double joint_position[N_JOINTS + 1][4]; /* of the joints in the chain of the body (m) */
 } Frame;
 
-/* partition.c: the joints and equations that accelred works with, and its matrices. */
+/* partition.c: the joints and equations that are used, and the matrices of its equations. */
 typedef struct {
     int n_dependent, n_independent, dependent[N_JOINTS + 1], independent[N_JOINTS + 1];
-    int row[N_ROWS + 1];                        /* the numbers of the equations that are used, among all */
+    int row[N_ROWS + 1];                        /* the numbers of the used equations, among all */
     double all_h[N_ROWS + 1], all_J[N_ROWS + 1][N_JOINTS + 1];
-    double h[N_ROWS + 1], J[N_ROWS + 1][N_JOINTS + 1];
+    double h[N_ROWS + 1], J[N_ROWS + 1][N_JOINTS + 1]; /* of the used equations */
     double LU[N_ROWS + 1][N_ROWS + 1];          /* of J_v, with the inverse of each pivot */
-    double factorized_J[N_ROWS + 1][N_JOINTS + 1]; /* the J that LU was made of */
-    int swapped[N_ROWS + 1];
+    int pivot_row[N_ROWS + 1];                  /* the row that was swapped with row k */
+    double factorized_J[N_ROWS + 1][N_JOINTS + 1]; /* the J of LU */
+    int is_factorized;                          /* 1: LU is that of factorized_J */
     int n_leaders, leader[N_JOINTS + 1];        /* the joints that the dependent ones follow */
-    int is_factorized, has_B;
-    double B[N_ROWS + 1][N_JOINTS + 1];         /* qdd_v = B qdd_leaders + column 0 of B */
+    double B[N_ROWS + 1][N_JOINTS + 1];         /* columns of the leaders; column 0 is b */
+    int has_B;                                  /* 1: B is that of factorized_J */
     double M[N_JOINTS + 1][N_JOINTS + 1], Q[N_JOINTS + 1];
-    double A[N_JOINTS + 1][N_JOINTS + 1], qdd[N_JOINTS + 1];
+    double A[N_JOINTS + 1][N_JOINTS + 1], qdd[N_JOINTS + 1]; /* M_uu and its factors; u'' */
 } Partition;
 
 /* turn.c: q, qd and qdd of the base in the axes of the state, and in those of the model. */
@@ -87,36 +90,37 @@ typedef struct {
 
 /* slopes.c: an external force on a body, or a link between two points.
 
-   Inputs are its coordinates x, dx/dt, and its states w_e; outputs are the forces along x, then the rates of
-   w_e.  The coordinates of a body are the displacement of its anchor point (m) and its rotation (rad), in axes
+   Its inputs are the coordinates x, dx/dt, and the states w_e; its outputs are the forces along x, then the rates
+   of w_e.  The coordinates of a body are the displacement of its anchor point (m) and its rotation (rad), in axes
    of the base; that of a link is its length (m). */
 typedef struct {
     int n_coordinates;
     int n_states, state[MAX_ELEMENT_STATES]; /* numbers of w_e among the user states, from 1 */
     double output[MAX_OUTPUTS];
-    double derivative[MAX_INPUTS][MAX_OUTPUTS]; /* [i][o]: of output o by input i */
+    double derivative[MAX_INPUTS][MAX_OUTPUTS]; /* [i][o]: of the output o by the input i */
 } ForceElement;
 
 /* slopes.c: user_JointForces and user_Derivative together, as a function of q, qd and ux.
 
-   Inputs and outputs count from 0: q_1 ... q_n, qd_1 ... qd_n, ux_1 ...; Qq_1 ... Qq_n, uxd_1 ...  Inputs of one
+   Inputs q_1 ... q_n, qd_1 ... qd_n, ux_1 ... and outputs Qq_1 ... Qq_n, uxd_1 ... count from 0.  Inputs of one
    color change no output in common. */
 typedef struct {
-    char depends[N_JOINT_INPUTS + 1][N_JOINT_OUTPUTS + 1]; /* [i][o] */
+    char depends[N_JOINT_INPUTS + 1][N_JOINT_OUTPUTS + 1]; /* [i][o]: 1 if output o depends on input i */
     int n_outputs[N_JOINT_INPUTS + 1], output[N_JOINT_INPUTS + 1][N_JOINT_OUTPUTS + 1];
     int n_colors, color[N_JOINT_INPUTS + 1];
     double derivative[N_JOINT_INPUTS + 1][N_JOINT_OUTPUTS + 1]; /* of the outputs that are listed */
-    char is_used[N_JOINT_INPUTS + 1][N_JOINT_OUTPUTS + 1]; /* [color][o], while colors are chosen */
-    char is_alone[N_JOINTS + 1]; /* 1: the force of the joint depends on no other joint */
-    int age;                     /* how often the pattern has served */
+    char is_changed[N_JOINT_INPUTS + 1][N_JOINT_OUTPUTS + 1]; /* [color][o], while colors are chosen */
+    char is_uncoupled[N_JOINTS + 1]; /* 1: the force of the joint depends on no other joint */
+    int age;                         /* Jacobians that have used the pattern */
 } JointSystem;
 
-/* The unknowns that move a joint, with dq/du; or the unknown of a state. */
+/* dq/du of a joint, by the unknowns that move it; or the unknown of a state, with 1. */
 typedef struct {
     int n, unknown[MAX_UNKNOWNS];
     double value[MAX_UNKNOWNS];
 } JointRow;
 
+/* slopes.c: the matrices M, D, K and A, and what they are assembled of. */
 typedef struct {
     ForceElement body[N_FORCES + 1], link[N_LINKS + 1]; /* from 1 */
     JointSystem joints;
@@ -134,44 +138,44 @@ typedef struct {
     char is_nonzero[MAX_UNKNOWNS][MAX_UNKNOWNS]; /* [k][j], for j < k */
 } Jacobian;
 
-/* steps.c */
+/* steps.c: the state of the integrator. */
 typedef struct {
-    int stiffness_count;             /* explicit steps that were as long as is stable, less those that were not */
+    int stiffness_count;             /* grows with explicit steps at the limit of stability */
     int is_touched;                  /* 1: an external force acts at the start of the step */
-    int jacobian_age;                /* steps that the Jacobian has served for */
-    double f_start[MAX_Y], f[MAX_Y]; /* dy/dt at the start of a step, and as computed last */
+    int jacobian_age;                /* steps that have used the Jacobian */
+    double f_start[MAX_Y], f[MAX_Y]; /* dy/dt at the start of a step; as computed last */
     double stage[MAX_STAGES][MAX_Y]; /* U_i, or h f_i */
     double y_start[MAX_Y];           /* the state at the start of a step */
-    double largest_state[N_STATES + 1];
+    double largest_state[N_STATES + 1]; /* the largest absolute value of each user state so far */
 } Steps;
 
-/* From a state y at t to the time end; Python, or the page, sets what is not computed. */
+/* An integration from the state y at t to the time end; Python, or the page, sets it up. */
 typedef struct {
-    double t, h;                     /* h: the length of the next step (s) */
-    double end, longest_step;
+    double t, h;                     /* the time of y; the length of the next step (s) */
+    double end, max_step;            /* s */
     double rtol, atol;
-    int most_steps, calls_loop;
+    int max_steps, calls_loop;       /* in one call of advance; 1: the user's loop is called after each */
     double *y;
-    const double *frame_time;        /* of the frames that are still to come */
+    const double *frame_time;        /* of the frames after t */
     int n_frames, n_passed;          /* how many there are, and how many the last step has passed */
     double *frame_y;                 /* the state at each frame that was passed */
 } Integration;
 
-/* Python knows the members up to the line. */
+/* Python uses the members up to the line: see RunInC of memory.py. */
 typedef struct {
     MbsData data; /* first: see run_of */
     Hooks hooks;
     const Push *pushes;
     const int *last_joint;           /* of the body of each external force; 0: of the base */
-    double *user_h, *user_jdqd, *user_J; /* what Python fills for the constraints of the user */
-    const double *state_scale;       /* of each user state: its absolute tolerance in parts of atol */
-    MbsSensor point;                 /* the point of the force that Python is asked for */
+    double *user_h, *user_jdqd, *user_J; /* the constraints of the user, which Python fills */
+    const double *state_scale;       /* of each user state: its absolute tolerance divided by atol */
+    MbsSensor point;                 /* the motion of the point whose force Python computes */
     MbsDirdyn dirdyn;
-    double damping;                  /* against each speed, in parts of its mass (1/s): see equilibrium.py */
-    int is_time_frozen;              /* 1: user code sees the time of the data, whatever time a step is at */
-    int can_turn, is_turned;         /* whether the base may go on, and is, in turned axes */
-    double shown_angles[3];          /* of the base in the model's axes, as they were shown last */
-    int is_recording;                /* 1: what user code gives to set_output is kept */
+    double damping;                  /* against each speed, relative to its mass (1/s): see equilibrium.py */
+    int is_time_frozen;              /* 1: user code sees a constant time, that of the data */
+    int can_turn, is_turned;         /* 1: the base may change its axes; is in turned axes (turn.c) */
+    double shown_angles[3];          /* of the base in the model's axes, as shown last */
+    int is_recording;                /* 1: values that user code gives to set_output are recorded */
     /* ------------------------------------------------------------------------------------------------ */
     Frame frame;
     Partition partition;
@@ -184,9 +188,9 @@ typedef struct {
     double zeros[N_JOINTS + 1];
 } Run;
 
-static inline Run *run_of(MbsData *s)
+static inline Run *run_of(MbsData *data)
 {
-    return (Run *) s;
+    return (Run *) data;
 }
 
 /* runtime.c */
@@ -198,7 +202,7 @@ void compute_external_force(Run *run, int number, const double *motion, double *
 void call_loop(Run *run);
 
 /* frame.c */
-void compute_frame(Run *run, int joint, const double at[4]);
+void compute_frame(Run *run, int joint, const double point[4]);
 double cross(const double *a, const double *b, int i);
 void compute_link_direction(Run *run, int number, double *dz_dq);
 
@@ -238,21 +242,21 @@ void turn_force(const Run *run, double *force);
 void show_model_axes(Run *run);
 void hide_model_axes(Run *run);
 void show_joint_forces(Run *run);
-void run_cons_hJ(double *h, double **J, MbsData *s, double tsim);
-void run_cons_jdqd(double *jdqd, MbsData *s, double tsim);
-double *run_JointForces(MbsData *s, double tsim);
+void run_cons_hJ(double *h, double **J, MbsData *data, double tsim);
+void run_cons_jdqd(double *jdqd, MbsData *data, double tsim);
+double *run_JointForces(MbsData *data, double tsim);
 void run_Derivative(Run *run);
-void run_DrivenJoints(MbsData *s, double tsim);
-double run_LinkForces(double Z, double Zd, MbsData *s, double tsim, int number);
+void run_DrivenJoints(MbsData *data, double tsim);
+double run_LinkForces(double Z, double Zd, MbsData *data, double tsim, int number);
 double *run_Link3DForces(double P[4], double R[4][4], double V[4], double OM[4], double A[4],
-                         double OMP[4], MbsData *s, double tsim, int number);
+                         double OMP[4], MbsData *data, double tsim, int number);
 double *run_ExtForces(double P[4], double R[4][4], double V[4], double OM[4], double A[4],
-                      double OMP[4], MbsData *s, double tsim, int number);
+                      double OMP[4], MbsData *data, double tsim, int number);
 
-/* hooks.c: the Run whose user code this thread runs, for set_output, which is told no MbsData. */
+/* hooks.c: set the Run whose user code this thread runs: set_output has no argument for it. */
 void enter_user_code(Run *run);
 
 /* the equations */
-void mbs_invdyna(double *phi, MbsData *s, double tsim);
-void mbs_dirdyna(double **M, double *c, MbsData *s, double tsim);
+void mbs_invdyna(double *phi, MbsData *data, double tsim);
+void mbs_dirdyna(double **M, double *c, MbsData *data, double tsim);
 #endif

@@ -1,44 +1,53 @@
-/* Steps of an integrator with an estimate of their error.
+/* An integrator with an estimate of the error of each step.
 
-   Where forces are stiff, a linearly implicit step: the W-method ROS34PW2 of Rang and Angermann (BIT 45, 2005),
-   of order 3 with any matrix J, so that J may be old or rough (slopes.c).  In the letters of Hairer and Wanner,
-   Solving Ordinary Differential Equations II, IV.7, for y' = f(t, y), stages i = 1 ... 4:
+   Where forces are stiff, steps are linearly implicit: the W-method ROS34PW2 of Rang and Angermann (BIT 45, 2005),
+   of order 3 with any matrix J, so that J may be old or approximate (slopes.c).  In the notation of Hairer and
+   Wanner, Solving Ordinary Differential Equations II, IV.7, for y' = f(t, y), stages i = 1 ... 4:
 
        (1 - gamma h J) U_i = gamma h [ f(t + alpha_i h, y + sum_j<i a_ij U_j) + sum_j<i c_ij / h U_j ]
        y_1 = y + sum_j a_4j U_j + U_4          error = (1 - gamma h J)^-1 sum_j e_j U_j
 
-   The last factor keeps the estimate small where it only says that the method is stiffly accurate.
+   The factor (1 - gamma h J)^-1 keeps the estimate bounded in stiff components, as the method damps them, too.
 
-   Where nothing is stiff, an explicit step of order 5 by Dormand and Prince (Hairer, Norsett and Wanner, Solving
-   Ordinary Differential Equations I, II.5), with U_j = h f_j, gamma = 0:
+   Where nothing is stiff, steps are explicit, of order 5: the method of Dormand and Prince (Hairer, Norsett and
+   Wanner, Solving Ordinary Differential Equations I, II.5), with U_j = h f_j, gamma = 0:
 
        U_i = h f(t + alpha_i h, y + sum_j<i a_ij U_j)     y_1 = y + sum_j a_7j U_j     error = sum_j e_j U_j
 
-   States at frames inside a step do not shorten it.  In an explicit step they are those of the method's own
-   interpolant of order 4 (II.6 of the same book).  An implicit one has none that is right for stiff states: a
-   shorter step from the same start, with the same J, leads to the frame. */
+   Frames inside a step do not shorten it.  In an explicit step, their states are those of the interpolant of the
+   method, of order 4 (II.6 of the same book).  An implicit step has no interpolant that is right for stiff states:
+   a shorter step from the same start, with the same J, leads to the frame.
+
+       start     frame            frame      end
+         |---------:----------------:---------|       the step
+         |-------->:                                  shorter steps, whose ends are the states at frames
+         |------------------------->:  */
 #include <math.h>
 #include <string.h>
 
 #include "runtime.h"
 
-/* Explicit steps as long as is stable, until steps are implicit; implicit steps that a Jacobian serves for. */
-enum { MAX_STIFF_STEPS = 15, MAX_JACOBIAN_AGE = 4 };
-enum { UNKNOWN, KNOWN, REFUSED }; /* a start: its derivative is known, or a step from it was refused */
-enum { MAX_FRAMES = 256 };        /* inside a step */
+/* Steps are implicit from this stiffness_count on. */
+enum { MAX_STIFF_STEPS = 15 };
+/* The number of implicit steps that use a Jacobian. */
+enum { MAX_JACOBIAN_AGE = 4 };
+/* The largest number of frames inside a step. */
+enum { MAX_FRAMES = 256 };
+/* The start of a step: f is unknown there, or known, or a longer step from there was rejected. */
+enum { UNKNOWN, KNOWN, REJECTED };
 
-/* An error of a speed counts as that of the position that it leads to within this time (s).  Motion that no
-   external force touches keeps its error for the rest of a run.  Where bodies touch, short steps follow impacts,
-   after which all is new, and long ones follow what lasts: the time is so many times the step. */
+/* The error of a speed is weighted by a time (s): it is that of the position to which it leads in this time.
+   While no external force acts, an error lasts to the end of a run.  While one acts, steps are short during
+   impacts, after which the speeds are new, and long in lasting contact: the time is a multiple of the step. */
 static const double FREE_SPEED_TIME = 1.0, MIN_SPEED_TIME = 0.01, SPEED_STEPS = 20.0;
-/* The next step is so many times as long, at least and at most, and aims at so much of the allowed error. */
+/* The ratio of the next step to this one, and the error it aims at, relative to the allowed one. */
 static const double MIN_GROWTH = 0.2, MAX_GROWTH = 2.0, SAFETY = 0.9;
 static const double SHORTEST_STEP = 1e-13; /* s */
-static const double ROUNDING = 1e-9;       /* of how many steps are left */
-/* A base that may be turned turns by no more in a step (rad): its angles are shown as those that are near. */
+static const double ROUNDING = 1e-9;       /* of the number of steps that are left */
+/* The largest rotation (rad) in a step of a base that may change its axes: turn.c takes the nearest angles. */
 static const double MAX_ROTATION = 1.0;
-/* The slope between the last two explicit stages, times h, where the method is no longer stable (IV.2). */
-static const double STIFF_SLOPE = 3.25;
+/* h times the Lipschitz constant between the last two explicit stages, at the limit of stability (IV.2). */
+static const double STABILITY_LIMIT = 3.25;
 
 typedef struct {
     int n_stages;
@@ -77,13 +86,13 @@ static const Method DORMAND_PRINCE = {
         71.0 / 57600, 0.0, -71.0 / 16695, 71.0 / 1920, -17253.0 / 339200, 22.0 / 525, -1.0 / 40,
     },
 };
-/* Of the interpolant of Dormand and Prince: see interpolate. */
+/* The coefficients i_j of the interpolant of Dormand and Prince, see interpolate. */
 static const double INTERPOLANT[MAX_STAGES] = {
     -12715105075.0 / 11282082432.0, 0.0, 87487479700.0 / 32700410799.0, -10690763975.0 / 1880347072.0,
     701980252875.0 / 199316789632.0, -1453857185.0 / 822651844.0, 69997945.0 / 29380423.0,
 };
 
-/* Call it once, in a state that accelerate has computed, before the first step. */
+/* Prepare steps from a state that accelerate has computed; call it before the first step. */
 void begin_steps(Run *run, double atol)
 {
     Steps *steps = &run->steps;
@@ -96,24 +105,24 @@ void begin_steps(Run *run, double atol)
     prepare_jacobian(run, atol);
 }
 
-/* Get ready for a step: its start, the derivative there, the method, and J.  Return 0 if that can be done. */
+/* Prepare a step from y: compute f there, and J if the step is implicit.  Return 0, or -1 if it failed. */
 static int prepare_step(Run *run, double t, const double *y, int start, double atol)
 {
     Steps *steps = &run->steps;
-    MbsData *s = &run->data;
+    MbsData *data = &run->data;
 
     if (start == UNKNOWN && accelerate(run, t, y, steps->f))
         return -1;
-    if (start != REFUSED) {
+    if (start != REJECTED) {
         memcpy(steps->f_start, steps->f, sizeof steps->f);
-        for (int k = 1; k <= s->nqv; k++)
-            s->guess[k - 1] = s->q[s->qv[k]];
+        for (int k = 1; k <= data->nqv; k++)
+            data->guess[k - 1] = data->q[data->qv[k]];
         steps->is_touched = any_force_acts(run);
     }
     if (!steps->is_touched && steps->stiffness_count < MAX_STIFF_STEPS)
         return 0;
-    if (steps->jacobian_age >= MAX_JACOBIAN_AGE || (start != REFUSED && any_force_begins(run))) {
-        if (start == REFUSED && accelerate(run, t, y, steps->f))
+    if (steps->jacobian_age >= MAX_JACOBIAN_AGE || (start != REJECTED && any_force_begins(run))) {
+        if (start == REJECTED && accelerate(run, t, y, steps->f))
             return -1;
         update_jacobian(run, atol);
         steps->jacobian_age = 0;
@@ -121,9 +130,9 @@ static int prepare_step(Run *run, double t, const double *y, int start, double a
     return 0;
 }
 
-/* Compute the stages of a step from y, and its end next.  Return 0 if all stages have a derivative.
+/* Compute the stages of a step from y, and its end next.  Return 0, or -1 if a stage has no derivative.
 
-   The derivative of the last stage of an explicit step, which is its end, is left in f. */
+   After an explicit step, f is dy/dt at its end, which is the state of its last stage. */
 static int compute_stages(Run *run, const Method *method, double t, double h, const double *y, double *next)
 {
     Steps *steps = &run->steps;
@@ -152,11 +161,11 @@ static int compute_stages(Run *run, const Method *method, double t, double h, co
     return 0;
 }
 
-/* Return the error of a step from y to next, in parts of what is allowed:
+/* Return the error of a step from y to next, relative to the allowed one:
 
        max( rms_q(e), rms_u(speed_time e), max_w(e) ),    e = |error| / (atol + rtol max(|y|, |next|))
 
-   The mean over all joints is that of most integrators; of user states, which may be few, the worst counts. */
+   The root mean square over all joints is that of most integrators; of user states, the largest error is used. */
 static double measure_error(const Run *run, const double *y, const double *next, const double *error,
                             double speed_time, const Integration *integration)
 {
@@ -178,9 +187,10 @@ static double measure_error(const Run *run, const double *y, const double *next,
     return fmax(sqrt(fmax(position_sum, speed_sum)), state_error);
 }
 
-/* Return the error of a force that begins at the end y of a step h, in parts of what is allowed: few stages, or
-   none, have felt it.  The accelerations change by f - before. */
-static double measure_begin(const Run *run, double h, const double *y, const double *before,
+/* Return the error of a force that begins at the end y of a step h, relative to the allowed one.
+
+   Few stages, or none, have had this force.  It changes the accelerations by f - before. */
+static double measure_new_force(const Run *run, double h, const double *y, const double *before,
                             const Integration *integration)
 {
     const int n = run->data.nqu;
@@ -192,11 +202,12 @@ static double measure_begin(const Run *run, double h, const double *y, const dou
     return error;
 }
 
-/* Count explicit steps that are as long as is stable: |U_7 - U_6| > STIFF_SLOPE |y_7 - y_6|, where the state of
-   the last stage but one is that of the last with other weights. */
-static void count_stiff(Steps *steps, int size)
+/* Count explicit steps at the limit of stability (Hairer and Wanner, IV.2):
+
+       h |f_7 - f_6| = |U_7 - U_6| > STABILITY_LIMIT |y_7 - y_6|      y_i = y + sum_j a_ij U_j */
+static void count_stiff_steps(Steps *steps, int size)
 {
-    double slope = 0.0, distance = 0.0;
+    double dU_squared = 0.0, dy_squared = 0.0;
 
     for (int k = 0; k < size; k++) {
         const double dU = steps->stage[6][k] - steps->stage[5][k];
@@ -204,16 +215,16 @@ static void count_stiff(Steps *steps, int size)
 
         for (int j = 0; j < 6; j++)
             dy += (DORMAND_PRINCE.a[6][j] - DORMAND_PRINCE.a[5][j]) * steps->stage[j][k];
-        slope += dU * dU;
-        distance += dy * dy;
+        dU_squared += dU * dU;
+        dy_squared += dy * dy;
     }
-    if (slope > STIFF_SLOPE * STIFF_SLOPE * distance)
+    if (dU_squared > STABILITY_LIMIT * STABILITY_LIMIT * dy_squared)
         steps->stiffness_count += 3;
     else if (steps->stiffness_count > 0)
         steps->stiffness_count -= 1;
 }
 
-/* Compute the state after a step h, in next.  Return its error, in parts of what is allowed. */
+/* Compute the state next after a step h.  Return its error, relative to the allowed one. */
 static double try_step(Run *run, const Method *method, double h, double *next, const Integration *integration)
 {
     Steps *steps = &run->steps;
@@ -227,9 +238,11 @@ static double try_step(Run *run, const Method *method, double h, double *next, c
         for (int k = 0; k < size; k++)
             difference[k] += method->e[i] * steps->stage[i][k];
     if (method == &DORMAND_PRINCE) {
-        count_stiff(steps, size);
+        count_stiff_steps(steps, size);
         error = measure_error(run, y, next, difference, FREE_SPEED_TIME, integration);
-        return any_force_acts(run) ? fmax(error, measure_begin(run, h, next, steps->f_start, integration)) : error;
+        if (any_force_acts(run))
+            error = fmax(error, measure_new_force(run, h, next, steps->f_start, integration));
+        return error;
     }
     for (int k = 0; k < size; k++)
         g[k] = difference[k] / (method->gamma * h);
@@ -241,11 +254,11 @@ static double try_step(Run *run, const Method *method, double h, double *next, c
     memcpy(before, steps->f, sizeof before);
     if (accelerate(run, integration->t + h, next, steps->f))
         return INFINITY;
-    return any_force_begins(run) ? fmax(error, measure_begin(run, h, next, before, integration)) : error;
+    return any_force_begins(run) ? fmax(error, measure_new_force(run, h, next, before, integration)) : error;
 }
 
-/* Compute the state at a part of an explicit step from y to next, by the interpolant (contd5 of DOPRI5 in the
-   book), with p = 1 - part:
+/* Compute the state at a part (0 to 1) of an explicit step from y to next, by the interpolant (contd5 of DOPRI5 in
+   the book), with p = 1 - part:
 
        y + part (d + p (U_1 - d + part (2 d - U_1 - U_7 + p sum_j i_j U_j)))      d = next - y */
 static void interpolate(const Steps *steps, int size, const double *y, const double *next, double part,
@@ -279,18 +292,20 @@ static void compute_frames(Run *run, const Method *method, double t, double h, c
             memcpy(frame, next, size * sizeof *frame);
         else if (method == &DORMAND_PRINCE)
             interpolate(&run->steps, size, y, next, length / h, frame);
-        else if (compute_stages(run, method, t, length, y, frame)) /* which the longer step could do */
+        else if (compute_stages(run, method, t, length, y, frame)) /* though the longer step did not fail */
             for (int k = 0; k < size; k++)
                 frame[k] = y[k] + length / h * (next[k] - y[k]);
     }
     integration->n_passed = n;
 }
 
-/* Return the length of the next step: no rest before the end is short, and a step passes few frames. */
-static double choose_length(const Run *run, const Integration *integration)
+/* Return the length of the next step.
+
+   The steps that are left have equal lengths, so that the last one is not short; a step passes MAX_FRAMES at most. */
+static double choose_step_length(const Run *run, const Integration *integration)
 {
     const double left = integration->end - integration->t, *u = integration->y + run->data.nqu;
-    double h = fmin(integration->h, integration->longest_step);
+    double h = fmin(integration->h, integration->max_step);
 
     if (run->can_turn)
         h = fmin(h, MAX_ROTATION / (fabs(u[3]) + fabs(u[4]) + fabs(u[5])));
@@ -300,7 +315,7 @@ static double choose_length(const Run *run, const Integration *integration)
     return h;
 }
 
-/* Go on to the accepted end of a step h. */
+/* Set the state to the end of an accepted step h, and compute the frames that it has passed. */
 static void accept_step(Run *run, const Method *method, double h, double *next, Integration *integration)
 {
     Steps *steps = &run->steps;
@@ -316,8 +331,8 @@ static void accept_step(Run *run, const Method *method, double h, double *next, 
     compute_frames(run, method, t, h, next, integration);
 }
 
-/* Step on to the end, by at most so many steps, or until a step has passed a frame.  Return how many it took, or
-   -1 where none is short enough. */
+/* Take steps until the end, max_steps, or a step that has passed a frame.  Return the number of steps, or -1 if no
+   step is short enough. */
 int advance(Run *run, Integration *integration)
 {
     Steps *steps = &run->steps;
@@ -326,13 +341,13 @@ int advance(Run *run, Integration *integration)
     double next[MAX_Y], angles[3];
 
     integration->n_passed = 0;
-    while (integration->t < integration->end && n_taken < integration->most_steps && !integration->n_passed
+    while (integration->t < integration->end && n_taken < integration->max_steps && !integration->n_passed
            && !run->data.flag_stop) {
-        const double h = choose_length(run, integration);
+        const double h = choose_step_length(run, integration);
         const Method *method;
         double error, growth;
 
-        if (start != REFUSED && turn_if_near(run, integration->y)) {
+        if (start != REJECTED && turn_if_near(run, integration->y)) {
             start = UNKNOWN;
             steps->jacobian_age = MAX_JACOBIAN_AGE;
         }
@@ -342,12 +357,12 @@ int advance(Run *run, Integration *integration)
         method = steps->is_touched || steps->stiffness_count >= MAX_STIFF_STEPS ? &ROS34PW2 : &DORMAND_PRINCE;
         error = try_step(run, method, h, next, integration);
         growth = fmax(MIN_GROWTH, SAFETY / pow(error, 1.0 / method->order));
-        integration->h = h * fmin(start == REFUSED ? 1.0 : MAX_GROWTH, growth);
+        integration->h = h * fmin(start == REJECTED ? 1.0 : MAX_GROWTH, growth);
         if (error > 1.0) {
-            start = REFUSED;
-            if (steps->jacobian_age > 0) /* an old Jacobian does not serve for the next try */
+            start = REJECTED;
+            if (steps->jacobian_age > 0) /* the next try has a new Jacobian */
                 steps->jacobian_age = MAX_JACOBIAN_AGE;
-            memcpy(run->shown_angles, angles, sizeof angles); /* the step may have led anywhere */
+            memcpy(run->shown_angles, angles, sizeof angles); /* the rejected step may have led anywhere */
             if (integration->h < SHORTEST_STEP)
                 return -1;
             continue;
@@ -357,7 +372,7 @@ int advance(Run *run, Integration *integration)
         start = KNOWN;
         if (integration->calls_loop) {
             call_loop(run);
-            start = UNKNOWN; /* the loop may change what acts */
+            start = UNKNOWN; /* the loop may have changed the forces */
         }
     }
     return n_taken;

@@ -65,7 +65,7 @@ console.log(JSON.stringify(rows));
 
 #: Until 0.3 s have passed; Playwright's own waiting calls eval, which the page forbids.
 WAIT = """new Promise((done) => requestAnimationFrame(function look() {
-  if (urdf2mbs.live.time() > 0.3) done(); else requestAnimationFrame(look);
+  if (urdf2mbs.live.getTime() > 0.3) done(); else requestAnimationFrame(look);
 }))"""
 
 
@@ -116,28 +116,28 @@ def test_a_page_drops_and_pulls_it(here: Path, browser: Browser) -> None:
     stop = "if (mbs_data->tsim > 5.0) mbs_data->flag_stop = 1;"
     file.write_text(file.read_text().replace(call, f"{call} {stop}"))
     assert main(["simulate", "biped", "-o", "biped.html", "--time", "0.1"]) == 0
-    page, said = browser.new_page(viewport={"width": 1100, "height": 1200}), []
-    page.on("pageerror", lambda error: said.append(str(error)))
-    page.on("request", lambda request: said.append(request.url))
+    page, events = browser.new_page(viewport={"width": 1100, "height": 1200}), []
+    page.on("pageerror", lambda error: events.append(str(error)))
+    page.on("request", lambda request: events.append(request.url))
     page.goto((here / "biped.html").as_uri())
     page.evaluate("urdf2mbs.ready")
 
     page.get_by_role("button", name="Drop on its back").click()
-    page.evaluate("urdf2mbs.live.run(false)")
-    lies = "urdf2mbs.live.pass(3, 1e5); [...urdf2mbs.live.joints('q'), urdf2mbs.live.time()]"
-    q = page.evaluate(lies)
+    page.evaluate("urdf2mbs.live.setRunning(false)")
+    page.evaluate("urdf2mbs.live.advance(3, 1e5)")
+    q = page.evaluate("[...urdf2mbs.live.getJointRow('q'), urdf2mbs.live.getTime()]")
     assert q[-1] == 3.0
     assert 0.02 < q[3] < 0.1, "it lands, and stays above the ground"
     assert abs(abs(q[5]) - np.pi / 2) < 0.2
     assert page.evaluate("urdf2mbs.seen('mbs', 'pelvis')[2][3]") == pytest.approx(q[3])
 
     # the user's own code ends a run, and Reset begins again
-    assert page.evaluate("urdf2mbs.live.pass(6, 1e5)") is False
-    assert "user code has ended the run" in page.locator("#live-said").inner_text()
+    assert page.evaluate("urdf2mbs.live.advance(6, 1e5)") is False
+    assert "user code has ended the run" in page.locator("#live-message").inner_text()
     page.get_by_role("button", name="Reset").click()
-    assert page.evaluate("urdf2mbs.live.pass(0.01, 1e5)") is True
+    assert page.evaluate("urdf2mbs.live.advance(0.01, 1e5)") is True
     page.get_by_label("Hold").uncheck()
-    before = page.evaluate("[...urdf2mbs.live.joints('q')]")
+    before = page.evaluate("[...urdf2mbs.live.getJointRow('q')]")
     box = page.locator("#view canvas").bounding_box()
     assert box is not None
     x, y = box["x"] + box["width"] / 2, box["y"] + 0.4 * box["height"]
@@ -148,15 +148,15 @@ def test_a_page_drops_and_pulls_it(here: Path, browser: Browser) -> None:
     assert page.locator("#picked b").inner_text() == "chest"
     page.evaluate(WAIT)
     page.mouse.up()
-    page.evaluate("urdf2mbs.live.run(false)")
-    after = page.evaluate("[...urdf2mbs.live.joints('q')]")
+    page.evaluate("urdf2mbs.live.setRunning(false)")
+    after = page.evaluate("[...urdf2mbs.live.getJointRow('q')]")
     assert np.abs(np.subtract(after, before)).max() > 1e-2
 
     # the page says why a run has ended, and the sentence stays
-    page.evaluate("urdf2mbs.live.begin((q) => { q[7] = NaN; })")
-    assert page.evaluate("urdf2mbs.live.pass(1, 1e5)") is False
-    assert "no step is short enough" in page.locator("#live-said").inner_text()
-    assert [one for one in said if not one.startswith(("file:", "data:", "blob:"))] == []
+    page.evaluate("urdf2mbs.live.restart((q) => { q[7] = NaN; })")
+    assert page.evaluate("urdf2mbs.live.advance(1, 1e5)") is False
+    assert "no step is short enough" in page.locator("#live-message").inner_text()
+    assert [event for event in events if not event.startswith(("file:", "data:", "blob:"))] == []
     page.close()
 
 
@@ -187,9 +187,9 @@ def test_user_functions_that_are_changed_in_python_alone_do_not_live(
 def test_the_script_takes_what_the_modules_of_the_page_give() -> None:
     folder = Path(report.__file__).with_name("js")
     text = Path(live.__file__).with_name("live.js").read_text("utf-8")
-    found = re.findall(r'^import {(.*?)}\s+from "./(\w+).js";$', text, re.M | re.S)
-    assert len(found) == text.count("import ")
-    for names, name in found:
+    imports = re.findall(r'^import {(.*?)}\s+from "./(\w+).js";$', text, re.M | re.S)
+    assert len(imports) == text.count("import ")
+    for names, name in imports:
         module = (folder / f"{name}.js").read_text("utf-8")
-        for one in re.split(r",\s+", names):
-            assert re.search(rf"^export (?:async )?(?:const|let|function) {one}\b", module, re.M)
+        for export in re.split(r",\s+", names):
+            assert re.search(rf"^export (?:async )?(?:const|let|function) {export}\b", module, re.M)
