@@ -65,7 +65,7 @@ class _SourceReader:
         return self.includes[file]
 
     def find_header(self, name: str, folders: Iterable[Path]) -> Path | None:
-        """Return the first of the folders' headers of a name; None if there is none."""
+        """Return the first header of a name in the folders, or None."""
         return next(
             (folder / name for folder in folders if self.read(folder / name) is not None), None
         )
@@ -87,7 +87,7 @@ class _SourceReader:
 def compiler() -> str | None:
     """Return the path of the C compiler.
 
-    It is ``$CC``, else cc, gcc or clang, else zig of the package ziglang; None if there is none.
+    It is ``$CC``, else cc, gcc or clang, else zig of the package ziglang, else None.
     """
     names = [os.environ["CC"]] if os.environ.get("CC") else ["cc", "gcc", "clang"]
     return next(filter(None, [*map(shutil.which, names), find_zig()]), None)
@@ -104,7 +104,7 @@ def require_compiler() -> str:
     """Return the path of the C compiler.
 
     Raises:
-        ConfigError: There is none.
+        ConfigError: No compiler is installed.
     """
     path = compiler()
     if path is None:
@@ -136,7 +136,7 @@ class BuildFlags(NamedTuple):
 
 
 class Build:
-    """Compiles and links with one compiler; what was made before is taken from the cache."""
+    """Compiles and links with one compiler; files that were made before are in the cache."""
 
     def __init__(
         self, compiler_path: str, flags: BuildFlags, on_compile: OnCompile | None = None

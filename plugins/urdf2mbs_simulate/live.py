@@ -31,7 +31,7 @@ LINK = (
     "-Wl,-z,stack-size=4194304",
     *(f"-Wl,--export={name}" for name in EXPORTS),
 )
-#: What is missing for an interactive robot.
+#: How to get an interactive robot, where no compiler makes WebAssembly.
 HINT = "pip install ziglang brings the compiler for a robot that can be pulled and dropped"
 
 
@@ -67,7 +67,7 @@ def make_live(
         on_compile: Called with the numbers of compiled files and of all files.
 
     Returns:
-        The robot; or a sentence that says why there is none.
+        The robot, or a sentence that says why it is not interactive.
 
     Raises:
         ConversionError: The C of the project does not compile.

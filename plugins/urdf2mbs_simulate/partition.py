@@ -77,7 +77,7 @@ class Conditioning(NamedTuple):
 def choose_partition(code: Code) -> None:
     """Choose dependent joints and equations, and close the loops from the present position.
 
-    ``data._run.notes`` gets what was chosen.
+    ``data._run.notes`` gets a description of the choice.
 
     Raises:
         SimulationError: A loop cannot be closed.

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from urdf2mbs_simulate.c_code import CCode
     from urdf2mbs_simulate.story import Story
 
-#: What is recorded of each frame, by the names of MbsData and Robotran's files.
+#: The quantities that are recorded of each frame, by the names of MbsData and Robotran's files.
 QUANTITIES = ("q", "qd", "qdd", "Qq", "Qc", "Lambda", "ux", "uxd", "Z", "Zd", "Fl", "SWr")
 #: The names of Robotran's files, where they differ.
 FILE_NAMES = {"Z": "linkZ", "Zd": "linkZD", "Fl": "linkF"}

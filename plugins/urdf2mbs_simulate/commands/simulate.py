@@ -1,6 +1,6 @@
 """`simulate`: simulate a robot, and write Robotran's result files.
 
-Makes a project of the robot if there is none, computes the motion from the
+Makes a project of a robot, computes the motion from the
 start position, and writes the project's resultsR/*.csv, animationR/*.anim.
 '-o PAGE.html' writes a page that plays the motion.
 """
@@ -229,7 +229,7 @@ def report_compiling(progress: Progress, subject: str) -> Callable[[int, int], N
 
     Args:
         progress: Where it is shown.
-        subject: What is compiled.
+        subject: The name of the program that is compiled.
     """
     begin = perf_counter()
 

@@ -30,10 +30,11 @@ def pendulum(friction: float) -> str:
     """1 kg at 0.3 m, held out level: gravity pulls with 2.943 N m."""
     wide = '<limit lower="-9" upper="9" effort="0" velocity="1"/>'
     return (
-        '<robot name="r"><link name="world"/>' + link("arm", 1.0, 0.01, 0.3)
+        '<robot name="r"><link name="world"/>'
+        + link("arm", 1.0, 0.01, 0.3)
         + joint("axle", "world", "arm", wide + f'<dynamics friction="{friction}"/>')
         + "</robot>"
-    )  # fmt: skip
+    )
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
@@ -57,8 +58,10 @@ def test_a_joint_rests_below_its_friction_and_turns_above(tmp_path: Path, langua
 
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_a_ladder_stands_by_friction_alone(tmp_path: Path, language: str) -> None:
-    """Two rails and a free hinge, which friction of 0.8 keeps from the splits.  A body gets another
-    name than its friction: the .mbs reserves ``base``."""
+    """Return two rails and a free hinge, which friction of 0.8 keeps from the splits.
+
+    A body gets another name than its friction: the .mbs reserves ``base``.
+    """
     length, half = 1.0, radians(25.0)
 
     def rail(name: str, way: float) -> str:
@@ -101,19 +104,20 @@ def test_a_bristle_gives_back_no_more_than_it_took(
             work += pull * rate * duration / 200
             data.ux += data.uxd * duration / 200
     bent = min(abs(data.ux[1]), most)
-    way = sum(abs(rate) * duration for rate, duration in motion)
+    distance = sum(abs(rate) * duration for rate, duration in motion)
     assert np.isfinite(work)
-    assert work >= bent**2 / 2 - 0.02 * most * way - 1e-12
+    assert work >= bent**2 / 2 - 0.02 * most * distance - 1e-12
 
 
 @settings(max_examples=40, deadline=None)
 @given(
     motion=st.lists(
         st.tuples(*[st.floats(-0.5, 0.5)] * 2, st.floats(-5, 5), st.floats(0.001, 0.02)),
-        min_size=1, max_size=6,
+        min_size=1,
+        max_size=6,
     ),
     tilt=st.floats(-0.004, 0.004),
-)  # fmt: skip
+)
 def test_the_bristles_of_a_body_give_back_no_more_than_they_took(
     robot: Any, motion: list[tuple[float, float, float, float]], tilt: float
 ) -> None:
@@ -121,7 +125,7 @@ def test_the_bristles_of_a_body_give_back_no_more_than_they_took(
     data = SimpleNamespace(ux=np.zeros(4), uxd=np.zeros(4), user_model={"contact": GROUND})
     corners = [(x, y, tilt * (x + 2 * y)) for x in (-0.1, 0.1) for y in (-0.05, 0.05)]
     plate, P, R = robot.make_contact(1, corners), np.array([0.0, 0.0, 0.0, -0.001]), np.eye(4)
-    work = way = 0.0
+    work = distance = 0.0
     for vx, vy, spin, duration in motion:
         V, OM = np.array([0.0, vx, vy, 0.0]), np.array([0.0, 0.0, 0.0, spin])
         for _ in range(100):
@@ -129,21 +133,26 @@ def test_the_bristles_of_a_body_give_back_no_more_than_they_took(
             turned = spin * duration / 100
             power = -(force[:3] @ V[1:] + force[3:] @ OM[1:])
             work += power * duration / 100
-            way += (np.hypot(vx, vy) + abs(spin) * 0.12) * duration / 100
+            distance += (np.hypot(vx, vy) + abs(spin) * 0.12) * duration / 100
             assert np.hypot(force[0], force[1]) <= 0.8 * force[2] * (1 + 1e-9)
             data.ux += data.uxd * duration / 100
             R[1:, 1:] = R[1:, 1:] @ [
-                [np.cos(turned), np.sin(turned), 0.0], [-np.sin(turned), np.cos(turned), 0.0],
+                [np.cos(turned), np.sin(turned), 0.0],
+                [-np.sin(turned), np.cos(turned), 0.0],
                 [0.0, 0.0, 1.0],
-            ]  # fmt: skip
+            ]
     assert np.isfinite(work)
-    assert work >= -0.02 * 0.8 * force[2] * way - 1e-9
+    assert work >= -0.02 * 0.8 * force[2] * distance - 1e-9
 
 
 GROUND = {
-    "ground": 0.0, "stiffness": 1e4, "speed": 0.05, "friction": 0.8, "bristle": 0.001,
+    "ground": 0.0,
+    "stiffness": 1e4,
+    "speed": 0.05,
+    "friction": 0.8,
+    "bristle": 0.001,
     "bristle_time": 0.02,
-}  # fmt: skip
+}
 
 
 @pytest.fixture(scope="module")
@@ -180,7 +189,7 @@ def test_a_block_slides_to_rest_as_coulomb_says(tmp_path: Path) -> None:
     points = {"block": [[x, y, 0] for x in (-0.2, 0.2) for y in (-0.2, 0.2)]}
     project = make(
         tmp_path, block, base="floating", passes={"contacts": {"points": points, "depth": 1e-4}}
-    )  # fmt: skip
+    )
     data = MbsData(project / "dataR" / "robot.mbs")
     data.qd[data.joint_id["floating_base_T1"]] = 1.0
     data.q[data.joint_id["floating_base_T3"]] -= 1e-4  # at rest on the ground
@@ -195,23 +204,29 @@ def test_a_block_slides_to_rest_as_coulomb_says(tmp_path: Path) -> None:
 
 
 def test_a_robot_at_rest_takes_long_steps(tmp_path: Path) -> None:
-    """Left to itself, an implicit integrator takes rounding for slopes: Radau took 15,000 steps
-    here, and LSODA 18,000 a second where Solo stands.  C finds the same slopes as Python."""
+    """C and Python give the same derivatives, which implicit integrators get.
+
+    With differences of their own, which are rounding here, Radau took 15,000 steps, and LSODA
+    18,000 a second where Solo stands.
+    """
     project = make(
-        tmp_path, pendulum(3.5), base="fixed", language="both",
+        tmp_path,
+        pendulum(3.5),
+        base="fixed",
+        language="both",
         passes={"contacts": {"points": {"arm": [[0.6, 0, -0.1]]}, "ground": -0.0995}},
-    )  # fmt: skip
+    )
     times: list[float] = []
     simulate(project, time=20.0, language="python", method="Radau", watch=times.append)
     assert len(times) < 1500
     data = MbsData(project / "dataR" / "robot.mbs")
     with user_code(data):
-        found = []
+        jacobians = []
         for language in ("python", "c") if shutil.which("cc") else ("python", "python"):
             code = load_code(data, language)
-            found.append(code.differentiate(0.0, np.full(2 + data.Nux, 1e-3)))
-    assert np.abs(found[0]).max() > 1e3
-    assert np.allclose(*found, rtol=0, atol=1e-6 * np.abs(found[0]).max())
+            jacobians.append(code.differentiate(0.0, np.full(2 + data.Nux, 1e-3)))
+    assert np.abs(jacobians[0]).max() > 1e3
+    assert np.allclose(*jacobians, rtol=0, atol=1e-6 * np.abs(jacobians[0]).max())
 
 
 @pytest.mark.skipif(shutil.which("cc") is None, reason="no compiler")
@@ -219,9 +234,12 @@ def test_bristles_spring_back_in_the_air_however_long_the_steps_are(tmp_path: Pa
     points = {"box": [[0, 0, 0]]}
     box = '<robot name="box">' + link("box", 2.0, 0.01, 0.0) + "</robot>"
     project = make(
-        tmp_path, box, base="floating", language="both",
+        tmp_path,
+        box,
+        base="floating",
+        language="both",
         passes={"contacts": {"points": points, "depth": 1e-4, "ground": -99.0, "stand": False}},
-    )  # fmt: skip
+    )
     data = MbsData(project / "dataR" / "robot.mbs")
     data.ux[1:] = 1e-3
     dirdyn = MbsDirdyn(data)

@@ -1,5 +1,8 @@
-"""Equilibria and modes are those of closed forms; a run that starts in one stays, and a small swing
-has the frequency and the damping of its mode."""
+"""Equilibria and modes are those of closed forms.
+
+A run that starts in an equilibrium stays, and a small oscillation has the frequency and the damping
+of its mode.
+"""
 
 import json
 import math
@@ -34,7 +37,7 @@ ONE, X, Z, IYY = 1.0, 0.1, -0.05, 0.03
 EXACT = 1e-9
 
 
-def found(file: Path, **options: Any) -> tuple[MbsData, MbsEquil]:
+def find_pose(file: Path, **options: Any) -> tuple[MbsData, MbsEquil]:
     data = MbsData(file)
     equil = MbsEquil(data)
     equil.set_options(language="python", **options)
@@ -55,12 +58,14 @@ def test_a_pendulum_hangs_and_swings(
 ) -> None:
     """From any pose the centre comes to hang below the hinge."""
     file = made(tmp_path_factory.mktemp("p"), arm("bob", BASE, ("R2", start, FREE), mass=mass))
-    data, equil = found(file, save2file=0)
+    data, equil = find_pose(file, save2file=0)
     assert equil.found is not None
-    far = math.hypot(X, Z)
-    assert math.sin(data.q[1]) * X - math.cos(data.q[1]) * Z == pytest.approx(far, abs=EXACT)
+    distance = math.hypot(X, Z)
+    assert math.sin(data.q[1]) * X - math.cos(data.q[1]) * Z == pytest.approx(distance, abs=EXACT)
     (mode,) = modes_of(data).modes
-    speed = math.sqrt(ONE * G * far / (IYY + ONE * far**2))  # inertia scales with the mass
+    speed = math.sqrt(
+        ONE * G * distance / (IYY + ONE * distance**2)
+    )  # inertia scales with the mass
     assert mode.value == pytest.approx(1j * speed, abs=EXACT)
     assert (mode.frequency, mode.joints()) == (pytest.approx(speed / 2 / math.pi), [1])
 
@@ -68,11 +73,11 @@ def test_a_pendulum_hangs_and_swings(
 def test_a_start_upright_stays_upright_and_is_unstable(tmp_path: Path) -> None:
     upright = math.atan2(X, -Z) + math.pi
     file = made(tmp_path, arm("bob", BASE, ("R2", upright, FREE)))
-    data, _ = found(file)
+    data, _ = find_pose(file)
     assert data.q[1] == pytest.approx(upright, abs=EXACT)
     found_modes = modes_of(data)
-    far = math.hypot(X, Z)
-    speed = math.sqrt(G * far / (IYY + far**2))
+    distance = math.hypot(X, Z)
+    speed = math.sqrt(G * distance / (IYY + distance**2))
     values = sorted(mode.value.real for mode in found_modes.modes)
     assert values == pytest.approx([-speed, speed], abs=EXACT)
     assert not found_modes.stable
@@ -84,15 +89,19 @@ def test_two_pendulums_swing_in_two_ways(tmp_path: Path) -> None:
     length, com, inertia = 0.5, 0.3, 0.02
     bodies = []
     for name, parent in (("one", BASE), ("two", "one")):
-        at = None if parent == BASE else "end"
-        body = arm(name, parent, ("R2", 0.4, FREE), at=at, end=(0.0, 0.0, -length))
+        point = None if parent == BASE else "end"
+        body = arm(name, parent, ("R2", 0.4, FREE), at=point, end=(0.0, 0.0, -length))
         body.com, body.inertia = (0.0, 0.0, -com), (0.0, 0.0, 0.0, inertia, 0.0, 0.0)
         bodies.append(body)
-    data, _ = found(made(tmp_path, *bodies))
+    data, _ = find_pose(made(tmp_path, *bodies))
     assert np.abs(data.q[1:]).max() < EXACT
-    own = inertia + com**2
-    mass = np.array([[2 * own + length**2 + 2 * length * com, own + length * com],
-                     [own + length * com, own]])  # fmt: skip
+    pivot_inertia = inertia + com**2
+    mass = np.array(
+        [
+            [2 * pivot_inertia + length**2 + 2 * length * com, pivot_inertia + length * com],
+            [pivot_inertia + length * com, pivot_inertia],
+        ]
+    )
     stiff = G * np.array([[length + 2 * com, com], [com, com]])
     speeds = np.sqrt(np.sort(np.linalg.eigvals(np.linalg.solve(mass, stiff))))
     found_modes = modes_of(data)
@@ -105,7 +114,7 @@ def test_two_pendulums_swing_in_two_ways(tmp_path: Path) -> None:
 
 def test_a_mass_on_a_spring_sinks_and_swings(tmp_path: Path) -> None:
     project = make(tmp_path, SLIDER, base="fixed", language="python")
-    data, _ = found(model(project))
+    data, _ = find_pose(model(project))
     assert data.q[1] == pytest.approx(-MASS * G / STIFFNESS, abs=EXACT)
     (mode,) = modes_of(data).modes
     decay = DAMPING / (2 * MASS)
@@ -119,8 +128,15 @@ def test_a_mass_on_a_spring_sinks_and_swings(tmp_path: Path) -> None:
     # a swing of 1e-5 m has this frequency and damping
     data.q[1] += 1e-5
     dirdyn = MbsDirdyn(data)
-    dirdyn.set_options(tf=2.0, integrator="DOP853", rtoler=1e-11, atoler=1e-16, save2file=0,
-                       language="python", framerate=500)  # fmt: skip
+    dirdyn.set_options(
+        tf=2.0,
+        integrator="DOP853",
+        rtoler=1e-11,
+        atoler=1e-16,
+        save2file=0,
+        language="python",
+        framerate=500,
+    )
     swing = dirdyn.run().q
     fit = np.exp(mode.value * swing[:, 0])
     terms = np.column_stack([fit.real, fit.imag])
@@ -131,7 +147,7 @@ def test_a_mass_on_a_spring_sinks_and_swings(tmp_path: Path) -> None:
 def test_a_double_mode_does_not_swing(tmp_path: Path) -> None:
     """Rounding splits the value of critical damping into two with an imaginary part."""
     project = make(tmp_path, SLIDER, base="fixed", language="python")
-    data, _ = found(model(project))
+    data, _ = find_pose(model(project))
     code = load_closed_code(data, "python")
     modes = find_modes(code, np.array([[-5.0, 1e-5], [-1.5e-8, -5.0]])).modes
     assert [mode.value.imag for mode in modes] == [0.0, 0.0]
@@ -139,7 +155,7 @@ def test_a_double_mode_does_not_swing(tmp_path: Path) -> None:
 
 def test_a_mode_without_damping_has_a_frequency_and_no_time(tmp_path: Path) -> None:
     project = make(tmp_path, SLIDER, base="fixed", language="python")
-    code = load_closed_code(found(model(project))[0], "python")
+    code = load_closed_code(find_pose(model(project))[0], "python")
     modes = find_modes(code, np.array([[0.0, 1.0], [-((2.0 * np.pi) ** 2), 0.0]]))
     assert modes.modes[0].value.real == 0.0
     assert modes.lines()[1].split()[1:3] == ["1", "0"]
@@ -171,7 +187,7 @@ def test_a_parameter_is_found_for_a_joint_that_stays(tmp_path: Path) -> None:
 
 def test_a_loop_hangs_where_its_energy_is_least(tmp_path: Path) -> None:
     file = four_bar(tmp_path, ["independent", "dependent", "dependent"], 1.0)
-    data, _ = found(file)
+    data, _ = find_pose(file)
     rest, frames = data.q.copy(), []
     results = simulate(file, time=1.0, language="python", equilibrium=True)
     assert np.ptp(results.q[:, 1:], axis=0).max() < 1e-8
@@ -191,9 +207,9 @@ def test_what_falls_has_no_equilibrium_and_is_named(
 ) -> None:
     file = made(tmp_path, arm("bob", BASE, ("T1", 0.0, FREE), ("T3", 0.0, FREE)))
     assert main(["simulate", str(file), "--equilibrium"]) == 1
-    said = capsys.readouterr().err
-    assert "error[no-equilibrium]" in said
-    assert "joint 'bob_1' still has -9.81 rad/s^2 or m/s^2" in said
+    message = capsys.readouterr().err
+    assert "error[no-equilibrium]" in message
+    assert "joint 'bob_1' still has -9.81 rad/s^2 or m/s^2" in message
     assert main(["modes", str(file), "--drawn"]) == 0
     assert (
         "rigid-body motion, without a restoring force: bob_0, bob_1\n  stable"
@@ -240,8 +256,19 @@ def test_a_swing_is_shown_and_written(tmp_path: Path, capsys: pytest.CaptureFixt
     assert modes(folder, language="python").modes[0].joints() == [1]
 
 
-@pytest.mark.parametrize(("upper", "said"), [("0", ["at a stop, or beyond: rail; 'passes: {posture"
-    ": {joints: {NAME: VALUE}}}' starts elsewhere"]), ("0.001", [])])  # fmt: skip
+@pytest.mark.parametrize(
+    ("upper", "said"),
+    [
+        (
+            "0",
+            [
+                "at a stop, or beyond: rail; 'passes: {posture"
+                ": {joints: {NAME: VALUE}}}' starts elsewhere"
+            ],
+        ),
+        ("0.001", []),
+    ],
+)
 def test_a_start_at_a_stop_is_named(tmp_path: Path, upper: str, said: list[str]) -> None:
     text = SLIDER.replace('upper="9"', f'upper="{upper}"')
     project = make(tmp_path, text, base="fixed", language="python")
@@ -268,9 +295,9 @@ def test_the_pose_of_a_tiny_pendulum_is_found(tmp_path: Path) -> None:
     )
     passes = {"posture": {"joints": {"swing": 0.1}}}
     project = make(tmp_path, text, base="fixed", language="python", passes=passes)
-    found = modes(project)
-    assert found.q[1] == pytest.approx(0.0, abs=1e-9)
-    (mode,) = found.modes
+    analysis = modes(project)
+    assert analysis.q[1] == pytest.approx(0.0, abs=1e-9)
+    (mode,) = analysis.modes
     assert mode.frequency == pytest.approx(np.sqrt(9.81 / 3e-5) / (2 * np.pi), rel=1e-3)
     assert mode.damping == 0.0
 
@@ -289,15 +316,15 @@ def test_states_that_fade_are_one_line_of_the_table(tmp_path: Path) -> None:
     )
     passes = {"contacts": {"links": ["*"]}, "posture": {"hold": {"frequency": 3}}}
     project = make(tmp_path, box, base="floating", language="c", passes=passes)
-    found = modes(project)
-    inner = [mode for mode in found.modes if mode.is_inner]
-    lines = found.lines()
+    analysis = modes(project)
+    inner = [mode for mode in analysis.modes if mode.is_inner]
+    lines = analysis.lines()
     assert len(inner) >= 3
     assert all(mode.value.real < 0 for mode in inner)
     (line,) = [line for line in lines if "states of contacts, friction or the user" in line]
     assert line.startswith(f"{len(inner)} more: ")
     named = [line for line in lines[1:] if line[:4].strip().isdigit()]
-    assert len(named) == len(found.modes) - len(inner)
+    assert len(named) == len(analysis.modes) - len(inner)
     assert not any("user states" in line for line in named)
 
 
@@ -312,15 +339,15 @@ def test_an_equilibrium_that_lies_does_not_stand(tmp_path: Path) -> None:
     project = make(tmp_path, box, base="floating", language="c", passes=passes)
     data = MbsData(next((project / "dataR").glob("*.mbs")))
     data.q[3], data.q[5] = 0.16, 0.8
-    found = find_equilibrium(data)
-    assert abs(found.moved[5]) > 0.6
-    said = "\n".join(found.lines())
-    assert "its base has moved" in said
-    assert "posture: {joints" not in said
+    equilibrium = find_equilibrium(data)
+    assert abs(equilibrium.moved[5]) > 0.6
+    text = "\n".join(equilibrium.lines())
+    assert "its base has moved" in text
+    assert "posture: {joints" not in text
     dirdyn = MbsDirdyn(data)
     dirdyn.set_options(tf=0.3, save2file=0)
     results = dirdyn.run()
-    results.equilibrium = found
+    results.equilibrium = equilibrium
     story = results.story()
     assert story is not None
     assert story.fell
@@ -390,8 +417,10 @@ def test_a_main_py_of_robotrans_runs_unchanged(tmp_path: Path) -> None:
         (project / name).write_text(text)
     done = subprocess.run(
         [sys.executable, "-m", "urdf2mbs_simulate", str(project / "workR" / "main.py")],
-        check=False, capture_output=True, text=True,
-    )  # fmt: skip
+        check=False,
+        capture_output=True,
+        text=True,
+    )
     assert done.returncode == 1, done.stderr
     assert "no integrator 'Sundials'" in done.stderr
     assert "Traceback" not in done.stderr

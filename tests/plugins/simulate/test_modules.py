@@ -24,16 +24,16 @@ def test_each_project_has_its_own_modules(tmp_path: Path, monkeypatch: pytest.Mo
     foreign = ModuleType("helper")
     monkeypatch.setitem(sys.modules, "helper", foreign)
     path = list(sys.path)
-    one, two = project(tmp_path / "one", "at = 1"), project(tmp_path / "two", "at = 2")
-    with user_code(one):
+    first, second = project(tmp_path / "one", "at = 1"), project(tmp_path / "two", "at = 2")
+    with user_code(first):
         helper().at += 10
-        with user_code(two):
+        with user_code(second):
             assert helper().at == 2
-        with user_code(one):
+        with user_code(first):
             assert helper().at == 11
         assert helper().at == 11
     assert helper() is foreign
     assert sys.path == path
     assert "MBsysPy" not in sys.modules
-    with user_code(one):
+    with user_code(first):
         assert helper().at == 11

@@ -51,15 +51,15 @@ def slider(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def rich(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A project with a rod, dependent and driven joints, contacts, a spring and a wrench."""
+    """Make a project with a rod, dependent and driven joints, contacts, a spring and a wrench."""
     folder = tmp_path_factory.mktemp("rich")
     write(convert(folder, PASSES))
     return folder / "rich"
 
 
 def model(project: Path) -> Path:
-    (found,) = project.glob("dataR/*.mbs")
-    return found
+    (file,) = project.glob("dataR/*.mbs")
+    return file
 
 
 def falls(time: Any) -> tuple[Any, Any]:
@@ -76,17 +76,26 @@ def falls(time: Any) -> tuple[Any, Any]:
 def test_a_slider_swings_and_comes_to_rest(slider: Path, method: str, language: str) -> None:
     times: list[float] = []
     results = simulate(
-        slider, time=0.61, method=method, language=language, rate=50.0, rtol=1e-7, atol=1e-9,
+        slider,
+        time=0.61,
+        method=method,
+        language=language,
+        rate=50.0,
+        rtol=1e-7,
+        atol=1e-9,
         watch=times.append,
-    )  # fmt: skip
+    )
     assert np.allclose(results.time, np.linspace(0.0, 0.61, 31), rtol=0, atol=1e-14)
     assert times[-1] == results.time[-1] == 0.61
     (rail,) = results.data.joint_id.values()
     q, qd = falls(results.time)
     force = -STIFFNESS * q - DAMPING * qd
     for found, should in (
-        (results.q, q), (results.qd, qd), (results.Qq, force), (results.qdd, force / MASS - 9.81),
-    ):  # fmt: skip
+        (results.q, q),
+        (results.qd, qd),
+        (results.Qq, force),
+        (results.qdd, force / MASS - 9.81),
+    ):
         assert np.allclose(found[:, rail], should, rtol=0, atol=2e-5)
         assert np.array_equal(found[:, 0], results.time)
     energies = results.energy()
@@ -103,8 +112,8 @@ def test_slopes_are_those_of_the_slider(slider: Path, language: str) -> None:
     with user_code(data):
         code = load_code(data, language)
         should = [-0.3, -9.81 - (STIFFNESS * 0.2 - DAMPING * 0.3) / MASS]
-        found = code.accelerate(0.5, np.array([0.2, -0.3]))
-        assert np.allclose(found, should, rtol=0, atol=1e-12)
+        rates = code.accelerate(0.5, np.array([0.2, -0.3]))
+        assert np.allclose(rates, should, rtol=0, atol=1e-12)
         assert data.tsim == 0.5
         for y in ([0.2, -0.3], [-4.0, 30.0]):
             should = [[0.0, 1.0], [-STIFFNESS / MASS, -DAMPING / MASS]]
@@ -156,15 +165,32 @@ def test_all_that_a_run_has_computed_is_kept_and_written(rich: Path, tmp_path: P
     ]
     dirdyn = MbsDirdyn(data)
     dirdyn.set_options(
-        tf=0.003, framerate=2000, resfilename="mine", respath=str(tmp_path / "r"),
-        animpath=tmp_path / "a", language="python",
-    )  # fmt: skip
+        tf=0.003,
+        framerate=2000,
+        resfilename="mine",
+        respath=str(tmp_path / "r"),
+        animpath=tmp_path / "a",
+        language="python",
+    )
     results = dirdyn.run()
     assert len(results.time) == 7
-    names = {file.name.removeprefix("mine_").removesuffix(".res"): file
-             for file in (tmp_path / "r").glob("*.res")}  # fmt: skip
-    assert {*names} == {"q", "qd", "qdd", "Qq", "Qc", "Lambda", "ux", "uxd", "linkZ", "linkZD",
-                        "linkF"}  # fmt: skip
+    names = {
+        file.name.removeprefix("mine_").removesuffix(".res"): file
+        for file in (tmp_path / "r").glob("*.res")
+    }
+    assert {*names} == {
+        "q",
+        "qd",
+        "qdd",
+        "Qq",
+        "Qc",
+        "Lambda",
+        "ux",
+        "uxd",
+        "linkZ",
+        "linkZD",
+        "linkF",
+    }
     kept = {"linkZ": "Z", "linkZD": "Zd", "linkF": "Fl"}
     for name, file in names.items():
         assert np.array_equal(np.loadtxt(file), results.frames[kept.get(name, name)])
@@ -187,10 +213,10 @@ def test_all_that_a_run_has_computed_is_kept_and_written(rich: Path, tmp_path: P
     acts = np.array([0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0])  # from 0.001 s until 0.002 s
     for k, axis in enumerate("xyz"):
         assert columns[f"{first}.F{axis}"].tolist() == ((k + 1) * acts).tolist()
-        at = data.l[k + 1, data.body_id["of_arm"]]
-        assert columns[f"{first}.d{axis}"].tolist() == [at] * 7
-        at = data.dpt[k + 1, data.points_id["trunk"]["rope_1"]]
-        assert columns[f"{second}.d{axis}"].tolist() == [at] * 7
+        place = data.l[k + 1, data.body_id["of_arm"]]
+        assert columns[f"{first}.d{axis}"].tolist() == [place] * 7
+        place = data.dpt[k + 1, data.points_id["trunk"]["rope_1"]]
+        assert columns[f"{second}.d{axis}"].tolist() == [place] * 7
     assert columns[f"{second}.Fz"].tolist() == [-4.0] * 7
 
 
@@ -210,8 +236,12 @@ def test_a_push_does_the_work_of_its_point(rich: Path) -> None:
     robot, chance = load_equations(model(rich), language="python"), np.random.default_rng(7)
     data = MbsData(model(rich))
     free = np.sort([*data.qu[1:], *data.qv[1:]])  # the others are constants of the equations
-    for link, place in (("of_ankle", "of_ankle"), ("of_bar3", "of_bar3"), ("trunk", "trunk"),
-                        ("wind_at", ("of_slide", "wind_at"))):  # fmt: skip
+    for link, place in (
+        ("of_ankle", "of_ankle"),
+        ("of_bar3", "of_bar3"),
+        ("trunk", "trunk"),
+        ("wind_at", ("of_slide", "wind_at")),
+    ):
         data.q[free] = data.q0[free] + chance.uniform(-1.0, 1.0, len(free))
         q, force = data.q[1:].copy(), chance.uniform(-1.0, 1.0, 3)
         data._run.pushes = [Push(link, tuple(force), 1.0, 2.0)]
@@ -229,9 +259,12 @@ def test_a_push_does_the_work_of_its_point(rich: Path) -> None:
 
 
 def _axes(robot: Any, body: str, q: Any) -> Any:
-    """The axes of a body in those of the base, a row each."""
-    sensor = SimpleNamespace(**{name: np.zeros(4) for name in ("P", "V", "OM", "A", "OMP")},
-                             R=np.zeros((4, 4)), J=np.zeros((7, len(q) + 1)))  # fmt: skip
+    """Return the axes of a body in those of the base, a row each."""
+    sensor = SimpleNamespace(
+        **{name: np.zeros(4) for name in ("P", "V", "OM", "A", "OMP")},
+        R=np.zeros((4, 4)),
+        J=np.zeros((7, len(q) + 1)),
+    )
     robot.data.q[1:] = q
     robot.data.mbs_gensensor(sensor, robot.data, robot.data.body_id[body])
     return sensor.R[1:, 1:]
@@ -273,10 +306,20 @@ def test_without_a_compiler_one_line_says_what_to_install(
     assert caught.value.hint == "pip install ziglang"
 
 
-@pytest.mark.parametrize("option", [
-    {"tf": 0.0}, {"t0": 6.0}, {"tf": math.inf}, {"tf": math.nan}, {"framerate": 0},
-    {"rtoler": 0.0}, {"rtoler": math.nan}, {"dt0": 0.0}, {"dt0": -1.0},
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "option",
+    [
+        {"tf": 0.0},
+        {"t0": 6.0},
+        {"tf": math.inf},
+        {"tf": math.nan},
+        {"framerate": 0},
+        {"rtoler": 0.0},
+        {"rtoler": math.nan},
+        {"dt0": 0.0},
+        {"dt0": -1.0},
+    ],
+)
 def test_a_run_that_is_none(slider: Path, option: dict[str, float]) -> None:
     dirdyn = MbsDirdyn(MbsData(model(slider)))
     dirdyn.set_options(save2file=0, language="python", **option)
@@ -288,8 +331,7 @@ def test_a_run_from_a_later_time_calls_the_user_after_each_step(slider: Path) ->
     data = MbsData(model(slider))
     calls: list[tuple[str, float]] = []
     for name in ("init", "loop", "finish"):
-        setattr(data, f"user_dirdyn_{name}",
-                lambda d, _, name=name: calls.append((name, d.tsim)))  # fmt: skip
+        setattr(data, f"user_dirdyn_{name}", lambda d, _, name=name: calls.append((name, d.tsim)))
     dirdyn = MbsDirdyn(data)
     dirdyn.set_options(t0=1.0, tf=1.1, dt_max=0.02, framerate=100, language="python")
     with user_code(data):
@@ -328,8 +370,10 @@ def test_derivatives_are_differences(rich: Path, slider: Path) -> None:
     for place in (BASE, "nowhere"):
         with pytest.raises(ValueError, match="no body and no point"):
             robot.position(place, [0.0])
-    for wrong, words in (({"language": "java"}, "no language 'java'"),
-                         ({"language": "c", "math": np}, "C has floats only")):  # fmt: skip
+    for wrong, words in (
+        ({"language": "java"}, "no language 'java'"),
+        ({"language": "c", "math": np}, "C has floats only"),
+    ):
         with pytest.raises(ConversionError, match=words):
             load_equations(model(slider), **wrong)
     robot = load_equations(model(rich), language="python")
@@ -355,12 +399,12 @@ def test_the_joint_and_the_force_that_are_named_are_the_largest(rich: Path) -> N
         Push("of_arm", (9.0, 0.0, 0.0), 1.0),
     ]
     code: Any = SimpleNamespace(data=data, accelerate=lambda *_: None)
-    said = runs._make_step_error(code, 0.5, np.zeros(0), "no").message
+    message = runs._make_step_error(code, 0.5, np.zeros(0), "no").message
     joint = list(data.joint_id)[2]
-    assert f"joint '{joint}' has 7 rad/s or m/s and -60 rad/s^2 or m/s^2" in said
-    assert "its force is 8 N m or N" in said
-    assert f"'{force}' with 50 N; the push on 'trunk' is 5 N" in said
-    assert "of_arm" not in said
+    assert f"joint '{joint}' has 7 rad/s or m/s and -60 rad/s^2 or m/s^2" in message
+    assert "its force is 8 N m or N" in message
+    assert f"'{force}' with 50 N; the push on 'trunk' is 5 N" in message
+    assert "of_arm" not in message
     assert "push on 'of_arm' is 9 N" in runs._make_step_error(code, 1.0, np.zeros(0), "no").message
 
 
@@ -375,10 +419,15 @@ def test_what_the_user_has_not_gives_what_is_there(rich: Path) -> None:
     assert functions["user_JointForces"](data, 0.0) is None
 
 
-@pytest.mark.parametrize("call", [
-    lambda code, y: code.accelerate(0.0, y), lambda code, y: code.differentiate(0.0, y),
-    lambda code, _: code.compute_accelerations(), lambda code, _: code.compute_constraints(),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda code, y: code.accelerate(0.0, y),
+        lambda code, y: code.differentiate(0.0, y),
+        lambda code, _: code.compute_accelerations(),
+        lambda code, _: code.compute_constraints(),
+    ],
+)
 def test_what_python_raises_comes_through_c(rich: Path, call: Any) -> None:
     data = MbsData(model(rich))
 
@@ -407,8 +456,9 @@ def test_steps_of_robotrans_have_its_errors(slider: Path, language: str) -> None
     data = MbsData(model(slider))
     data.q[1] = 0.2
     dirdyn = MbsDirdyn(data)
-    dirdyn.set_options(integrator="RK4", dt0=0.02, tf=0.48, framerate=25.0, save2file=0,
-                       language=language)  # fmt: skip
+    dirdyn.set_options(
+        integrator="RK4", dt0=0.02, tf=0.48, framerate=25.0, save2file=0, language=language
+    )
     results = dirdyn.run()
     z = 0.02 * np.array([[0.0, 1.0], [-STIFFNESS / MASS, -DAMPING / MASS]])
     step = sum(np.linalg.matrix_power(z, k) / math.factorial(k) for k in range(5))
@@ -466,8 +516,8 @@ def test_the_motion_of_each_body_is_that_of_its_equations(rich: Path) -> None:
             should.comp_gen_sensor(joint)
             code.library.compute_frame(code.run_address, joint, as_c_vector(np.zeros(4)))
             for name in ("P", "V", "OM", "A", "OMP"):
-                found = np.array(getattr(frame, name))
-                assert np.allclose(found[1:], getattr(should, name)[1:], rtol=0, atol=1e-12)
+                values = np.array(getattr(frame, name))
+                assert np.allclose(values[1:], getattr(should, name)[1:], rtol=0, atol=1e-12)
             assert np.allclose(np.array(frame.R).reshape(4, 4), should.R, rtol=0, atol=1e-12)
             slopes = [[frame.J[i][j] for j in range(data.njoint + 1)] for i in range(1, 7)]
             assert np.allclose(slopes, should.J[1:], rtol=0, atol=1e-12)

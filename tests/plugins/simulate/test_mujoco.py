@@ -15,10 +15,14 @@ mujoco = pytest.importorskip("mujoco")
 SWINGS = '<limit lower="-9" upper="9" effort="0" velocity="1"/><dynamics damping="0.01"/>'
 CHAIN = (
     '<robot name="chain"><link name="world"/>'
-    + link("a", 1.0, 0.01, 0.1) + link("b", 0.7, 0.005, -0.05) + link("c", 0.5, 0.003, 0.08)
-    + joint("one", "world", "a", SWINGS) + joint("two", "a", "b", SWINGS, "1 0 0")
-    + joint("three", "b", "c", SWINGS, "0.6 0 0.8") + "</robot>"
-)  # fmt: skip
+    + link("a", 1.0, 0.01, 0.1)
+    + link("b", 0.7, 0.005, -0.05)
+    + link("c", 0.5, 0.003, 0.08)
+    + joint("one", "world", "a", SWINGS)
+    + joint("two", "a", "b", SWINGS, "1 0 0")
+    + joint("three", "b", "c", SWINGS, "0.6 0 0.8")
+    + "</robot>"
+)
 #: Without mimic and loops, which MuJoCo's reader of URDF leaves out.
 ROBOTS = {
     "chain": CHAIN,
@@ -30,7 +34,7 @@ KEEP = '<mujoco><compiler fusestatic="false" discardvisual="true"/></mujoco>'
 
 
 def in_mujoco(text: bytes) -> mujoco.MjModel:
-    """The robot without shapes; nothing acts on it but gravity and damping."""
+    """Return the robot without shapes, on which only gravity and damping act."""
     root = etree.fromstring(text)
     for shape in root.xpath("//visual | //collision | //gazebo | //transmission"):
         shape.getparent().remove(shape)
@@ -56,22 +60,22 @@ def test_a_robot_swings_as_in_mujoco(name: str, tmp_path: Path) -> None:
     for kind in data.user_model.get("joint_forces", {}):
         data.user_model["joint_forces"][kind] = float(kind == "damping")
     model = in_mujoco(file.read_bytes())
-    other = mujoco.MjData(model)
+    state = mujoco.MjData(model)
     joints = [mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_JOINT, k) for k in range(model.njnt)]
-    own = [data.joint_id[joint] for joint in joints]
-    assert len(own) == data.nqu == model.nv, "MuJoCo has all joints"
+    numbers = [data.joint_id[joint] for joint in joints]
+    assert len(numbers) == data.nqu == model.nv, "MuJoCo has all joints"
     random = np.random.default_rng(5)
-    data.q[own], data.qd[own] = random.uniform(-0.5, 0.5, (2, model.nv))
-    other.qpos[:], other.qvel[:] = data.q[own], data.qd[own]
-    start = data.q[own]
+    data.q[numbers], data.qd[numbers] = random.uniform(-0.5, 0.5, (2, model.nv))
+    state.qpos[:], state.qvel[:] = data.q[numbers], data.qd[numbers]
+    start = data.q[numbers]
     dirdyn = MbsDirdyn(data)
     dirdyn.set_options(
         tf=1.0, language="python", integrator="DOP853", rtoler=1e-10, atoler=1e-11, save2file=0
     )
     results = dirdyn.run()
     for _ in range(10_000):
-        mujoco.mj_step(model, other)
-    assert other.time == pytest.approx(1.0)
-    assert np.abs(other.qpos - start).max() > 0.1
-    assert np.allclose(results.q[-1, own], other.qpos, rtol=0, atol=1e-6)
-    assert np.allclose(results.qd[-1, own], other.qvel, rtol=0, atol=1e-5)
+        mujoco.mj_step(model, state)
+    assert state.time == pytest.approx(1.0)
+    assert np.abs(state.qpos - start).max() > 0.1
+    assert np.allclose(results.q[-1, numbers], state.qpos, rtol=0, atol=1e-6)
+    assert np.allclose(results.qd[-1, numbers], state.qvel, rtol=0, atol=1e-5)

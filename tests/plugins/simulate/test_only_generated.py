@@ -33,18 +33,22 @@ TIGHT: dict[str, Any] = {"method": "DOP853", "rtol": 1e-11, "atol": 1e-11}
 
 
 def from_the_page(folder: Path, language: str = "python", **changed: Any) -> Path:
-    """The project that docs/first-simulation.md makes of the biped."""
+    """Make the project of the biped that docs/first-simulation.md makes."""
     page = (ROOT / "docs" / "first-simulation.md").read_text("utf-8")
     text = page.split("```yaml file=biped.yaml\n")[1].split("```")[0]
     passes = parse(text, folder / "biped.yaml")[0].passes
     return make(
-        folder, ROOT / "configs/biped.urdf.xacro", "biped", pipeline="compact",
-        passes={**passes, **changed}, language=language,
-    )  # fmt: skip
+        folder,
+        ROOT / "configs/biped.urdf.xacro",
+        "biped",
+        pipeline="compact",
+        passes={**passes, **changed},
+        language=language,
+    )
 
 
 def still(data: MbsData) -> MbsData:
-    """The data with all forces in joints switched off."""
+    """Switch all forces in joints off."""
     for kind in data.user_model["joint_forces"]:
         data.user_model["joint_forces"][kind] = 0.0
     return data
@@ -69,17 +73,21 @@ class Truth:
         self.order = [data.joint_id[name] for name in list(self.model.names)[1:]]
 
     def energies(self, results: Results) -> Any:
-        """All of it in each frame, and the kinetic part."""
-        found = []
+        """Return the total and the kinetic energy of each frame."""
+        energies = []
         for row, rate in zip(results.q, results.qd, strict=True):
             q, qd = row[self.order], rate[self.order]
             kinetic = pin.computeKineticEnergy(self.model, self.data, q, qd)
-            found.append([kinetic + pin.computePotentialEnergy(self.model, self.data, q), kinetic])
-        return np.array(found).T
+            energies.append(
+                [kinetic + pin.computePotentialEnergy(self.model, self.data, q), kinetic]
+            )
+        return np.array(energies).T
 
     def swing(self, q: Any, qd: Any, slope: Any, time: float) -> Any:
-        """The motion of q = q0 + slope x for constant columns of slope, by scipy: the positions
-        and speeds at the end, without forces."""
+        """Return positions and speeds at the end of a motion without forces, by scipy.
+
+        Joints move by q = q0 + slope x, for constant columns of slope.
+        """
         from scipy.integrate import solve_ivp
 
         q, slope = q[self.order], slope[self.order]
@@ -87,14 +95,14 @@ class Truth:
 
         def derivative(_: float, y: Any) -> Any:
             x, xd = np.split(y, 2)
-            at, rate = q + slope @ x, slope @ xd
-            mass = pin.crba(self.model, self.data, at)
+            position, rate = q + slope @ x, slope @ xd
+            mass = pin.crba(self.model, self.data, position)
             mass = np.triu(mass) + np.triu(mass, 1).T
-            bias = pin.nonLinearEffects(self.model, self.data, at, rate)
+            bias = pin.nonLinearEffects(self.model, self.data, position, rate)
             return np.concatenate([xd, np.linalg.solve(slope.T @ mass @ slope, -slope.T @ bias)])
 
-        found = solve_ivp(derivative, (0.0, time), x0, method="DOP853", rtol=1e-12, atol=1e-12)
-        x, xd = np.split(found.y[:, -1], 2)
+        solution = solve_ivp(derivative, (0.0, time), x0, method="DOP853", rtol=1e-12, atol=1e-12)
+        x, xd = np.split(solution.y[:, -1], 2)
         return np.concatenate([q + slope @ x, slope @ xd])
 
 
@@ -112,9 +120,9 @@ def test_a_floating_robot_falls_and_swings_as_pinocchio_says(tmp_path: Path) -> 
     truth = Truth(data)
     free = np.eye(data.njoint + 1)[:, data.qu[1:]]
     wanted = truth.swing(q, qd, free, 1.0)
-    found = np.concatenate([results.q[-1][truth.order], results.qd[-1][truth.order]])
+    end = np.concatenate([results.q[-1][truth.order], results.qd[-1][truth.order]])
     assert np.abs(wanted - np.concatenate([q[truth.order], qd[truth.order]])).max() > 3
-    assert np.allclose(found, wanted, rtol=0, atol=1e-6)
+    assert np.allclose(end, wanted, rtol=0, atol=1e-6)
     energy, kinetic = truth.energies(results)
     assert kinetic.max() > 2 * kinetic[0], "it falls"
     assert np.abs(energy - energy[0]).max() <= 1e-9 * kinetic.max()
@@ -135,15 +143,17 @@ def test_a_gripper_falls_as_its_reduction(tmp_path: Path, language: str) -> None
     assert rules == pytest.approx([1.0] * 6, abs=1e-9)
     truth = Truth(data)
     wanted = truth.swing(q, qd, slope, 0.2)
-    found = np.concatenate([results.q[-1][truth.order], results.qd[-1][truth.order]])
+    end = np.concatenate([results.q[-1][truth.order], results.qd[-1][truth.order]])
     assert np.abs(wanted).max() > 0.05
-    assert np.allclose(found, wanted, rtol=0, atol=1e-8)
+    assert np.allclose(end, wanted, rtol=0, atol=1e-8)
 
 
 @pytest.mark.parametrize("language", ["python", pytest.param("c", marks=needs_gcc)])
 def test_a_loop_stays_closed_and_keeps_its_energy(tmp_path: Path, language: str) -> None:
-    """The lamp has a parallelogram: its cut stays closed, and it does no work.  The accelerations
-    are those of Pinocchio's solver for constraints."""
+    """The lamp has a parallelogram: its cut stays closed, and it does no work.
+
+    The accelerations are those of Pinocchio's solver for constraints.
+    """
     project = make(tmp_path, LAMP)
     data = still(MbsData(project / "dataR" / "robot.mbs"))
     results = run(data, 0.5, language)
@@ -178,9 +188,15 @@ def test_a_loop_stays_closed_and_keeps_its_energy(tmp_path: Path, language: str)
     exactly = pin.ProximalSettings(1e-12, 1e-12, 100)
     for q, qd, qdd in zip(results.q, results.qd, results.qdd, strict=True):
         wanted = pin.constraintDynamics(
-            model, computed, q[truth.order], qd[truth.order], np.zeros(model.nv), cuts, solved,
+            model,
+            computed,
+            q[truth.order],
+            qd[truth.order],
+            np.zeros(model.nv),
+            cuts,
+            solved,
             exactly,
-        )  # fmt: skip
+        )
         assert np.allclose(qdd[truth.order], wanted, rtol=0, atol=1e-8 * np.abs(wanted).max())
 
 
@@ -192,11 +208,11 @@ def test_a_loop_that_cannot_be_closed_leaves_no_trace(tmp_path: Path, language: 
         code = load_code(data, language)
         assert solve_start_state(data, code)
         y = code.get_state()
-        near = code.accelerate(0.0, y)
-        assert np.isfinite(near).all()
+        rates = code.accelerate(0.0, y)
+        assert np.isfinite(rates).all()
         for away in (1.0, 2.0, 3.0, 1e9):
             code.accelerate(0.0, y + away)
-            assert np.array_equal(code.accelerate(0.0, y), near)
+            assert np.array_equal(code.accelerate(0.0, y), rates)
 
 
 # --- C and Python ---
@@ -206,9 +222,13 @@ def test_a_loop_that_cannot_be_closed_leaves_no_trace(tmp_path: Path, language: 
 @pytest.mark.slow
 def test_the_biped_stands_and_is_pushed_the_same_way_in_every_language(tmp_path: Path) -> None:
     """With contacts, a wrench, a push, and user functions in C, in Python, and called from C."""
-    project = from_the_page(tmp_path, "both", forces={
-        "wrenches": {"push": {"link": "chest", "force": [20, 0, 0], "start": 0.05, "stop": 0.1}}
-    })  # fmt: skip
+    project = from_the_page(
+        tmp_path,
+        "both",
+        forces={
+            "wrenches": {"push": {"link": "chest", "force": [20, 0, 0], "start": 0.05, "stop": 0.1}}
+        },
+    )
     more: dict[str, Any] = {"time": 0.15, "push": ["head:0,9,0@0.03..0.08"]}
     more |= {"method": "DOP853", "rtol": 1e-9, "atol": 1e-11}
     plain = simulate(project, language="python", **more)
@@ -222,16 +242,20 @@ def test_the_biped_stands_and_is_pushed_the_same_way_in_every_language(tmp_path:
     assert languages == [mixed_name, "C", "C", mixed_name]
     for results in (in_c, mixed):
         for name in ("q", "qd", "Qq"):
-            wanted, found = getattr(plain, name), getattr(results, name)
-            assert np.allclose(found, wanted, rtol=0, atol=1e-7 * np.abs(wanted).max()), name
+            wanted, values = getattr(plain, name), getattr(results, name)
+            assert np.allclose(values, wanted, rtol=0, atol=1e-7 * np.abs(wanted).max()), name
     # it stands on its feet, is pushed, and leans
     total = sum(body.mass or 0.0 for body in plain.data._run.mbs.bodies) * 9.81
     weight = sum(rows[:, 2] for name, rows in plain.external.items() if "contact" in name)
     assert weight[4:10].mean() == pytest.approx(total, rel=0.2)
     pushed = plain.external["push"][:, 0]
     assert [round(t, 2) for t, force in zip(plain.time, pushed, strict=True) if force] == [
-        0.05, 0.06, 0.07, 0.08, 0.09,
-    ]  # fmt: skip
+        0.05,
+        0.06,
+        0.07,
+        0.08,
+        0.09,
+    ]
     lean = plain.joint("floating_base_R1")
     assert abs(lean[-1]) > 10 * abs(lean[3])
 
@@ -270,9 +294,14 @@ def test_what_is_compiled_is_kept_and_never_half(tmp_path: Path) -> None:
 def test_a_push_moves_the_centre_of_mass(language: str) -> None:
     """F t = m v, while nothing else acts."""
     results = simulate(
-        TINY_FILE, time=0.4, push=[Push("arm", (3.0, -2.0, 5.0), 0.1, 0.3)], language=language,
-        base="floating", gravity=(0.0, 0.0, 0.0), **TIGHT,
-    )  # fmt: skip
+        TINY_FILE,
+        time=0.4,
+        push=[Push("arm", (3.0, -2.0, 5.0), 0.1, 0.3)],
+        language=language,
+        base="floating",
+        gravity=(0.0, 0.0, 0.0),
+        **TIGHT,
+    )
     truth = Truth(results.data)
     q, qd = results.q[-1][truth.order], results.qd[-1][truth.order]
     pin.centerOfMass(truth.model, truth.data, q, qd)
@@ -280,16 +309,20 @@ def test_a_push_moves_the_centre_of_mass(language: str) -> None:
     assert mass * truth.data.vcom[0] == pytest.approx(0.2 * np.array([3, -2, 5]), abs=1e-9)
     still_there = simulate(
         TINY_FILE, time=0.4, language=language, base="floating", gravity=(0.0, 0.0, 0.0)
-    )  # fmt: skip
+    )
     assert not still_there.qd[:, 1:].any(), "the push was of the other run"
 
 
 def test_a_short_push_is_not_stepped_over() -> None:
     """A robot at rest lets the integrator take steps that are longer than the push."""
     results = simulate(
-        TINY_FILE, time=3.0, push=["arm:0,0,500@2.5..2.501"], language="python", base="floating",
+        TINY_FILE,
+        time=3.0,
+        push=["arm:0,0,500@2.5..2.501"],
+        language="python",
+        base="floating",
         gravity=(0.0, 0.0, 0.0),
-    )  # fmt: skip
+    )
     truth = Truth(results.data)
     pin.centerOfMass(
         truth.model, truth.data, results.q[-1][truth.order], results.qd[-1][truth.order]
@@ -301,8 +334,14 @@ def test_a_short_push_is_not_stepped_over() -> None:
 def test_a_push_that_cannot_be_read_or_placed() -> None:
     assert parse_push("arm:1,2,3@0.5..") == Push("arm", (1.0, 2.0, 3.0), 0.5)
     assert parse_push("arm:1,-2e1,.3@...5") == Push("arm", (1.0, -20.0, 0.3), 0.0, 0.5)
-    for text in ("arm", "arm:1,2", "arm:1,2,x@0..1", "arm:1,2,3@0.5", "arm:1,2,nan@0..1",
-                 "arm:1,2,3@0.5..0.5"):  # fmt: skip
+    for text in (
+        "arm",
+        "arm:1,2",
+        "arm:1,2,x@0..1",
+        "arm:1,2,3@0.5",
+        "arm:1,2,nan@0..1",
+        "arm:1,2,3@0.5..0.5",
+    ):
         with pytest.raises(ConversionError, match=r"write LINK:FX,FY,FZ@START\.\.STOP"):
             simulate(TINY_FILE, push=[text])
     with pytest.raises(ConversionError, match="no body and no point 'amr'") as caught:
@@ -335,9 +374,9 @@ def test_results_are_robotrans_files(tmp_path: Path, monkeypatch: pytest.MonkeyP
     anim = (project / "animationR" / "dirdyn_q.anim").read_bytes()
     assert anim == (folder / "dirdyn_q.res").read_bytes()
     head, *lines = (folder / "dirdyn.csv").read_text().splitlines()
-    found = [[float(cell) for cell in line.split(",")] for line in lines]
+    rows = [[float(cell) for cell in line.split(",")] for line in lines]
     assert head == ",".join(results.columns())
-    assert np.array_equal(found, np.transpose([*results.columns().values()]))
+    assert np.array_equal(rows, np.transpose([*results.columns().values()]))
     assert np.array_equal(results.columns()["energy.kinetic"], results.energy()[:, 0])
     assert np.array_equal(results.columns()["energy.potential"], results.energy()[:, 1])
     results.data.qd[:] = 7.0
@@ -346,12 +385,16 @@ def test_results_are_robotrans_files(tmp_path: Path, monkeypatch: pytest.MonkeyP
     for k, (q, qd) in enumerate(zip(results.q, results.qd, strict=True)):
         pin.forwardKinematics(truth.model, truth.data, q[truth.order], qd[truth.order])
         place = pin.updateFramePlacement(truth.model, truth.data, frame)
-        ways = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
-        speed = pin.getFrameVelocity(truth.model, truth.data, frame, ways)
-        pairs = ((sensor.P[k], place.translation), (sensor.V[k], speed.linear),
-                 (sensor.R[k], place.rotation.T), (sensor.OM[k], speed.angular))  # fmt: skip
-        for found, should in pairs:
-            assert np.allclose(found, should, rtol=0, atol=1e-12)
+        axes = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+        speed = pin.getFrameVelocity(truth.model, truth.data, frame, axes)
+        pairs = (
+            (sensor.P[k], place.translation),
+            (sensor.V[k], speed.linear),
+            (sensor.R[k], place.rotation.T),
+            (sensor.OM[k], speed.angular),
+        )
+        for rows, should in pairs:
+            assert np.allclose(rows, should, rtol=0, atol=1e-12)
     assert np.abs(sensor.V[-1]).max() > 0.0
     assert (results.data.qd == 7.0).all()  # as before
     with monkeypatch.context() as patch:

@@ -1,5 +1,7 @@
-"""Loops of any kind are closed by a choice of joints and equations, and move as physics says; a
-joint without mass is held and named, or refused."""
+"""Loops of any kind are closed by a choice of joints and equations, and move as physics says.
+
+A joint without mass is locked and named, or refused.
+"""
 
 import math
 import re
@@ -24,29 +26,52 @@ TIGHT: dict[str, Any] = {"method": "DOP853", "rtol": 1e-10, "atol": 1e-11, "rate
 
 
 def arm(
-    name: str, parent: str, *joints: tuple[str, float, str], at: Any = None, mass: float = 1.0,
-    speed: float | None = None, **points: Any,
-) -> Body:  # fmt: skip
-    """A body at a point of another, with joints (type, position, nature), the last with a speed."""
+    name: str,
+    parent: str,
+    *joints: tuple[str, float, str],
+    at: Any = None,
+    mass: float = 1.0,
+    speed: float | None = None,
+    **points: Any,
+) -> Body:
+    """Return a body at a point of another.
+
+    Joints have a type, a position and a nature; the last one may have a speed.
+    """
     made = [
-        Joint(name=f"{name}_{k}", type=kind, nature=nature, q=q or None,
-              symbols=("q",) if nature == "driven" else None)
+        Joint(
+            name=f"{name}_{k}",
+            type=kind,
+            nature=nature,
+            q=q or None,
+            symbols=("q",) if nature == "driven" else None,
+        )
         for k, (kind, q, nature) in enumerate(joints)
-    ]  # fmt: skip
+    ]
     made[-1].qd = speed
     corners = [Point(name=point, coordinates=place) for point, place in points.items()]
     inertia = tuple(mass * x for x in (0.02, 0.0, 0.0, 0.03, 0.0, 0.04))
     return Body(
-        name=name, parent=None if parent == BASE else parent, point=at, joints=made, points=corners,
-        mass=mass or None, com=(0.1, 0.02, -0.05) if mass else None, inertia=inertia,  # type: ignore[arg-type]
-    )  # fmt: skip
+        name=name,
+        parent=None if parent == BASE else parent,
+        point=at,
+        joints=made,
+        points=corners,
+        mass=mass or None,
+        com=(0.1, 0.02, -0.05) if mass else None,
+        inertia=inertia,  # type: ignore[arg-type]
+    )
 
 
 def made(tmp_path: Path, *bodies: Body, cuts: Any = (), **points: Any) -> Path:
-    model = Mbs("loops", bodies=list(bodies), cuts=[
-        Connection(kind, f"cut_{k}", one, other, *length)
-        for k, (kind, one, other, *length) in enumerate(cuts, start=1)
-    ])  # fmt: skip
+    model = Mbs(
+        "loops",
+        bodies=list(bodies),
+        cuts=[
+            Connection(kind, f"cut_{k}", one, other, *length)
+            for k, (kind, one, other, *length) in enumerate(cuts, start=1)
+        ],
+    )
     model.base.points = [Point(name=name, coordinates=place) for name, place in points.items()]
     file = tmp_path / f"{len(list(tmp_path.iterdir()))}" / "dataR" / "loops.mbs"
     file.parent.mkdir(parents=True)
@@ -55,7 +80,7 @@ def made(tmp_path: Path, *bodies: Body, cuts: Any = (), **points: Any) -> Path:
 
 
 def gaps(results: Results) -> float:
-    """The largest constraint, kept or not, of all frames."""
+    """Return the largest gap of all constraints, used or not, in all frames."""
     data, worst = results.data, 0.0
     for q in results.q:
         data.q[1:] = q[1:]
@@ -83,10 +108,10 @@ def bennett(tmp_path: Path, follow: int) -> Path:
     second = 2 * math.atan(ratio / math.tan(first / 2))
     sides = [(a, alpha), (b, beta)] * 2
     turns = [first, second, -first, -second]
-    bodies, parent, at = [], BASE, None
+    bodies, parent, point = [], BASE, None
     for k, (turn, (length, twist)) in enumerate(zip(turns, sides, strict=True)):
         nature = FOLLOWS if 4 - k <= follow else FREE
-        hinge = arm(f"hinge{k}", parent, ("R3", turn, nature), at=at, end=(length, 0.0, 0.0))
+        hinge = arm(f"hinge{k}", parent, ("R3", turn, nature), at=point, end=(length, 0.0, 0.0))
         bodies += [hinge, arm(f"twist{k}", hinge.name, ("R1", twist, "driven"), at="end", mass=0.2)]
         parent = f"twist{k}"
     return made(tmp_path, *bodies, cuts=[("solid", ("twist3", None), (None, None))])
@@ -104,9 +129,14 @@ def sarrus(tmp_path: Path, follow: int) -> Path:
             arm(f"table{k}", BASE, ("R1", 0.3, "driven"), **foot),
             arm(f"low{k}", f"table{k}", (axis, sign * turn, place[0]), at=f"foot{k}", top=side),
             arm(f"high{k}", f"low{k}", (axis, -2 * sign * turn, place[1]), at="top", top=side),
-            arm(f"plate{k}", f"high{k}", (axis, sign * turn, place[2]), at="top",
-                middle=(-out[0] * 0.2, -out[1] * 0.2, 0.0)),
-        ]  # fmt: skip
+            arm(
+                f"plate{k}",
+                f"high{k}",
+                (axis, sign * turn, place[2]),
+                at="top",
+                middle=(-out[0] * 0.2, -out[1] * 0.2, 0.0),
+            ),
+        ]
     return made(tmp_path, *legs, cuts=[("solid", ("plate0", "middle"), ("plate1", "middle"))])
 
 
@@ -115,23 +145,36 @@ def parallel(tmp_path: Path, follow: int) -> Path:
     natures = [FOLLOWS] * follow + [FREE] * 4
     crank = {"tip": (0.0, 0.0, -0.5)}
     first = arm("crank1", BASE, ("R2", 0.4, natures[3]), at="p1", mass=0.3, **crank)
-    beam = arm("beam", "crank1", ("R2", -0.4, natures[0]), at="tip", speed=None,
-               a=(0.6, 0.0, 0.0), b=(1.2, 0.0, 0.0))  # fmt: skip
-    others = [
+    beam = arm(
+        "beam",
+        "crank1",
+        ("R2", -0.4, natures[0]),
+        at="tip",
+        speed=None,
+        a=(0.6, 0.0, 0.0),
+        b=(1.2, 0.0, 0.0),
+    )
+    followers = [
         arm(f"crank{k}", BASE, ("R2", 0.4, natures[k - 1]), at=f"p{k}", mass=0.3, **crank)
         for k in (2, 3)
     ]
     cuts = [("ball", ("beam", end), (f"crank{k}", "tip")) for k, end in ((2, "a"), (3, "b"))]
     feet = {f"p{k}": (0.6 * (k - 1), 0.0, 0.0) for k in (1, 2, 3)}
-    return made(tmp_path, first, beam, *others, cuts=cuts, **feet)
+    return made(tmp_path, first, beam, *followers, cuts=cuts, **feet)
 
 
-@pytest.mark.parametrize("language", ["python", pytest.param("c", marks=pytest.mark.skipif(
-    compiler() is None, reason="no C compiler"))])  # fmt: skip
 @pytest.mark.parametrize(
-    ("mechanism", "right", "time"), [(bennett, 3, 1.0), (sarrus, 5, 0.3), (parallel, 3, 1.0)],
+    "language",
+    [
+        "python",
+        pytest.param("c", marks=pytest.mark.skipif(compiler() is None, reason="no C compiler")),
+    ],
+)
+@pytest.mark.parametrize(
+    ("mechanism", "right", "time"),
+    [(bennett, 3, 1.0), (sarrus, 5, 0.3), (parallel, 3, 1.0)],
     ids=["bennett", "sarrus", "parallel"],
-)  # fmt: skip
+)
 def test_redundant_loops_move_in_one_way(
     mechanism: Any, right: int, time: float, language: str, tmp_path: Path
 ) -> None:
@@ -141,7 +184,7 @@ def test_redundant_loops_move_in_one_way(
         results = simulate(mechanism(tmp_path, declared), time=time, language=language, **TIGHT)
         data = results.data
         assert (data.nqu, data.nqv) == (1, right)
-        assert any("they imply the others" in said for said in data._run.notes)
+        assert any("they imply the others" in note for note in data._run.notes)
         moves(results)
         energies.append(results.energy()[:, 0])
     assert np.abs(np.array(energies) - energies[0]).max() < 1e-5 * energies[0].max()
@@ -156,15 +199,17 @@ def four_bar_bodies(natures: list[str], turn: float, **crank: Any) -> list[Body]
 
 
 def four_bar(tmp_path: Path, natures: list[str], turn: float, *more: Any, **crank: Any) -> Path:
-    """A crank and two bars; the drawing is not closed where ``turn`` is not the right one."""
+    """Make a crank and two bars; the drawing is not closed where ``turn`` is not the right one."""
     bodies = four_bar_bodies(natures, turn, **crank)
     cuts = [("ball", ("rod", "tip"), ("rocker", "tip")), *more]
     return made(tmp_path, *bodies, cuts=cuts, pivot=(0.6, 0.0, 0.0))
 
 
 def test_a_crank_turns_over_the_poses_at_which_the_choice_is_singular(tmp_path: Path) -> None:
-    """The crank as a follower of the rocker, which stops twice a turn, moves as it does as a
-    leader."""
+    """The crank moves alike as a dependent and as an independent joint.
+
+    The rocker, on which it depends, stops twice a turn.
+    """
     runs: list[Results] = []
     for natures in ([FREE, FOLLOWS, FOLLOWS], [FOLLOWS, FOLLOWS, FREE]):
         data = MbsData(four_bar(tmp_path, natures, 1.0))
@@ -174,8 +219,9 @@ def test_a_crank_turns_over_the_poses_at_which_the_choice_is_singular(tmp_path: 
         else:
             data.qd[1] = 12.0
         dirdyn = MbsDirdyn(data)
-        dirdyn.set_options(tf=0.7, integrator="DOP853", rtoler=1e-10, atoler=1e-11, save2file=0,
-                           language="python")  # fmt: skip
+        dirdyn.set_options(
+            tf=0.7, integrator="DOP853", rtoler=1e-10, atoler=1e-11, save2file=0, language="python"
+        )
         runs.append(dirdyn.run())
     leads, follows = runs
     assert np.ptp(leads.q[:, 1]) > 2 * math.pi
@@ -194,17 +240,23 @@ def test_random_loops_move_as_physics_says(
     bodies: list[Body] = []
     ends: list[str] = []
     for side, some in enumerate((kinds[::2], kinds[1::2])):
-        parent, at = BASE, f"foot{side}"
+        parent, point = BASE, f"foot{side}"
         for k, kind in enumerate(some):
             nature = data.draw(st.sampled_from([FREE, FOLLOWS]))
             place = (0.3 + data.draw(rounded) / 9, data.draw(rounded) / 3, data.draw(rounded) / 3)
-            bodies.append(arm(
-                f"b{side}{k}", parent, (kind, data.draw(rounded), nature), at=at, tip=place,
-            ))  # fmt: skip
-            parent, at = f"b{side}{k}", "tip"
+            bodies.append(
+                arm(
+                    f"b{side}{k}",
+                    parent,
+                    (kind, data.draw(rounded), nature),
+                    at=point,
+                    tip=place,
+                )
+            )
+            parent, point = f"b{side}{k}", "tip"
         ends.append(parent)
-    one, other = ((end, "tip") for end in ends)
-    cut = data.draw(st.sampled_from([("ball", one, other), ("rod", one, other, 0.3)]))
+    first, second = ((end, "tip") for end in ends)
+    cut = data.draw(st.sampled_from([("ball", first, second), ("rod", first, second, 0.3)]))
     folder = tmp_path_factory.mktemp("random")
     file = made(folder, *bodies, cuts=[cut], foot0=(0.0, 0.0, 0.0), foot1=(0.5, 0.2, 0.0))
     try:
@@ -221,10 +273,11 @@ def test_a_start_beside_a_dead_point_moves_as_others_do(tmp_path: Path) -> None:
     bodies = []
     for side, kinds in enumerate((("R2", "R1", "R1"), ("T1", "R1", "R1"))):
         for k, kind in enumerate(kinds):
-            parent, at = (f"b{side}{k - 1}", "tip") if k else (BASE, f"foot{side}")
+            parent, point = (f"b{side}{k - 1}", "tip") if k else (BASE, f"foot{side}")
             nature = FREE if bodies else FOLLOWS
-            bodies.append(arm(f"b{side}{k}", parent, (kind, 0.0, nature), at=at,
-                              tip=(0.3, 0.0, 0.0)))  # fmt: skip
+            bodies.append(
+                arm(f"b{side}{k}", parent, (kind, 0.0, nature), at=point, tip=(0.3, 0.0, 0.0))
+            )
     cut = ("rod", ("b02", "tip"), ("b12", "tip"), 0.3)
     file = made(tmp_path, *bodies, cuts=[cut], foot0=(0.0, 0.0, 0.0), foot1=(0.5, 0.2, 0.0))
     moves(simulate(file, time=0.2, language="python", **TIGHT))
@@ -237,31 +290,48 @@ def test_rods_at_their_dead_points_are_closed(tmp_path: Path) -> None:
     cuts = [("ball", ("rod", "tip"), ("rocker", "tip"))] + [
         ("rod", ("slide", "tip"), (None, end), 0.5) for end in ("above", "below")
     ]
-    file = made(tmp_path, slide, *loop, cuts=cuts, pivot=(0.6, 0.0, 0.0),
-                above=(0.0, 0.0, 0.5), below=(0.0, 0.0, -0.5))  # fmt: skip
+    file = made(
+        tmp_path,
+        slide,
+        *loop,
+        cuts=cuts,
+        pivot=(0.6, 0.0, 0.0),
+        above=(0.0, 0.0, 0.5),
+        below=(0.0, 0.0, -0.5),
+    )
     moves(simulate(file, time=0.2, language="python", **TIGHT))
 
 
 def test_a_rod_that_locks_a_bar_is_named(tmp_path: Path) -> None:
     """Two circles touch from outside: the bar cannot move, though no equation says so at first."""
     swings, stays = [
-        simulate(made(
-            tmp_path, arm("bar", BASE, ("R2", 0.0, nature), tip=(0.0, 0.0, 0.5)),
-            cuts=[("rod", ("bar", "tip"), (None, "above"), 0.7)], above=(0.0, 0.0, 1.2),
-        ), time=0.1, language="python")
+        simulate(
+            made(
+                tmp_path,
+                arm("bar", BASE, ("R2", 0.0, nature), tip=(0.0, 0.0, 0.5)),
+                cuts=[("rod", ("bar", "tip"), (None, "above"), 0.7)],
+                above=(0.0, 0.0, 1.2),
+            ),
+            time=0.1,
+            language="python",
+        )
         for nature in (FREE, FOLLOWS)
-    ]  # fmt: skip
-    (said,) = swings.data._run.notes
-    assert said.endswith("at a dead point, rod 'cut_1' would lock the model, and is left out; "
-                         "it stays with <nature>dependent</nature> in bar_0")  # fmt: skip
+    ]
+    (note,) = swings.data._run.notes
+    assert note.endswith(
+        "at a dead point, rod 'cut_1' would lock the model, and is left out; "
+        "it stays with <nature>dependent</nature> in bar_0"
+    )
     assert np.ptp(swings.q[:, 1]) > 0.1
     assert "the loops leave no joint free" in stays.data._run.notes[0]
     assert np.ptp(stays.q[:, 1]) == 0.0
 
 
 def test_a_joint_without_mass_is_held_or_refused(tmp_path: Path) -> None:
-    """A pendulum swings as it does without the massless slide at its end; a spring that pulls the
-    slide, or a push, is an error that names it."""
+    """A pendulum swings as it does without the massless slide at its end.
+
+    A spring that pulls the slide, or a push, is an error that names it.
+    """
     bob = arm("bob", BASE, ("R2", 1.0, FREE), end=(0.3, 0.0, 0.0))
     alone = simulate(made(tmp_path, bob), time=0.3, language="python", **TIGHT)
     for kind, more in (("T1", "R3"), ("R2", "R1")):
@@ -285,9 +355,13 @@ def test_a_joint_without_mass_is_held_or_refused(tmp_path: Path) -> None:
         assert 0.1 <= float(str(caught.value).partition("at ")[2].split(" s ")[0]) < 0.12
 
 
-@pytest.mark.parametrize(("start", "about"), [
-    ({"R3": 0.4, "R2": 0.3, "R1": 0.2}, "R1"), ({"R1": 0.0, "R2": 0.0, "R3": 0.0}, "R2"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("start", "about"),
+    [
+        ({"R3": 0.4, "R2": 0.3, "R1": 0.2}, "R1"),
+        ({"R1": 0.0, "R2": 0.0, "R3": 0.0}, "R2"),
+    ],
+)
 def test_a_rod_on_two_balls_turns_about_itself(
     tmp_path: Path, start: dict[str, float], about: str
 ) -> None:

@@ -103,7 +103,7 @@ def test_random_stiff_user_states_keep_ten_times_the_tolerance(in_python: Path, 
         "def user_derivatives(mbs_data):\n"
         "    mbs_data.uxd[1:] = -A @ (mbs_data.ux[1:] - np.sin(mbs_data.tsim))\n"
     )
-    found = simulate(in_python, time=0.5).ux[:, 1:]
+    states = simulate(in_python, time=0.5).ux[:, 1:]
     # w = sin t + z with z' = -A z - cos t, solved by the eigenvectors of A
     rates, vectors = np.linalg.eig(matrix)
     inverse, t = np.linalg.inv(vectors), np.linspace(0.0, 0.5, 51)[:, None]
@@ -111,7 +111,7 @@ def test_random_stiff_user_states_keep_ten_times_the_tolerance(in_python: Path, 
     forced = -drive * (rates * np.cos(t) + np.sin(t)) / (rates**2 + 1.0)
     fading = (start + drive * rates / (rates**2 + 1.0)) * np.exp(-rates * t)
     exact = np.sin(t) + ((forced + fading) @ vectors.T).real
-    assert np.abs(found - exact).max() < 10 * 1e-5 * np.abs(exact).max()
+    assert np.abs(states - exact).max() < 10 * 1e-5 * np.abs(exact).max()
 
 
 def test_user_states_in_c_are_states_of_the_run(pendulum: Path) -> None:
@@ -145,8 +145,8 @@ def test_a_spring_between_two_joints_is_exact_and_fast(
         taken[0] += solver.steps_taken
 
     monkeypatch.setattr(Rosenbrock, "step", count)
-    found = simulate(pendulum, time=2.0, language="c")
-    assert np.abs(found.q - exact.q).max() < 1e-4
+    results = simulate(pendulum, time=2.0, language="c")
+    assert np.abs(results.q - exact.q).max() < 1e-4
     assert taken[0] < 1000
     fine = simulate(pendulum, time=2.0, language="c", rtol=1e-8)
     assert np.abs(fine.q - exact.q).max() < 1e-6
@@ -401,13 +401,13 @@ print("checked")
 
 def test_a_checker_of_memory_finds_no_fault(ball_and_pendulum: list[Path], tmp_path: Path) -> None:
     cc = shutil.which("cc")
-    found = subprocess.run(
+    sanitizer = subprocess.run(
         [str(cc), "-print-file-name=libasan.so"], capture_output=True, text=True, check=False
     ).stdout.strip()
-    if not Path(found).is_file():
+    if not Path(sanitizer).is_file():
         pytest.skip("the compiler has no address sanitizer")
     environment = {
-        "LD_PRELOAD": found,
+        "LD_PRELOAD": sanitizer,
         "ASAN_OPTIONS": "detect_leaks=0",
         "XDG_CACHE_HOME": str(tmp_path / "cache"),
         "PATH": str(Path(str(cc)).parent),

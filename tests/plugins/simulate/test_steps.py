@@ -28,7 +28,7 @@ ADDED = 100
 
 
 def in_steps(project: Path, time: float, count: int, rate: float = 20.0) -> Any:
-    """A run by so many steps of one length, whatever their error."""
+    """Run a number of steps of one length, whatever their error."""
     dirdyn = MbsDirdyn(MbsData(project / "dataR" / "robot.mbs"))
     step = time / count
     dirdyn.set_options(tf=time, dt0=step, dt_max=step, framerate=rate, language="c", save2file=0)
@@ -69,7 +69,7 @@ def test_steps_are_implicit_where_a_joint_is_stiff(
 
 
 def random_robot(seed: int, follows: bool) -> str:
-    """A tree of four links, with damping; the last joint may follow the first one."""
+    """Return a tree of four links, with damping; the last joint may follow the first one."""
     rng = np.random.default_rng(seed)
 
     def three(size: float) -> str:
@@ -77,11 +77,11 @@ def random_robot(seed: int, follows: bool) -> str:
 
     def link(name: str) -> str:
         a, b, c = rng.uniform(0.02, 0.05, 3).tolist()
-        mass, at = rng.uniform(1.0, 3.0), three(0.1)
+        mass, centre = rng.uniform(1.0, 3.0), three(0.1)
         return (
-            f'<link name="{name}"><inertial><origin xyz="{at}" rpy="{three(3.0)}"/>'
+            f'<link name="{name}"><inertial><origin xyz="{centre}" rpy="{three(3.0)}"/>'
             f'<mass value="{mass}"/><inertia ixx="{b + c}" iyy="{a + c}" izz="{a + b}" ixy="0" '
-            f'ixz="0" iyz="0"/></inertial><collision><origin xyz="{at}"/><geometry>'
+            f'ixz="0" iyz="0"/></inertial><collision><origin xyz="{centre}"/><geometry>'
             '<box size="0.2 0.2 0.2"/></geometry></collision></link>'
         )
 
@@ -104,8 +104,10 @@ def random_robot(seed: int, follows: bool) -> str:
     + [("loop", 0)],
 )
 def test_random_robots_move_as_with_scipy(kind: str, seed: int, tmp_path: Path) -> None:
-    """DOP853, and on the ground Radau, with errors of 1e-10 a step.  On the ground a robot tips
-    over, and each spot that lands is a kink."""
+    """The motion is that of DOP853, and on the ground that of Radau, with errors of 1e-10 a step.
+
+    On the ground a robot tips over, and each spot that lands is a kink.
+    """
     base: dict[str, Any] = {"base": "fixed" if kind in ("bolted", "follows") else "floating"}
     if kind == "ground":
         base["passes"] = {"contacts": {"links": ["*"]}}
@@ -118,8 +120,8 @@ def test_random_robots_move_as_with_scipy(kind: str, seed: int, tmp_path: Path) 
     exact = simulate(project, method=method, rtol=1e-10, atol=1e-10, **more)
     assert np.abs(exact.q[-1, 1:] - exact.q[0, 1:]).max() > 0.01
     for tolerance, kinks in ((1e-5, 1e-3), (1e-8, 1e-4)):
-        found = simulate(project, rtol=tolerance, atol=tolerance, **more)
-        off = np.abs(found.q - exact.q).max()
+        results = simulate(project, rtol=tolerance, atol=tolerance, **more)
+        off = np.abs(results.q - exact.q).max()
         assert off < (kinks if kind == "ground" else ADDED * tolerance)
 
 
@@ -140,9 +142,9 @@ def arm(damping: float = 0.0) -> str:
 def test_an_arm_that_swings_is_exact_by_default(tmp_path: Path) -> None:
     project = make(tmp_path, arm(), base="fixed", language="both")
     exact = simulate(project, time=1.0, language="c", method="DOP853", rtol=1e-10, atol=1e-10)
-    found = simulate(project, time=1.0, language="c")
+    results = simulate(project, time=1.0, language="c")
     assert (np.ptp(exact.q[:, 1:], axis=0) > 0.5).sum() == 3
-    assert np.abs(found.q - exact.q).max() < 1e-4
+    assert np.abs(results.q - exact.q).max() < 1e-4
 
 
 def test_the_error_of_an_implicit_step_is_of_order_3_with_old_slopes(tmp_path: Path) -> None:
@@ -162,11 +164,11 @@ def test_the_error_of_an_implicit_step_is_of_order_3_with_old_slopes(tmp_path: P
 
 
 def beside(project: Path, time: float, other: str, **more: Any) -> float:
-    """The largest difference (rad, m) of two runs, and the robot must have moved."""
+    """Return the largest difference (rad, m) of two runs of a robot that moves."""
     wanted = simulate(project, time=time, language="c", method=other, rtol=1e-9, atol=1e-11, **more)
-    found = simulate(project, time=time, language="c", rtol=1e-6, atol=1e-7, **more)
+    results = simulate(project, time=time, language="c", rtol=1e-6, atol=1e-7, **more)
     assert np.ptp(wanted.q[:, 1:], axis=0).max() > 0.001
-    return float(np.abs(found.q - wanted.q).max())
+    return float(np.abs(results.q - wanted.q).max())
 
 
 def test_loops_drives_contacts_and_friction(tmp_path: Path) -> None:
@@ -180,12 +182,16 @@ def test_loops_drives_contacts_and_friction(tmp_path: Path) -> None:
 def test_a_robot_that_stands_and_is_pushed(tmp_path: Path, push: tuple[str, ...]) -> None:
     root = Path(__file__).resolve().parents[3]
     project = make(
-        tmp_path, root / "configs/biped.urdf.xacro", "biped", pipeline="compact", language="both",
+        tmp_path,
+        root / "configs/biped.urdf.xacro",
+        "biped",
+        pipeline="compact",
+        language="both",
         passes={
             "contacts": {"links": ["*_foot"]},
             "posture": {"hold": {"frequency": 10, "damping_ratio": 0.3}},
         },
-    )  # fmt: skip
+    )
     assert beside(project, 0.5, "Radau", push=push) < ADDED * 1e-6
 
 
@@ -194,20 +200,22 @@ def test_a_robot_that_stands_and_is_pushed(tmp_path: Path, push: tuple[str, ...]
     [("cc", ["-fsyntax-only", "-Wall", "-Wextra", "-Werror"]), ("clang-tidy", [])],
 )
 def test_checkers_of_c_are_silent(command: str, flags: list[str], tmp_path: Path) -> None:
-    found = shutil.which(command) or shutil.which(command, path=Path(sys.executable).parent)
-    if found is None:
+    program = shutil.which(command) or shutil.which(command, path=Path(sys.executable).parent)
+    if program is None:
         pytest.skip(f"there is no {command}")
     data = MbsData(make(tmp_path, arm(), base="fixed", language="c") / "dataR" / "robot.mbs")
     sources = CCode(data).sources
-    own = [str(source.file) for source in sources if source.file.parent == HERE]
-    own.append(str(HERE / "live.c"))
+    runtime = [str(source.file) for source in sources if source.file.parent == HERE]
+    runtime.append(str(HERE / "live.c"))
     defines = [*{word: word for source in sources for word in source.defines}]
     folders = [f"-I{folder}" for folder in (HERE, HEADERS, data.user_path)]
     words = ["-std=gnu99", "-Wno-comment", *flags, *folders, *defines]
     checks = "--checks=clang-diagnostic-*,clang-analyzer-*,-clang-analyzer-security.ArrayBound"
-    first = ["--quiet", checks, "--warnings-as-errors=*", *own, "--", *words]
-    subprocess.run([found, *(first if command == "clang-tidy" else [*words, *own])], check=True)
-    assert len(own) == len(SOURCES) + 1
+    first = ["--quiet", checks, "--warnings-as-errors=*", *runtime, "--", *words]
+    subprocess.run(
+        [program, *(first if command == "clang-tidy" else [*words, *runtime])], check=True
+    )
+    assert len(runtime) == len(SOURCES) + 1
 
 
 #: A run whose C ends where a whole number is too large.
@@ -266,8 +274,10 @@ def test_a_step_does_not_pass_over_the_begin_of_a_contact(tmp_path: Path) -> Non
 def test_the_extra_live_is_the_compiler_where_there_is_none(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A stand-in for ziglang hands its words to cc, if they name its compiler, and a processor that
-    all machines are: the cache may be that of several."""
+    """Without cc, zig compiles for a processor that all machines are: they may share the cache.
+
+    A stand-in for ziglang passes its arguments to cc if they name its compiler and this processor.
+    """
     zig = tmp_path / "ziglang" / "zig"
     zig.parent.mkdir()
     zig.with_name("__init__.py").touch()

@@ -15,7 +15,7 @@ EDGE, HIGH = 0.1, 0.5
 
 
 def solid(name: str, mass: float, high: float) -> str:
-    turning = " ".join(f'{way}="{mass / 20}"' for way in ("ixx", "iyy", "izz"))
+    turning = " ".join(f'{axis}="{mass / 20}"' for axis in ("ixx", "iyy", "izz"))
     return f"""<link name="{name}"><inertial><origin xyz="0 0 {high}"/><mass value="{mass}"/>
       <inertia {turning} ixy="0" ixz="0" iyz="0"/></inertial></link>"""
 
@@ -50,9 +50,13 @@ def test_it_stands_at_any_rate_of_frames(post: Path, rate: float) -> None:
 
 @pytest.mark.parametrize(
     ("force", "way"),
-    [("0,9,0", "to the left"), ("0,-9,0", "to the right"), ("9,1,0", "forward"),
-     ("-9,1,0", "backward")],
-)  # fmt: skip
+    [
+        ("0,9,0", "to the left"),
+        ("0,-9,0", "to the right"),
+        ("9,1,0", "forward"),
+        ("-9,1,0", "backward"),
+    ],
+)
 def test_it_falls_over_an_edge(force: str, way: str, post: Path) -> None:
     """The edge stays, so that the centre of mass is beside it by what the post's tilt says."""
     results = simulate(post, time=1.2, push=[f"post:{force}@0.2..0.6"], language="python")

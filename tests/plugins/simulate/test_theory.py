@@ -28,7 +28,7 @@ BALL = body('<sphere radius="0.1"/>', 0.4 * MASS * 0.1**2)
 
 
 def moved(folder: Path, text: str, time: float, push: float = 0.0, **start: Any) -> Any:
-    """A run on the ground, with a push along x of so many parts of the weight."""
+    """Run a body on the ground, with a push along x, relative to its weight."""
     contacts = {"links": ["*"], "friction": 0.5, "depth": 1e-4}
     passes: dict[str, Any] = {"contacts": contacts}
     if push:
@@ -45,27 +45,27 @@ def moved(folder: Path, text: str, time: float, push: float = 0.0, **start: Any)
 
 
 def test_a_box_slides_as_far_as_coulomb_says(tmp_path: Path) -> None:
-    found = moved(tmp_path, BOX, 1.0, q=[0, 0, 0.01, 0, 0, 0], qd=[1, 0, 0, 0, 0, 0])
-    assert found.q[-1, 1] == pytest.approx(1.0 / (2 * 0.5 * GRAVITY), abs=2e-3)
-    assert abs(found.qd[-1, 1]) < 1e-6
+    results = moved(tmp_path, BOX, 1.0, q=[0, 0, 0.01, 0, 0, 0], qd=[1, 0, 0, 0, 0, 0])
+    assert results.q[-1, 1] == pytest.approx(1.0 / (2 * 0.5 * GRAVITY), abs=2e-3)
+    assert abs(results.qd[-1, 1]) < 1e-6
 
 
 def test_a_box_on_a_slope_that_holds_does_not_creep(tmp_path: Path) -> None:
     """Of 0.45 of the weight, with a friction of 0.5."""
-    found = moved(tmp_path, BOX, 3.0, 0.45, q=[0, 0, 0.01, 0, 0, 0])
-    assert abs(found.q[-1, 1] - found.q[200, 1]) < 1e-9
-    assert abs(found.q[-1, 1]) < 1e-3
+    results = moved(tmp_path, BOX, 3.0, 0.45, q=[0, 0, 0.01, 0, 0, 0])
+    assert abs(results.q[-1, 1] - results.q[200, 1]) < 1e-9
+    assert abs(results.q[-1, 1]) < 1e-3
 
 
 def test_a_ball_slides_until_it_rolls(tmp_path: Path) -> None:
-    found = moved(tmp_path, BALL, 1.0, q=[0, 0, 0.1, 0, 0, 0], qd=[1, 0, 0, 0, 0, 0])
-    assert found.qd[-1, 1] == pytest.approx(5.0 / 7.0, abs=1e-3)
-    assert found.qd[-1, 5] == pytest.approx(5.0 / 7.0 / 0.1, rel=2e-3)
+    results = moved(tmp_path, BALL, 1.0, q=[0, 0, 0.1, 0, 0, 0], qd=[1, 0, 0, 0, 0, 0])
+    assert results.qd[-1, 1] == pytest.approx(5.0 / 7.0, abs=1e-3)
+    assert results.qd[-1, 5] == pytest.approx(5.0 / 7.0 / 0.1, rel=2e-3)
 
 
 def test_a_ball_rolls_down_a_slope(tmp_path: Path) -> None:
-    found = moved(tmp_path, BALL, 1.0, 0.2, q=[0, 0, 0.1, 0, 0, 0])
-    assert found.q[-1, 1] == pytest.approx(5.0 / 7.0 * 0.2 * GRAVITY / 2, rel=2e-3)
+    results = moved(tmp_path, BALL, 1.0, 0.2, q=[0, 0, 0.1, 0, 0, 0])
+    assert results.q[-1, 1] == pytest.approx(5.0 / 7.0 * 0.2 * GRAVITY / 2, rel=2e-3)
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -73,8 +73,8 @@ def test_a_drop_never_gains_energy(seed: int, tmp_path: Path) -> None:
     """But for what the ground has stored."""
     rng = np.random.default_rng(seed)
     start = [0.0, 0.0, 0.6, *rng.uniform(-1.0, 1.0, 3)]
-    found = moved(tmp_path, BOX, 1.5, q=start, qd=rng.uniform(-1.0, 1.0, 6))
-    energy = found.energy().sum(axis=1)
+    results = moved(tmp_path, BOX, 1.5, q=start, qd=rng.uniform(-1.0, 1.0, 6))
+    energy = results.energy().sum(axis=1)
     ground = 0.03 * (energy[0] - energy[-1])
     assert np.diff(np.minimum.accumulate(energy)).max() <= 0.0
     assert (energy - np.minimum.accumulate(energy)).max() < ground
@@ -95,11 +95,11 @@ def test_a_pendulum_sticks_where_friction_holds_it(tmp_path: Path) -> None:
     project = make(tmp_path, text, base="fixed", language="c", passes=passes)
     dirdyn = MbsDirdyn(MbsData(project / "dataR" / "robot.mbs"))
     dirdyn.set_options(tf=20.0, save2file=0)
-    found = dirdyn.run().q[:, 1]
+    positions = dirdyn.run().q[:, 1]
     weight, angle = MASS * GRAVITY * length, start
     while weight * sin(angle) > friction:
         ends = np.linspace(-angle, angle, 200001)
         left = weight * (np.cos(ends) - cos(angle)) - friction * (angle - ends)
         angle = abs(float(ends[np.flatnonzero(left >= 0.0)[0]]))
-    assert abs(found[-1]) == pytest.approx(angle, abs=2e-3)
-    assert np.ptp(found[-500:]) < 1e-6
+    assert abs(positions[-1]) == pytest.approx(angle, abs=2e-3)
+    assert np.ptp(positions[-500:]) < 1e-6

@@ -18,7 +18,7 @@ EXACT = 1e-8
 
 
 def moved(file: Path) -> tuple[np.ndarray, dict[str, str]]:
-    """The forces that moved a model, and the files of its motion; the forces are then taken off."""
+    """Return the forces of a motion, and the files of the motion of a model without them."""
     user = file.parent.parent / "userfctR" / "user_JointForces.py"
     user.parent.mkdir()
     user.write_text(PUSHED)
@@ -27,13 +27,19 @@ def moved(file: Path) -> tuple[np.ndarray, dict[str, str]]:
     results = dirdyn.run()
     user.write_text(FORCES)
     folder = file.parent.parent / "resultsR"
-    files = {f"trajectory{name}name": str(folder / f"dirdyn_{name}.res") for name in
-             ("q", "qd", "qdd")}  # fmt: skip
+    files = {
+        f"trajectory{name}name": str(folder / f"dirdyn_{name}.res") for name in ("q", "qd", "qdd")
+    }
     return results.Qq, files
 
 
-@pytest.mark.parametrize("language", ["python", pytest.param("c", marks=pytest.mark.skipif(
-    compiler() is None, reason="no C compiler"))])  # fmt: skip
+@pytest.mark.parametrize(
+    "language",
+    [
+        "python",
+        pytest.param("c", marks=pytest.mark.skipif(compiler() is None, reason="no C compiler")),
+    ],
+)
 @pytest.mark.parametrize("loop", [False, True])
 def test_forces_are_found_again(tmp_path: Path, loop: bool, language: str) -> None:
     if loop:
@@ -66,22 +72,27 @@ def test_loops_are_closed_along_a_motion_of_one_joint(tmp_path: Path) -> None:
     q[:, 0], q[:, 1] = time, 0.3 + 0.5 * time**3
     np.savetxt(tmp_path / "q.res", q)
     solvekin = MbsSolvekin(MbsData(file))
-    solvekin.set_options(trajectoryqname=str(tmp_path / "q.res"), tf=1.0, dt=0.001, save2file=0,
-                         language="python")  # fmt: skip
-    found = solvekin.run()
-    assert found.qdd[:, 1] == pytest.approx(3.0 * found.time, abs=1e-9)
-    for values, slopes in ((found.q, found.qd), (found.qd, found.qdd)):
+    solvekin.set_options(
+        trajectoryqname=str(tmp_path / "q.res"), tf=1.0, dt=0.001, save2file=0, language="python"
+    )
+    results = solvekin.run()
+    assert results.qdd[:, 1] == pytest.approx(3.0 * results.time, abs=1e-9)
+    for values, slopes in ((results.q, results.qd), (results.qd, results.qdd)):
         by_differences = (values[2:, 1:] - values[:-2, 1:]) / 0.002
         assert np.abs(by_differences - slopes[1:-1, 1:]).max() < 1e-4
 
 
-@pytest.mark.parametrize(("text", "said"), [
-    ("0 0.1\n1 two\n", ":2: .*could not convert string to float: 'two'"),
-    ("0 0.1\n1\n", ":2: .*a time and 1 numbers, one for each joint"),
-    ("0 0.1\n1 nan\n", ":2: .*a time and 1 numbers, one for each joint"),
-    ("0 0.1\n\n0 0.2\n", ":3: .*time is not after"), ("", "it has 0 rows"),
-    (None, "cannot be read: No such file"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("0 0.1\n1 two\n", ":2: .*could not convert string to float: 'two'"),
+        ("0 0.1\n1\n", ":2: .*a time and 1 numbers, one for each joint"),
+        ("0 0.1\n1 nan\n", ":2: .*a time and 1 numbers, one for each joint"),
+        ("0 0.1\n\n0 0.2\n", ":3: .*time is not after"),
+        ("", "it has 0 rows"),
+        (None, "cannot be read: No such file"),
+    ],
+)
 def test_a_file_that_is_no_motion_is_named_with_its_line(
     tmp_path: Path, text: str | None, said: str
 ) -> None:
@@ -99,11 +110,13 @@ def test_user_functions_of_inverse_dynamics_are_called(tmp_path: Path) -> None:
     model = made(tmp_path, arm("bob", BASE, ("R2", 0.0, FREE)))
     user = model.parent.parent / "userfctR" / "user_invdyn.py"
     user.parent.mkdir()
-    user.write_text("".join(
-        f"def user_invdyn_{when}(mbs_data, mbs_invdyn):\n"
-        f"    mbs_data.set_output(mbs_data.Qa[1], '{when}')\n"
-        for when in ("init", "loop", "finish")
-    ))  # fmt: skip
+    user.write_text(
+        "".join(
+            f"def user_invdyn_{when}(mbs_data, mbs_invdyn):\n"
+            f"    mbs_data.set_output(mbs_data.Qa[1], '{when}')\n"
+            for when in ("init", "loop", "finish")
+        )
+    )
     (tmp_path / "q.res").write_text("0 0\n1 1\n2 2\n")
     invdyn = MbsInvdyn(MbsData(model))
     invdyn.set_options(trajectoryqname=str(tmp_path / "q.res"), tf=1.0, dt=0.1, language="python")

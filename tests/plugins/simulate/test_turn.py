@@ -43,7 +43,7 @@ def _rotation(q: Any) -> Any:
 
 
 def _rates(q: Any) -> Any:
-    """The spin (columns) by the rates of the angles."""
+    """Return the angular velocity by the rates of the angles, in columns."""
     (a, b, _), (u, v, _) = np.cos(q), np.sin(q)
     return np.array([[1.0, 0.0, v], [0.0, a, -u * b], [0.0, u, a * b]])
 
@@ -68,8 +68,8 @@ def test_a_body_that_tumbles_keeps_its_momentum(
     """Results are in the model's own axes, whatever the axes in which it was computed."""
     project = make(tmp_path, BOX, base="floating", language=written)
     rates, exact = [1.0, 2.0, 5.0, 0.4, 6.0, 0.7], {"rtoler": 1e-9, "atoler": 1e-10}
-    found = thrown(project, [0.0] * 6, rates, 1.0, language, integrator=method, **exact)
-    angles, speeds = found.q[:, 4:7], found.qd[:, 4:7]
+    results = thrown(project, [0.0] * 6, rates, 1.0, language, integrator=method, **exact)
+    angles, speeds = results.q[:, 4:7], results.qd[:, 4:7]
     assert np.abs(angles[:, 1]).max() > 1.4
     first = MOMENTS @ _rates(angles[0]) @ speeds[0]
     for q, qd in zip(angles, speeds, strict=True):
@@ -77,9 +77,9 @@ def test_a_body_that_tumbles_keeps_its_momentum(
             turned = _rotation(q)
             momentum = turned @ MOMENTS @ turned.T @ _rates(q) @ qd
             assert momentum == pytest.approx(first, abs=1e-6)
-    assert found.q[-1, 1:4] == pytest.approx([1.0, 2.0, 5.0 - 9.81 / 2], abs=1e-7)
-    assert found.data._run.notes == [TURNED_NOTE]
-    assert np.abs(np.diff(found.q[:, 1:4], axis=0)).max() < 0.06
+    assert results.q[-1, 1:4] == pytest.approx([1.0, 2.0, 5.0 - 9.81 / 2], abs=1e-7)
+    assert results.data._run.notes == [TURNED_NOTE]
+    assert np.abs(np.diff(results.q[:, 1:4], axis=0)).max() < 0.06
 
 
 @LANGUAGES
@@ -88,9 +88,9 @@ def test_a_box_that_turns_over_ten_times_has_gone_on(
 ) -> None:
     """Its second angle is not wrapped, and the first and third stay."""
     project = make(tmp_path, BOX, base="floating", language=written, gravity=[0, 0, 0])
-    found = thrown(project, [0.0] * 6, [0.0, 0.0, 0.0, 0.0, 20 * np.pi, 0.0], 1.0, language)
-    assert found.q[-1, 5] == pytest.approx(20 * np.pi, abs=1e-4)
-    assert np.abs(found.q[:, [4, 6]]).max() < 1e-4
+    results = thrown(project, [0.0] * 6, [0.0, 0.0, 0.0, 0.0, 20 * np.pi, 0.0], 1.0, language)
+    assert results.q[-1, 5] == pytest.approx(20 * np.pi, abs=1e-4)
+    assert np.abs(results.q[:, [4, 6]]).max() < 1e-4
 
 
 @LANGUAGES
@@ -104,12 +104,12 @@ def test_a_box_lies_on_its_side_at_the_singular_angle(
     project = make(tmp_path, BOX, base="floating", language=written, passes=passes)
     start = [0.0, 0.0, 0.15, 0.0, np.pi / 2, 0.0]
     push = Push("box", (0.0, 19.62, 0.0), 0.5, 0.7)
-    found = thrown(project, start, [0.0] * 6, 1.5, language, pushes=[push])
-    assert found.q[-1, 5] == pytest.approx(np.pi / 2, abs=1e-3)
-    assert np.abs(found.qd[-1, 1:4]).max() < 1e-6
+    results = thrown(project, start, [0.0] * 6, 1.5, language, pushes=[push])
+    assert results.q[-1, 5] == pytest.approx(np.pi / 2, abs=1e-3)
+    assert np.abs(results.qd[-1, 1:4]).max() < 1e-6
     # it is pushed with twice the friction, and goes on as far as it was pushed
-    assert found.q[-1, 1:3] == pytest.approx([0.0, 4.905 * 0.2**2], abs=5e-3)
-    weight = sum(rows[-1, :3] for rows in found.external.values())
+    assert results.q[-1, 1:3] == pytest.approx([0.0, 4.905 * 0.2**2], abs=5e-3)
+    weight = sum(rows[-1, :3] for rows in results.external.values())
     assert weight == pytest.approx([0.0, 0.0, 19.62], abs=1e-3)
 
 
@@ -121,8 +121,8 @@ def test_a_step_that_is_refused_does_not_turn_what_is_shown(tmp_path: Path) -> N
     for height in np.linspace(0.4, 1.4, 11):
         start = [0.0, 0.0, height, 0.0, -np.pi / 2, 0.0]
         long = {"dt0": 0.5, "dt_max": 1.0, "framerate": 1.0}
-        found = thrown(project, start, [0.0, 0.0, 0.0, 0.1, 0.1, 0.1], 3.0, "c", **long)
-        assert np.abs(found.q[:, 5]).max() < 4.0
+        results = thrown(project, start, [0.0, 0.0, 0.0, 0.1, 0.1, 0.1], 3.0, "c", **long)
+        assert np.abs(results.q[:, 5]).max() < 4.0
 
 
 @in_c
@@ -136,8 +136,8 @@ def test_two_bodies_have_each_their_own_force(tmp_path: Path) -> None:
     passes = {"contacts": {"links": ["*"]}, "posture": {"hold": {}}}
     project = make(tmp_path, text, base="floating", language="c", passes=passes)
     start = [0.0, 0.0, 0.3, 0.0, np.pi / 2, 0.0, 0.0]
-    found = thrown(project, start, [0.0] * 7, 1.5, "c")
-    each = [rows[-1, 2] for rows in found.external.values()]
+    results = thrown(project, start, [0.0] * 7, 1.5, "c")
+    each = [rows[-1, 2] for rows in results.external.values()]
     assert each == pytest.approx([19.62, 19.62], rel=1e-3)
 
 
@@ -168,10 +168,10 @@ def test_user_functions_see_the_base_in_its_own_axes(
     check = CHECK[written]
     assert check in file.read_text()
     file.write_text(file.read_text().replace(check, check + WATCH[written]))
-    found = thrown(project, [0.0] * 6, [1.0, 2.0, 5.0, 0.4, 6.0, 0.7], 1.0, language, dt_max=0.01)
-    gain, angle = (found.outputs[name] for name in ("gain", "angle"))
+    results = thrown(project, [0.0] * 6, [1.0, 2.0, 5.0, 0.4, 6.0, 0.7], 1.0, language, dt_max=0.01)
+    gain, angle = (results.outputs[name] for name in ("gain", "angle"))
     assert np.abs(gain[:, 1]).max() < 1e-6
-    assert angle[-1, 1] == pytest.approx(found.q[-1, 5], abs=1e-9)
+    assert angle[-1, 1] == pytest.approx(results.q[-1, 5], abs=1e-9)
     assert angle[:, 1].max() > 1.4
     assert np.abs(np.diff(angle[:, 1])).max() < 0.3
 
@@ -192,7 +192,7 @@ LOOK = {
 
 
 def with_lid(tmp_path: Path, written: str, end: str | None) -> Path:
-    """A box with a lid that turns about its middle, and links of two kinds from an end to it."""
+    """Make a box with a lid that turns about its middle, and links of two kinds to the lid."""
     lid = BOX[BOX.index("<link") : BOX.index("</robot>")].replace(
         'link name="box"', 'link name="lid"'
     )
@@ -220,17 +220,17 @@ def test_drives_and_links_see_the_base_in_its_own_axes(
         )
         file.write_text(text)
     rates = [0.0, 0.0, 0.0, 0.0, 6.0, 0.0, 0.0]
-    found = thrown(project, [0.0] * 7, rates, 1.0, language, driven=7, dt_max=0.01)
-    assert found.data._run.notes == [TURNED_NOTE]
-    assert found.q[:, 5] == pytest.approx(6.0 * found.time, abs=1e-4)
-    assert found.q[1:, 7] == pytest.approx(found.q[1:, 5], abs=1e-9)
+    results = thrown(project, [0.0] * 7, rates, 1.0, language, driven=7, dt_max=0.01)
+    assert results.data._run.notes == [TURNED_NOTE]
+    assert results.q[:, 5] == pytest.approx(6.0 * results.time, abs=1e-4)
+    assert results.q[1:, 7] == pytest.approx(results.q[1:, 5], abs=1e-9)
     for name in ("link", "link3D"):
-        assert found.outputs[name][:, 1] == pytest.approx(0.0, abs=1e-4)
+        assert results.outputs[name][:, 1] == pytest.approx(0.0, abs=1e-4)
 
 
 def test_a_base_that_a_link_ties_to_the_ground_keeps_its_axes(tmp_path: Path) -> None:
     data = [MbsData(with_lid(tmp_path, "python", end) / "dataR/robot.mbs") for end in ("box", None)]
-    assert [can_turn(one, RowCounts(0, 0)) for one in data] == [True, False]
+    assert [can_turn(model_data, RowCounts(0, 0)) for model_data in data] == [True, False]
 
 
 @LANGUAGES
@@ -248,5 +248,5 @@ def test_gravity_is_that_of_the_data_in_all_directions(
     data.g[1] = 2.0
     dirdyn = MbsDirdyn(data)
     dirdyn.set_options(tf=1.0, language=language, save2file=0, dt_max=1e-3)
-    found = dirdyn.run()
-    assert found.q[-1, 1:4] == pytest.approx([1.0, -1.5, -9.81 / 2], abs=5e-3)
+    results = dirdyn.run()
+    assert results.q[-1, 1:4] == pytest.approx([1.0, -1.5, -9.81 / 2], abs=5e-3)

@@ -30,35 +30,82 @@ FORCES, MODEL = "userfctR/user_JointForces", "dataR/robot.mbs"
 #: The language; the file, what is replaced there by what ("": added); the code and the words.
 WRONG_FILES: dict[str, tuple[str, str, str, str, str, str]] = {
     "C that does not compile": (
-        "c", f"{FORCES}.c", "", "int x = nothing;\n", "not-compiled", "nothing"),
+        "c",
+        f"{FORCES}.c",
+        "",
+        "int x = nothing;\n",
+        "not-compiled",
+        "nothing",
+    ),
     "C of MBsysC": (
-        "c", f"{FORCES}.c", "", '#include "mbs_matrix.h"\n', "not-compiled",
-        "mbs_matrix.h.*\n.* it belongs to Robotran's MBsysC"),
+        "c",
+        f"{FORCES}.c",
+        "",
+        '#include "mbs_matrix.h"\n',
+        "not-compiled",
+        "mbs_matrix.h.*\n.* it belongs to Robotran's MBsysC",
+    ),
     "C of an add-on": (
-        "c", f"{FORCES}.c", "", '#include "tgc_car.h"\n', "not-compiled", "tyres on the ground"),
+        "c",
+        f"{FORCES}.c",
+        "",
+        '#include "tgc_car.h"\n',
+        "not-compiled",
+        "tyres on the ground",
+    ),
     "an add-on": (
-        "python", f"{FORCES}.py", r"(?s)\A.*\Z", "import mbs_rwc\n", "user-function-failed",
-        "for wheels on rails, which is not available"),
+        "python",
+        f"{FORCES}.py",
+        r"(?s)\A.*\Z",
+        "import mbs_rwc\n",
+        "user-function-failed",
+        "for wheels on rails, which is not available",
+    ),
     "a module elsewhere": (
-        "python", f"{FORCES}.py", r"(?s)\A.*\Z", "import user_DrivenJoints\nimport accelred\n",
-        "user-function-failed", "in .*elsewhere: add this folder to PYTHONPATH"),
+        "python",
+        f"{FORCES}.py",
+        r"(?s)\A.*\Z",
+        "import user_DrivenJoints\nimport accelred\n",
+        "user-function-failed",
+        "in .*elsewhere: add this folder to PYTHONPATH",
+    ),
     "no Python": (
-        "python", f"{FORCES}.py", r"(?s)\A.*\Z", "def user_JointForces(mbs_data, tsim:\n",
-        "user-function-failed", "SyntaxError"),
+        "python",
+        f"{FORCES}.py",
+        r"(?s)\A.*\Z",
+        "def user_JointForces(mbs_data, tsim:\n",
+        "user-function-failed",
+        "SyntaxError",
+    ),
     "no number": ("python", f"{FORCES}.py", "", NAN, "step-failed", NO_STEP),
     "no number, Radau": ("Radau", f"{FORCES}.py", "", NAN, "step-failed", NO_STEP),
     "no number, DOP853": ("DOP853", f"{FORCES}.py", "", NAN, "step-failed", NO_STEP),
     "no law": ("Radau", f"{FORCES}.py", "", WILD, "step-failed", "no step|steps lead"),
     "equations of another model": (
-        "c", MODEL, "<type>R1</type>", "<type>R2</type>", "equations-of-another-model",
-        "not of the model"),
+        "c",
+        MODEL,
+        "<type>R1</type>",
+        "<type>R2</type>",
+        "equations-of-another-model",
+        "not of the model",
+    ),
     "a vector for C": (
-        "c", MODEL, "<type>scalar</type>", "<type>vector</type>", "user-model-in-c",
-        "is a vector of 1 values, and C user functions"),
+        "c",
+        MODEL,
+        "<type>scalar</type>",
+        "<type>vector</type>",
+        "user-model-in-c",
+        "is a vector of 1 values, and C user functions",
+    ),
     "a lost function": (
-        "python", "userfctR/user_cons_hJ.py", "", None, "partition",
-        r"2 joints are dependent.* 0 of user_cons"),
-}  # fmt: skip
+        "python",
+        "userfctR/user_cons_hJ.py",
+        "",
+        None,
+        "partition",
+        r"2 joints are dependent.* 0 of user_cons",
+    ),
+}
 
 
 @pytest.mark.parametrize("fault", WRONG_FILES)
@@ -164,9 +211,12 @@ def test_a_gimbal_that_starts_locked_is_named(tmp_path: Path) -> None:
     joints = "".join(
         f'<joint name="{name}" type="continuous"><parent link="{parent}"/>'
         f'<child link="of_{name}"/><axis xyz="{axis}"/></joint>'
-        for name, parent, axis in (("a", "world", "0 0 1"), ("b", "of_a", "0 1 0"),
-                                   ("c", "of_b", "1 0 0"))
-    )  # fmt: skip
+        for name, parent, axis in (
+            ("a", "world", "0 0 1"),
+            ("b", "of_a", "0 1 0"),
+            ("c", "of_b", "1 0 0"),
+        )
+    )
     text = f'<robot name="gimbal">{links}<link name="of_c">{solid}</link>{joints}</robot>'
     project = make(tmp_path, text, passes={"posture": {"joints": {"b": 1.5708}}})
     file = project / "userfctR" / "user_JointForces.py"
@@ -182,8 +232,11 @@ def test_an_absurd_push_ends_in_a_bounded_number_of_steps(
     """1e9 N on the biped ran for 425 s without a word."""
     monkeypatch.setattr("urdf2mbs_simulate.dirdyn.MAX_STEPS", 50)
     times: list[float] = []
-    with pytest.raises(ConversionError, match=r"50 steps lead from 0\.\S+ s to 0\.\S+ s only: "
-                       r"joint '\w+' has .*the push on 'arm' is 1e\+09 N") as caught:  # fmt: skip
+    with pytest.raises(
+        ConversionError,
+        match=r"50 steps lead from 0\.\S+ s to 0\.\S+ s only: "
+        r"joint '\w+' has .*the push on 'arm' is 1e\+09 N",
+    ) as caught:
         simulate(TINY_FILE, push=["arm:0,1e9,0@0.01.."], language="python", watch=times.append)
     assert caught.value.code == "step-failed"
     assert len(times) < 2000
@@ -195,7 +248,7 @@ def test_a_loop_of_the_user_reads_an_imu_in_both_languages(tmp_path: Path) -> No
     """The lines that the templates offer as comments."""
     project = make(
         tmp_path, TINY, base="fixed", language="both", passes={"sensors": {"links": ["tool"]}}
-    )  # fmt: skip
+    )
     python, c = (project / "userfctR" / f"user_dirdyn.{end}" for end in ("py", "c"))
     python.write_text(python.read_text().replace("    # ", "    "))
     inside = re.search(r"/\* (MbsSensor.*?) \*/", c.read_text(), re.DOTALL)
@@ -215,12 +268,14 @@ def test_a_loop_of_the_user_reads_an_imu_in_both_languages(tmp_path: Path) -> No
 def test_user_code_ends_a_run_and_gives_outputs(tmp_path: Path, capsys: Any) -> None:
     project = make(tmp_path, TINY)
     file = project / "userfctR" / "user_dirdyn.py"
-    file.write_text(file.read_text().replace(
-        "    robot.check_step(mbs_data)\n",
-        "    robot.check_step(mbs_data)\n"
-        "    mbs_data.set_output(mbs_data.tsim ** 2, 'square')\n"
-        "    mbs_data.flag_stop = mbs_data.tsim > 0.05\n",
-    ))  # fmt: skip
+    file.write_text(
+        file.read_text().replace(
+            "    robot.check_step(mbs_data)\n",
+            "    robot.check_step(mbs_data)\n"
+            "    mbs_data.set_output(mbs_data.tsim ** 2, 'square')\n"
+            "    mbs_data.flag_stop = mbs_data.tsim > 0.05\n",
+        )
+    )
     results = simulate(project, language="python")
     assert results.stopped
     assert 0.05 < results.outputs["square"][-1, 0] < 0.2
@@ -233,14 +288,12 @@ def test_user_code_ends_a_run_and_gives_outputs(tmp_path: Path, capsys: Any) -> 
 @pytest.mark.parametrize("language", ["python", pytest.param("c", marks=needs_gcc)])
 def test_robotrans_equations_without_accelred_get_one(tmp_path: Path, language: str) -> None:
     """Robotran's own are in Python without it."""
-    project = make(
-        tmp_path, TINY, language=language, passes={"equations": {"language": language}}
-    )  # fmt: skip
+    project = make(tmp_path, TINY, language=language, passes={"equations": {"language": language}})
     wanted = simulate(project, time=0.1, language=language)
     (file,) = project.glob("symbolicR/mbs_accelred_robot.*")
     file.unlink()
-    found = simulate(project, time=0.1, language=language)
-    assert np.allclose(found.q, wanted.q, rtol=0, atol=1e-7)
+    results = simulate(project, time=0.1, language=language)
+    assert np.allclose(results.q, wanted.q, rtol=0, atol=1e-7)
 
 
 @needs_gcc
@@ -260,9 +313,9 @@ def test_equations_of_robotrans_that_cannot_run_are_not_used(
     wanted = simulate(project, time=0.1)
     (file,) = project.glob("symbolicR/mbs_dirdyna_robot.c")
     file.write_text(old)
-    found = simulate(project, time=0.1)
-    assert np.array_equal(found.q, wanted.q)
-    assert found.data._run.notes == [f"not used: equations in symbolicR{said}"]
+    results = simulate(project, time=0.1)
+    assert np.array_equal(results.q, wanted.q)
+    assert results.data._run.notes == [f"not used: equations in symbolicR{said}"]
 
 
 def test_what_cannot_be_simulated_is_told(tmp_path: Path) -> None:
