@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ from plugins.project.passes.test_mimic import CHAIN
 from plugins.project.standin import MbsData, make, user_functions
 from plugins.project.test_laws import convert as with_laws
 from proving import codes
-from urdf2mbs import convert
+from urdf2mbs import convert, simulate
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
 from urdf2mbs.testing import TINY, convert_text
@@ -219,6 +220,25 @@ def test_main_starts_from_any_folder(tmp_path: Path, start: str) -> None:
         "no plot: pip install matplotlib",
         f"robot: 0 s simulated; results are in {project / 'resultsR'}",
     ]
+
+
+@pytest.mark.skipif(
+    find_spec("MBsysPy") is None,
+    reason="MBsysPy, which pip finds in https://www.robotran.eu/dist/, is not installed",
+)
+def test_main_runs_with_robotran(tmp_path: Path) -> None:
+    """Robotran's own program and our runtime compute the same motion of one project."""
+    project = make(tmp_path, CHAIN, base="fixed", passes={"posture": {"joints": {"one": 0.25}}})
+    (tmp_path / "matplotlib.py").write_text("raise ImportError('none here')\n")
+    env = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path])}
+    command = [sys.executable, str(project / "workR" / "main.py")]
+    done = subprocess.run(command, env=env, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("MBsysPy simulates")
+    robotran = np.loadtxt(project / "resultsR" / "dirdyn_q.res")
+    ours = simulate(project, time=1.0).q
+    assert robotran[-1, 0] == pytest.approx(1.0)
+    assert robotran[-1, 1:] == pytest.approx(ours[-1, 1:], abs=1e-5)
 
 
 def test_main_runs_without_robotran(tmp_path: Path) -> None:
