@@ -41,11 +41,11 @@ class FollowerReader:
                 self.couple(name, leader, numbers, joint, "<ros2_control>")
             switch = (joint.get("mimic") or "").lower()
             if name in self.robot.joints and switch in ("true", "false"):
-                has_rule = self.robot.joints[name].mimic is not None
-                if has_rule != (switch == "true"):
-                    has = "has a <mimic>" if has_rule else "has no <mimic>"
+                is_follower = self.robot.joints[name].mimic is not None
+                if is_follower != (switch == "true"):
+                    state = "has a <mimic>" if is_follower else "has no <mimic>"
                     message = (
-                        f'<ros2_control> says mimic="{switch}" of a joint that {has} in the URDF'
+                        f'<ros2_control> says mimic="{switch}" of a joint that {state} in the URDF'
                     )
                     owner, line = ("joint", name), joint.sourceline
                     self.reading.warn("mimic-conflict", message, line, owner=owner)
@@ -63,15 +63,15 @@ class FollowerReader:
     def couple(
         self, follower: str, leader: str, numbers: tuple[Any, Any], element: Any, source: str
     ) -> None:
-        """Let a joint follow another, unless the URDF says otherwise.
+        """Couple a joint to another, unless the URDF couples it otherwise.
 
         The reader of the URDF warns of a leader that does not exist.
 
         Args:
             follower: The name of the joint that follows.
             leader: The name of the joint that it follows.
-            numbers: The elements with the multiplier and the offset, None if it is not written.
-            element: The element of lxml that says so.
+            numbers: The elements with the multiplier and the offset; None if they are missing.
+            element: The element of lxml that couples them.
             source: The element, as a message names it.
         """
         owner, line = ("joint", follower), element.sourceline
@@ -98,7 +98,7 @@ class FollowerReader:
             self.reading.warn("mimic-conflict", message, line, owner=owner, detail=detail)
 
     def _read_rule(self, leader: str, multiplier: Any, offset: Any) -> Mimic:
-        """Return how a joint follows its leader; raises ConversionError."""
+        """Return the rule of a follower; raise ConversionError if a number cannot be read."""
         rule = Mimic(leader)
         if multiplier is not None:
             rule.multiplier = self.reading.number(multiplier, "multiplier", get_text(multiplier))
@@ -107,15 +107,16 @@ class FollowerReader:
         return rule
 
     def _resolve(self, rule: Mimic) -> Mimic:
-        """Return a rule by the leader at the end of its chain, or by the first one of a circle."""
-        passed: set[str] = set()
-        while rule.joint not in passed and rule.joint in self.robot.joints:
-            passed.add(rule.joint)
-            above = self.robot.joints[rule.joint].mimic
-            if above is None:
+        """Return a rule by the leader at the end of its chain, or by a joint of its circle."""
+        visited: set[str] = set()
+        while rule.joint not in visited and rule.joint in self.robot.joints:
+            visited.add(rule.joint)
+            leader_rule = self.robot.joints[rule.joint].mimic
+            if leader_rule is None:
                 break
-            offset = rule.offset + rule.multiplier * above.offset
-            rule = Mimic(above.joint, rule.multiplier * above.multiplier, offset)
+            offset = rule.offset + rule.multiplier * leader_rule.offset
+            multiplier = rule.multiplier * leader_rule.multiplier
+            rule = Mimic(leader_rule.joint, multiplier, offset)
         return rule
 
 
