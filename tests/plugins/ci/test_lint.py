@@ -47,7 +47,7 @@ def here(here: Path) -> Path:
 
 
 def results(file: str = "found.sarif") -> list[dict[str, Any]]:
-    """The results of a SARIF file, which has what GitHub wants."""
+    """Return the results of a SARIF file, and check that it has what GitHub requires."""
     log = json.loads(Path(file).read_text())
     assert log["version"] == "2.1.0"
     assert log["$schema"].endswith("sarif-2.1.0.json")
@@ -60,8 +60,8 @@ def results(file: str = "found.sarif") -> list[dict[str, Any]]:
         assert rules[result["ruleId"]]
         assert result["level"] in ("error", "warning", "note")
         assert result["message"]["text"]
-    found: list[dict[str, Any]] = run["results"]
-    return found
+    findings: list[dict[str, Any]] = run["results"]
+    return findings
 
 
 def place(result: dict[str, Any]) -> tuple[str, int]:
@@ -92,9 +92,9 @@ def test_errors_say_where_and_what_to_do(here: Path, capsys: pytest.CaptureFixtu
         ("wrong.urdf", 13),
     )
     assert main(["lint", "wrong.urdf", "--json"]) == 1
-    found = json.loads(capsys.readouterr().out)
-    assert found["error"] >= 1
-    assert found["diagnostics"][0]["line"] == 13
+    report = json.loads(capsys.readouterr().out)
+    assert report["error"] >= 1
+    assert report["diagnostics"][0]["line"] == 13
 
 
 def test_a_warning_is_an_error_with_strict(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -106,8 +106,8 @@ def test_a_warning_is_an_error_with_strict(here: Path, capsys: pytest.CaptureFix
 
 def test_a_fault_in_xacro_has_the_line_of_its_own_file(here: Path) -> None:
     assert main(["lint", "two.urdf.xacro", "--sarif", "found.sarif"]) == 0
-    found = {result["ruleId"]: place(result) for result in results()}
-    assert found["inertia-triangle"] == ("arm.xacro", 6)
+    places = {result["ruleId"]: place(result) for result in results()}
+    assert places["inertia-triangle"] == ("arm.xacro", 6)
 
 
 def test_a_config_is_linted_and_a_wrong_command_line_is_no_fault_of_the_robot(
@@ -159,8 +159,10 @@ def test_verify_of_a_config_has_the_line_of_what_differs(
 
 
 def act(**given: str) -> list[int]:
-    """Run the action's shell steps here with these inputs and the defaults of the others, until
-    one fails; gives the exit codes.  Nothing is installed twice."""
+    """Run the action's shell steps with these inputs until one fails; return the exit codes.
+
+    The other inputs have their defaults.  Nothing is installed twice.
+    """
     action = yaml.safe_load((ROOT / "action.yml").read_text("utf-8"))
     values = {f"inputs.{name}": about.get("default") for name, about in action["inputs"].items()}
     values |= {f"inputs.{name}": text for name, text in given.items()}
@@ -176,7 +178,7 @@ def act(**given: str) -> list[int]:
             assert "${{" not in step["run"], "an input in a script is code of whoever wrote it"
             env = {**os.environ, "PATH": f"{Path('bin').absolute()}:{os.environ['PATH']}"}
             for name, text in step["env"].items():
-                env[name] = re.sub(r"\$\{\{ (.*?) \}\}", lambda found: values[found[1]], text)
+                env[name] = re.sub(r"\$\{\{ (.*?) \}\}", lambda match: values[match[1]], text)
             script = [step["shell"], "-eo", "pipefail", "-c", step["run"]]
             codes.append(subprocess.run(script, env=env, check=False).returncode)
     return codes

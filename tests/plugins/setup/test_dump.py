@@ -39,13 +39,13 @@ def test_dump_and_stop_after(here: Path, capsys: Any) -> None:
     for words in (["run", "tiny.yaml", "--dump", "one"], ["convert", "tiny.urdf", "--dump", "two"]):
         assert main([*words, "--stop-after", "insert-base"]) == 0
         assert "stopped after 'insert-base': nothing is written" in capsys.readouterr().out
-    one, two = (
+    run_dump, convert_dump = (
         {file.name: file.read_bytes() for file in Path(folder).glob("[!.]*")}
         for folder in ("one", "two")
     )
-    assert one == two
-    assert min(one) == "01-expand.yaml"
-    assert max(one).endswith("-insert-base.yaml")
+    assert run_dump == convert_dump
+    assert min(run_dump) == "01-expand.yaml"
+    assert max(run_dump).endswith("-insert-base.yaml")
     assert not (here / "tiny.mbs").exists()
 
 

@@ -68,7 +68,7 @@ def test_explain_runs_nothing(here: Path, capsys: Capture) -> None:
     assert "    reads    robot\n    writes   bodies\n    options  keep: []" in out
     assert main(["explain", "--json", "tiny.yaml"]) == 0
     told = json.loads(capsys.readouterr().out)
-    prune = next(one for one in told if one["name"] == "prune-massless")
+    prune = next(entry for entry in told if entry["name"] == "prune-massless")
     assert prune["options"] == {"keep": []}
     assert prune["writes"] == ["bodies"]
     assert prune["file"].endswith("prune_massless.py")
@@ -92,11 +92,11 @@ def test_a_config_is_a_line_for_each_pass_and_what_it_changes(lab: Path, capsys:
 def test_all_passes_fit_a_screen(capsys: Capture) -> None:
     assert main(["explain", "--no-plugins"]) == 0
     lines = capsys.readouterr().out.splitlines()
-    known = Plugins(installed=False).passes
+    passes = Plugins(installed=False).passes
     assert len(lines) <= 45
     assert max(map(len, lines)) <= 80
-    names = [line.split()[0] for line in lines[: len(known)]]
-    assert sorted(names) == sorted(known)
+    names = [line.split()[0] for line in lines[: len(passes)]]
+    assert sorted(names) == sorted(passes)
     assert names.index("expand") < names.index("insert-base") < names.index("emit")
 
 
@@ -110,7 +110,7 @@ def test_passes_of_a_plugin(capsys: Capture) -> None:
     assert "robot -> bodies; urdf2mbs " in out
     assert f"- -> robot; rename_links ({near(RENAME)})" in out
     assert main(["explain", "--no-plugins", "--json"]) == 0
-    assert {one["name"] for one in json.loads(capsys.readouterr().out)} >= {"expand", "emit"}
+    assert {entry["name"] for entry in json.loads(capsys.readouterr().out)} >= {"expand", "emit"}
 
 
 def test_one_pass_is_shown_whole(lab: Path, capsys: Capture) -> None:
@@ -128,9 +128,9 @@ def test_one_pass_is_shown_whole(lab: Path, capsys: Capture) -> None:
         "  each Load\n    kg: float, required\n        Its mass.\n"
     )
     assert main(["explain", "payload", "--plugin", "lab.py", "--json"]) == 0
-    (found,) = json.loads(capsys.readouterr().out)
-    assert found["presets"] == expected_places()
-    assert [option["name"] for option in found["options"]] == ["loads", "kind"]
+    (explained,) = json.loads(capsys.readouterr().out)
+    assert explained["presets"] == expected_places()
+    assert [option["name"] for option in explained["options"]] == ["loads", "kind"]
 
 
 def expected_places() -> dict[str, str]:
@@ -172,6 +172,6 @@ def test_a_word_that_is_neither(
 def test_set_changes_a_config(here: Path, capsys: Capture) -> None:
     (here / "tiny.yaml").write_text("source: tiny.urdf\npasses: {check: {tolerance: 1.0e-3}}\n")
     assert main(["explain", "tiny.yaml", "--json", "--set", "prune-massless.keep=[tool]"]) == 0
-    options = {one["name"]: one["options"] for one in json.loads(capsys.readouterr().out)}
+    options = {entry["name"]: entry["options"] for entry in json.loads(capsys.readouterr().out)}
     assert options["check"]["tolerance"] == 1e-3
     assert options["prune-massless"]["keep"] == ["tool"]

@@ -151,10 +151,10 @@ def test_it_names_its_files(here: Path, capsys: Capture) -> None:
     assert out.startswith("wrote 10 files in src/our-lab:\n  pyproject.toml\n  README.md\n")
     assert "Next: pip install -e src/our-lab\n" in out
     assert main(["new-plugin", "other-lab", "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
-    assert found["folder"] == "other-lab"
-    assert len(found["files"]) == len(FILES)
-    assert all(Path(file).is_file() for file in found["files"])
+    written = json.loads(capsys.readouterr().out)
+    assert written["folder"] == "other-lab"
+    assert len(written["files"]) == len(FILES)
+    assert all(Path(file).is_file() for file in written["files"])
 
 
 def test_it_replaces_nothing(here: Path, capsys: Capture) -> None:

@@ -39,17 +39,17 @@ def test_options_in_words() -> None:
         ("most", "float | none"),
         ("names", "list[str]"),
     ]
-    given, *others = options
+    given, *optional = options
     assert given.required
     assert given.help == "Must be given."
-    assert [option.default_in_words for option in others] == [
+    assert [option.default_in_words for option in optional] == [
         "[0.5, 1.0]",
         "true",
         "''",
         "none",
         "[]",
     ]
-    assert not any(option.required for option in others)
+    assert not any(option.required for option in optional)
 
 
 def test_the_structs_in_options() -> None:

@@ -24,8 +24,8 @@ FILE = Path("robot.yaml")
 SEEN = {"config-type", "unknown-key", "value-range", "unknown-pass", "unknown-preset"}
 
 
-def good(text: str, whole: dict[str, Any]) -> bool:
-    return Draft202012Validator(whole).is_valid(yaml.safe_load(text))
+def good(text: str, schema: dict[str, Any]) -> bool:
+    return Draft202012Validator(schema).is_valid(yaml.safe_load(text))
 
 
 @pytest.fixture(scope="module")
@@ -78,18 +78,18 @@ def test_the_schema_and_the_reader_know_good_from_bad(
 
 def test_every_key_of_a_config_is_described(ours: dict[str, Any]) -> None:
     assert set(ours["properties"]) == set(Config.__struct_fields__)
-    assert all(one["description"] for one in ours["properties"].values())
+    assert all(property_schema["description"] for property_schema in ours["properties"].values())
     for name, definition in ours["$defs"].items():
         if "." in name:  # of a pass
-            for field, one in definition.get("properties", {}).items():
-                assert one.get("description"), f"{name}.{field} has no docstring"
+            for field, property_schema in definition.get("properties", {}).items():
+                assert property_schema.get("description"), f"{name}.{field} has no docstring"
 
 
 def test_a_plugins_options_are_in_the_schema() -> None:
-    whole = make_schema(Plugins([ROOT / "tests" / "door" / "rename_links.py"], installed=False))
+    schema = make_schema(Plugins([ROOT / "tests" / "door" / "rename_links.py"], installed=False))
     text = "source: x\nafter: {expand: rename-links}\npasses: {rename-links: {links: {a: b}}}"
-    assert good(text, whole)
-    assert not good(text.replace("a: b", "a: 1"), whole)
-    assert not good(text.replace("{links", "{lnks"), whole)
-    rules = whole["$defs"]["rename-links.rename_links.RenameLinks"]["properties"]
+    assert good(text, schema)
+    assert not good(text.replace("a: b", "a: 1"), schema)
+    assert not good(text.replace("{links", "{lnks"), schema)
+    rules = schema["$defs"]["rename-links.rename_links.RenameLinks"]["properties"]
     assert rules["links"]["description"] == "The new name of each link that gets one."

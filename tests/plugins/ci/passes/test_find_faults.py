@@ -1,4 +1,4 @@
-"""What is odd in the robot as a whole is named, and a sound robot is not."""
+"""Faults of the robot as a whole are reported, and none of a sound robot."""
 
 from urdf2mbs.testing import TINY, convert_text
 
@@ -6,7 +6,7 @@ FAULTS = ["expand", "find-faults"]
 
 
 def codes(text: str) -> list[str]:
-    return [found.code for found in convert_text(text, pipeline=FAULTS).diagnostics]
+    return [diagnostic.code for diagnostic in convert_text(text, pipeline=FAULTS).diagnostics]
 
 
 def test_a_sound_robot() -> None:
