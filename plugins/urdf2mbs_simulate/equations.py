@@ -44,7 +44,7 @@ def find_equations(data: MbsData, names: Iterable[str], language: Language) -> d
     Raises:
         ConversionError: Equations of the project are those of another model.
     """
-    found: dict[str, Path] = {}
+    files: dict[str, Path] = {}
     for name in names:
         file = data.symbolic_path / _file_name(data, name, language)
         text = file.read_bytes() if file.is_file() else b""
@@ -52,7 +52,7 @@ def find_equations(data: MbsData, names: Iterable[str], language: Language) -> d
         if defect and defect not in data._run.notes:
             data._run.notes.append(defect)
         if defect or not text:
-            found[name] = _generate(data, name, language)
+            files[name] = _generate(data, name, language)
             continue
         if fits(text, data._run.source) is False:
             raise ConversionError(
@@ -61,8 +61,8 @@ def find_equations(data: MbsData, names: Iterable[str], language: Language) -> d
                 file=str(file),
                 hint=f"make them anew: urdf2mbs equations {data._run.file}",
             )
-        found[name] = file
-    return found
+        files[name] = file
+    return files
 
 
 def _find_defect(data: MbsData, text: bytes) -> str | None:

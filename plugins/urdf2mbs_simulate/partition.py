@@ -199,10 +199,10 @@ def improve_partition(code: Code) -> bool:
     if is_slow and present.determinant > code.min_determinant:
         return False
     rows, columns = _find_pivots(jacobian, [joints], [len(code.used_rows)])
-    found = _compute_conditioning(jacobian, rows, columns, joints)
-    code.min_determinant = max(present.determinant, found.determinant) / MAX_SPEED_RATIO
-    is_slower = found.speed_ratio <= MAX_SPEED_RATIO / 2
-    if not is_slower and found.determinant < 5 * present.determinant:
+    candidate = _compute_conditioning(jacobian, rows, columns, joints)
+    code.min_determinant = max(present.determinant, candidate.determinant) / MAX_SPEED_RATIO
+    is_still_fast = candidate.speed_ratio > MAX_SPEED_RATIO / 2
+    if is_still_fast and candidate.determinant < 5 * present.determinant:
         return False
     freed = dict.fromkeys(data.qv[1:], "independent")
     data.set_natures(freed | dict.fromkeys(columns, "dependent"))
@@ -335,7 +335,9 @@ def lock_massless_joints(data: MbsData, code: Code | None = None) -> None:
         code: Its functions where it has loops, in which dependent joints move along; None of a
             tree.
     """
-    if code is None and not any(found.always for found in find_singular_joints(data._run.mbs)):
+    if code is None and not any(
+        singular.always for singular in find_singular_joints(data._run.mbs)
+    ):
         return
     present_q, free = data.q.copy(), data.qu[1:]
     massless_at = []
