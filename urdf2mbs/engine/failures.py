@@ -42,7 +42,7 @@ def naming_plugin(
             raise
         plugin, file = culprit
         raise _explain(
-            "plugin-failed", describe(plugin), file, error, conversion, _DEBUG
+            "plugin-failed", describe(plugin), error, conversion, file=file, hint=_DEBUG
         ) from error
 
 
