@@ -33,25 +33,30 @@ class PassCheck:
     """What a conversion was before a pass, to be compared with what the pass leaves.
 
     Args:
-        step: The pass.
+        configured_pass: The pass.
         conversion: What the pass changes.
-        earlier: The passes that ran before it.
+        earlier_passes: The passes that ran before it.
     """
 
     def __init__(
-        self, step: ConfiguredPass, conversion: Conversion, earlier: Sequence[ConfiguredPass]
+        self,
+        configured_pass: ConfiguredPass,
+        conversion: Conversion,
+        earlier_passes: Sequence[ConfiguredPass],
     ) -> None:
-        self._step = step
+        self._configured_pass = configured_pass
         self._conversion = conversion
-        self._earlier = earlier
+        self._earlier_passes = earlier_passes
         self._had_robot = bool(conversion.robot.links)
         self._robot: bytes | None = None
-        if self._had_robot and _may_change_robot(step):
+        if self._had_robot and _may_change_robot(configured_pass):
             self._robot = encode(conversion.robot)
-        self._protected = "" if step.entry.is_ours else protected_state(conversion)
+        self._protected = "" if configured_pass.entry.is_ours else protected_state(conversion)
         self._sections: dict[str, Counter[bytes]] | None = None
         # Our own passes keep the contract among themselves, as the tests show.
-        if not step.entry.is_ours or not all(other.entry.is_ours for other in earlier):
+        if not configured_pass.entry.is_ours or not all(
+            earlier_pass.entry.is_ours for earlier_pass in earlier_passes
+        ):
             self._sections = take_snapshot(conversion)
 
     def finish(self) -> None:
@@ -60,14 +65,14 @@ class PassCheck:
         Raises:
             ConversionError: The pass broke the contract.
         """
-        step, conversion = self._step, self._conversion
-        entry, kind = step.entry, step.kind
+        configured_pass, conversion = self._configured_pass, self._conversion
+        entry, pass_class = configured_pass.entry, configured_pass.kind
         if not entry.is_ours:
-            code = f"pass '{entry.name}' of plugin '{entry.plugin}'"
-            check_protected(conversion, self._protected, code, entry.source)
+            subject = f"pass '{entry.name}' of plugin '{entry.plugin}'"
+            check_protected(conversion, self._protected, subject, entry.source)
             self._check_result()
         if self._robot is not None:
-            declared = "robot" in kind.writes
+            declared = "robot" in pass_class.writes
             record_change(conversion, self._robot, entry.name, entry.plugin, declared)
 
     def check_sections(self) -> None:
@@ -78,19 +83,30 @@ class PassCheck:
         """
         if self._sections is None:
             return
-        entry, kind = self._step.entry, self._step.kind
+        entry, pass_class = self._configured_pass.entry, self._configured_pass.kind
         change = compare(self._sections, take_snapshot(self._conversion))
         # of two passes of ours, the tests show it
-        readers = [step for step in self._earlier if not (entry.is_ours and step.entry.is_ours)]
-        stale = find_stale(kind, change.altered, [reader.kind for reader in readers])
-        if stale:
-            message, hint = stale
-            culprit = next(step.entry for step in (self._step, *readers) if not step.entry.is_ours)
+        readers = [
+            earlier_pass
+            for earlier_pass in self._earlier_passes
+            if not (entry.is_ours and earlier_pass.entry.is_ours)
+        ]
+        stale_section = find_stale(pass_class, change.altered, [reader.kind for reader in readers])
+        if stale_section:
+            message, hint = stale_section
+            culprit = next(
+                earlier_pass.entry
+                for earlier_pass in (self._configured_pass, *readers)
+                if not earlier_pass.entry.is_ours
+            )
             message += f" (plugin '{culprit.plugin}')"
             hint += ": a pass of that place uses the change"
             raise ConversionError("stale", message, file=culprit.source, hint=hint)
-        declared = {*kind.writes, *(IMPLIED[name] for name in kind.writes if name in IMPLIED)}
-        undeclared = [name for name in change.changed if name not in declared]
+        declared = {
+            *pass_class.writes,
+            *(IMPLIED[section] for section in pass_class.writes if section in IMPLIED),
+        }
+        undeclared = [section for section in change.changed if section not in declared]
         if undeclared and not entry.is_ours:
             self._conversion.warn(
                 "undeclared",
@@ -108,37 +124,41 @@ class PassCheck:
             code = "plugin-output-broken"
             fault, hint = _find_output_fault(self._conversion) or (None, "")
         if fault is not None:
-            entry = self._step.entry
+            entry = self._configured_pass.entry
             message = (
-                f"pass '{entry.name}' of plugin '{entry.plugin}' leaves robot '{robot.name}' "
-                f"broken: {fault}"
+                f"pass '{entry.name}' of plugin '{entry.plugin}' leaves robot "
+                f"'{robot.name}' broken: {fault}"
             )
             raise ConversionError(code, message, file=entry.source, hint=hint)
 
 
 def find_stale(
-    kind: type[Pass], altered: Collection[str], earlier: Iterable[type[Pass]]
+    pass_class: type[Pass], altered: Collection[str], earlier_passes: Iterable[type[Pass]]
 ) -> tuple[str, str] | None:
     """Find a section that a pass changed after another pass had made something from it.
 
     Args:
-        kind: The pass.
+        pass_class: The pass.
         altered: The sections of which the pass changed what was there.
-        earlier: The passes that ran before it.
+        earlier_passes: The passes that ran before it.
 
     Returns:
         The message and a hint; None if nothing is stale.  What the pass declares to write it makes
         anew, so that this is not stale.
     """
     for section in altered:
-        for reader in earlier:
-            stale = [other for other in reader.writes if other not in (section, *kind.writes)]
-            if section in reader.reads and stale:
+        for reader in earlier_passes:
+            stale_sections = [
+                written_section
+                for written_section in reader.writes
+                if written_section not in (section, *pass_class.writes)
+            ]
+            if section in reader.reads and stale_sections:
                 message = (
-                    f"pass '{kind.name}' changes the {section} after pass '{reader.name}' made "
-                    f"the {stale[0]} from it"
+                    f"pass '{pass_class.name}' changes the {section} after pass "
+                    f"'{reader.name}' made the {stale_sections[0]} from it"
                 )
-                return message, f"put '{kind.name}' before '{reader.name}'"
+                return message, f"put '{pass_class.name}' before '{reader.name}'"
     return None
 
 
@@ -156,77 +176,87 @@ def protected_state(conversion: Conversion) -> str:
     )
 
 
-def check_protected(conversion: Conversion, before: str, code: str, file: str) -> None:
+def check_protected(
+    conversion: Conversion, previous_state: str, subject: str, source_file: str
+) -> None:
     """Raise ConversionError if other authors' code has changed a protected field or the result.
 
     Args:
         conversion: What the code may have changed.
-        before: Its ``protected_state`` before.
-        code: What ran, as the subject of a sentence.
-        file: The file of the code.
+        previous_state: Its ``protected_state`` before.
+        subject: What ran, as the subject of a sentence.
+        source_file: The file of the code.
     """
-    if protected_state(conversion) != before:
-        message = f"{code} changes the settings, or the result of 'check'"
+    if protected_state(conversion) != previous_state:
+        message = f"{subject} changes the settings, or the result of 'check'"
         hint = "conversion.settings and conversion.checked are for reading"
-        raise ConversionError("plugin-verdict", message, file=file, hint=hint)
+        raise ConversionError("plugin-verdict", message, file=source_file, hint=hint)
     checked, written = conversion.checked, conversion.written
     if checked.proof is not None and conversion.files.get(written) != checked.proven:
-        message = f"{code} changes the file: it is not the '{written.name}' that was checked"
+        message = f"{subject} changes the file: it is not the '{written.name}' that was checked"
         hint = "put the pass before 'check', which checks its result then"
-        raise ConversionError("plugin-output-broken", message, file=file, hint=hint)
+        raise ConversionError("plugin-output-broken", message, file=source_file, hint=hint)
 
 
 def record_change(
-    conversion: Conversion, before: bytes, code: str, plugin: str, declared: bool
+    conversion: Conversion,
+    robot_before: bytes,
+    change_author: str,
+    plugin_name: str,
+    declared: bool,
 ) -> None:
     """Record what has changed of the robot; the inserted base is no part of the URDF.
 
     Args:
         conversion: The conversion, with the robot as it is now.
-        before: The robot as it was, encoded.
-        code: The name of the pass, or of the hook, that ran.
-        plugin: The plugin of the code.
+        robot_before: The robot as it was, encoded.
+        change_author: The name of the pass, or of the hook, that ran.
+        plugin_name: The plugin of the code.
         declared: Whether the code declares to write the robot.
 
     Raises:
         ConversionError: ``plugin-robot-broken``, the robot holds what no URDF can hold.
     """
     robot, inserted = conversion.robot, conversion.base.inserted
-    base = {inserted, robot.joints[inserted].parent} if inserted in robot.joints else set()
+    base_names = {inserted, robot.joints[inserted].parent} if inserted in robot.joints else set()
     try:
-        after = encode(robot)
+        robot_after = encode(robot)
     except (TypeError, ValueError) as error:
         message = (
-            f"{code} (plugin '{plugin}') leaves in robot '{robot.name}' what no URDF can hold: "
-            f"{error}"
+            f"{change_author} (plugin '{plugin_name}') leaves in robot '{robot.name}' "
+            f"what no URDF can hold: {error}"
         )
         raise ConversionError("plugin-robot-broken", message) from error
     changes = [
         change
-        for change in find_changes(before, after)
-        if not (change.kind in ("link-added", "joint-added") and change.name in base)
+        for change in find_changes(robot_before, robot_after)
+        if not (change.kind in ("link-added", "joint-added") and change.name in base_names)
     ]
     if changes:
-        conversion.checked.changed.append(RobotChange(code, plugin, declared, changes))
+        conversion.checked.changed.append(
+            RobotChange(change_author, plugin_name, declared, changes)
+        )
 
 
-def _may_change_robot(step: ConfiguredPass) -> bool:
+def _may_change_robot(configured_pass: ConfiguredPass) -> bool:
     """Return whether a pass may change the robot that the URDF states.
 
     Another author's pass may.  One of ours changes the robot only if its options say so;
     insert-base only puts a base under the robot.
     """
-    return not step.entry.is_ours or ("robot" in step.kind.writes and step.pass_ != step.kind())
+    return not configured_pass.entry.is_ours or (
+        "robot" in configured_pass.kind.writes and configured_pass.pass_ != configured_pass.kind()
+    )
 
 
 def _find_output_fault(conversion: Conversion) -> tuple[str, str] | None:
     """Return what keeps the files and the report from being written, and a hint."""
-    for path, data in conversion.files.items():
+    for file_path, content in conversion.files.items():
         hint = "conversion.add_file(name, data) takes a path in the folder of the output, and bytes"
-        if not isinstance(path, Path) or not isinstance(data, bytes):
-            return f"conversion.files has {path!r}: {type(data).__name__}", hint
-        if not path.is_absolute() and path != conversion.written:
-            return f"conversion.files has '{path}', which is in no folder", hint
+        if not isinstance(file_path, Path) or not isinstance(content, bytes):
+            return f"conversion.files has {file_path!r}: {type(content).__name__}", hint
+        if not file_path.is_absolute() and file_path != conversion.written:
+            return f"conversion.files has '{file_path}', which is in no folder", hint
     try:
         msgspec.json.encode(conversion.report, enc_hook=without_origin)
     except Exception as error:
@@ -238,20 +268,21 @@ def _find_output_fault(conversion: Conversion) -> tuple[str, str] | None:
 def _find_tree_fault(robot: Robot) -> str | None:
     """Return what keeps the robot from being one tree; None if it is a tree."""
     for kind, elements in (("link", robot.links), ("joint", robot.joints)):
-        for name, element in elements.items():
-            if element.name != name:
-                return f"robot.{kind}s['{name}'] is a {kind} called '{element.name}'"
+        for element_name, element in elements.items():
+            if element.name != element_name:
+                return f"robot.{kind}s['{element_name}'] is a {kind} called '{element.name}'"
     parent_joints: dict[str, str] = {}
     for joint in robot.joints.values():
-        for name in (joint.parent, joint.child):
-            if name not in robot.links:
-                return f"joint '{joint.name}' names '{name}', which is no link"
-        first = parent_joints.setdefault(joint.child, joint.name)
-        if first != joint.name:
-            return f"link '{joint.child}' is the child of the joints '{first}' and '{joint.name}'"
-    roots = [name for name in robot.links if name not in parent_joints]
-    if len(roots) != 1:
-        return f"{len(roots)} links have no parent joint: {some(roots)}"
+        for link_name in (joint.parent, joint.child):
+            if link_name not in robot.links:
+                return f"joint '{joint.name}' names '{link_name}', which is no link"
+        first_joint = parent_joints.setdefault(joint.child, joint.name)
+        if first_joint != joint.name:
+            names = f"'{first_joint}' and '{joint.name}'"
+            return f"link '{joint.child}' is the child of the joints {names}"
+    root_links = [link_name for link_name in robot.links if link_name not in parent_joints]
+    if len(root_links) != 1:
+        return f"{len(root_links)} links have no parent joint: {some(root_links)}"
     if len(robot.depth_first()) != len(robot.joints):
         return "some of its joints form a loop"
     return None

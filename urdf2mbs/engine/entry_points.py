@@ -20,60 +20,67 @@ if TYPE_CHECKING:
 
 
 @cache
-def find_own_plugins(path: tuple[str, ...]) -> dict[str, str]:
+def find_own_plugins(search_path: tuple[str, ...]) -> dict[str, str]:
     """Return the plugins of our own package, as it is installed: the name and module of each.
 
     They are registered as anybody's, by entry points.  Our own are read without
     ``importlib.metadata``, whose import would take a tenth of a small conversion.
 
     Args:
-        path: ``sys.path``.
+        search_path: ``sys.path``.
     """
-    for folder in path:
+    for folder in search_path:
         try:
-            names = os.listdir(folder or ".")  # noqa: PTH208
+            entry_names = os.listdir(folder or ".")  # noqa: PTH208
         except OSError:
             continue
-        for name in names:
-            if name.startswith(f"{GROUP}-") and name.endswith((".dist-info", ".egg-info")):
-                text = read_beginning(Path(folder, name, "entry_points.txt"), MAX_FILE_SIZE)
-                if plugins := _read_group(text.decode("utf-8", "replace")):
+        for entry_name in entry_names:
+            if entry_name.startswith(f"{GROUP}-") and entry_name.endswith(
+                (".dist-info", ".egg-info")
+            ):
+                metadata_text = read_beginning(
+                    Path(folder, entry_name, "entry_points.txt"), MAX_FILE_SIZE
+                )
+                if plugins := _read_group(metadata_text.decode("utf-8", "replace")):
                     return plugins
     return {}
 
 
-def _read_group(text: str) -> dict[str, str]:
+def _read_group(metadata_text: str) -> dict[str, str]:
     """Return the names and modules of our group in the text of an ``entry_points.txt``."""
     plugins: dict[str, str] = {}
     in_group = False
-    for line in text.splitlines():
+    for line in metadata_text.splitlines():
         if line.startswith("["):
             in_group = line.strip() == f"[{GROUP}]"
-        name, sign, module = line.partition("=")
-        if in_group and sign:
-            plugins[name.strip()] = module.strip()
+        plugin_name, separator, module_name = line.partition("=")
+        if in_group and separator:
+            plugins[plugin_name.strip()] = module_name.strip()
     return plugins
 
 
 @cache
-def find_installed_plugins(path: tuple[str, ...]) -> tuple[tuple[EntryPoint, str], ...]:
+def find_installed_plugins(search_path: tuple[str, ...]) -> tuple[tuple[EntryPoint, str], ...]:
     """Return the entry points of plugins of other packages, each with the name of its package.
 
     The result is kept: a second search would take longer than the conversion of a small robot.
 
     Args:
-        path: ``sys.path``.
+        search_path: ``sys.path``.
     """
-    if not any(map(_may_name_plugins, path)) and all(map(_is_usual, sys.meta_path)):
+    if not any(map(_may_name_plugins, search_path)) and all(map(_is_usual, sys.meta_path)):
         return ()
     from importlib import metadata
 
-    packages = {dist.name: dist for dist in reversed([*metadata.distributions(path=[*path])])}
+    packages = {
+        distribution.name: distribution
+        for distribution in reversed([*metadata.distributions(path=[*search_path])])
+    }
     return tuple(
-        (entry, name)
-        for name, package in reversed(packages.items())
-        if name != GROUP
-        for entry in package.entry_points.select(group=GROUP)
+        (entry_point, package_name)
+        for package_name, package in reversed(packages.items())
+        if package_name != GROUP
+        for entry_point in package.entry_points.select(group=GROUP)
     )
 
 
@@ -86,16 +93,17 @@ def _may_name_plugins(folder: str) -> bool:
     if is_file(Path(folder)) or folder.endswith(".egg"):
         return True  # only importlib.metadata looks into a zip file
     try:
-        names = os.listdir(folder)  # noqa: PTH208
+        entry_names = os.listdir(folder)  # noqa: PTH208
     except OSError:
         return False
-    group = f"[{GROUP}]".encode()
+    group_header = f"[{GROUP}]".encode()
     return any(
-        name.endswith(".egg")
-        or group in read_beginning(Path(folder, name, "entry_points.txt"), MAX_FILE_SIZE)
-        for name in names
-        if name.lower().endswith((".dist-info", ".egg-info", ".egg"))
-        and not name.startswith(f"{GROUP}-")
+        entry_name.endswith(".egg")
+        or group_header
+        in read_beginning(Path(folder, entry_name, "entry_points.txt"), MAX_FILE_SIZE)
+        for entry_name in entry_names
+        if entry_name.lower().endswith((".dist-info", ".egg-info", ".egg"))
+        and not entry_name.startswith(f"{GROUP}-")
     )
 
 

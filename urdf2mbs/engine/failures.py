@@ -40,9 +40,9 @@ def naming_plugin(
         culprit = plugins.find_culprit(error.__traceback__)
         if culprit is None:
             raise
-        plugin, file = culprit
-        raise _explain(
-            "plugin-failed", describe(plugin), error, conversion, file=file, hint=_DEBUG
+        plugin_name, plugin_file = culprit
+        raise _make_failure_error(
+            "plugin-failed", describe(plugin_name), error, conversion, file=plugin_file, hint=_DEBUG
         ) from error
 
 
@@ -65,74 +65,91 @@ def naming_pass(
     except ConversionError:
         raise
     except MemoryError as error:
-        raise memory_full_error(f"pass '{entry.name}' on robot '{_name(conversion)}'") from error
+        raise memory_full_error(
+            f"pass '{entry.name}' on robot '{_get_robot_name(conversion)}'"
+        ) from error
     except FAILURES as error:
         if not entry.is_ours:
-            what = f"pass '{entry.name}' of plugin '{entry.plugin}'"
-            raise _explain(
-                "plugin-failed", what, error, conversion, file=entry.source, hint=_DEBUG
+            subject = f"pass '{entry.name}' of plugin '{entry.plugin}'"
+            raise _make_failure_error(
+                "plugin-failed", subject, error, conversion, file=entry.source, hint=_DEBUG
             ) from error
-        strangers = [f"'{each.name}' ({each.plugin})" for each in earlier if not each.is_ours]
+        foreign_passes = [
+            f"'{earlier_pass.name}' ({earlier_pass.plugin})"
+            for earlier_pass in earlier
+            if not earlier_pass.is_ours
+        ]
         hint = "this is a mistake in urdf2mbs: please report it with the robot; --debug shows more"
-        if strangers:
-            hint = f"a plugin's pass may have caused it before: {', '.join(strangers)}"
-        what = f"pass '{entry.name}'"
-        raise _explain("internal", what, error, conversion, file=entry.source, hint=hint) from error
+        if foreign_passes:
+            hint = f"a plugin's pass may have caused it before: {', '.join(foreign_passes)}"
+        subject = f"pass '{entry.name}'"
+        raise _make_failure_error(
+            "internal", subject, error, conversion, file=entry.source, hint=hint
+        ) from error
 
 
 @contextmanager
-def locating_option(name: str, config: Config, lines: Lines) -> Iterator[None]:
+def locating_option(pass_name: str, config: Config, config_lines: Lines) -> Iterator[None]:
     """Add to an error about an option of a pass the option's line in the config.
 
     An error that has a file keeps it.  Without options of the pass in the config file, nothing is
     added: a preset, the command line or a call from Python has set them.
 
     Args:
-        name: The name of the pass.
+        pass_name: The name of the pass.
         config: The config, with the options of the pass.
-        lines: The line of each value of the config.
+        config_lines: The line of each value of the config.
     """
     try:
         yield
     except ConfigError as error:
-        key: Key = ("passes", name)
-        if error.file is None and key in lines.places:
-            key = _find_option(error.message, config.passes.get(name, {}), key)
-            located = lines.error(error.code, error.message, key)
+        option_key: Key = ("passes", pass_name)
+        if error.file is None and option_key in config_lines.places:
+            option_key = _find_option(error.message, config.passes.get(pass_name, {}), option_key)
+            located = config_lines.error(error.code, error.message, option_key)
             error.file, error.line = located.file, located.line
         raise
 
 
-def _find_option(message: str, options: dict[str, Any], key: Key) -> Key:
+def _find_option(message: str, options: dict[str, Any], pass_key: Key) -> Key:
     """Return the key of the option that a message quotes: its value, its name, or its path."""
-    quoted = set(re.findall(r"'([^']*)'", message))
-    values = dict(_list_values(options, key))
-    for words in (
-        {place: str(value) for place, value in values.items()},
-        {place: str(place[-1]) for place in values},
-        {place: ".".join(map(str, place[2:])) for place in values},
+    quoted_words = set(re.findall(r"'([^']*)'", message))
+    values_by_key = dict(_list_values(options, pass_key))
+    for words_by_key in (
+        {option_key: str(option_value) for option_key, option_value in values_by_key.items()},
+        {option_key: str(option_key[-1]) for option_key in values_by_key},
+        {option_key: ".".join(map(str, option_key[2:])) for option_key in values_by_key},
     ):
-        matching = [place for place, word in words.items() if place[2:] and word in quoted]
-        if matching:
-            return matching[0]
-    return key
+        matching_keys = [
+            option_key
+            for option_key, word in words_by_key.items()
+            if option_key[2:] and word in quoted_words
+        ]
+        if matching_keys:
+            return matching_keys[0]
+    return pass_key
 
 
-def _list_values(value: Any, key: Key) -> Iterator[tuple[Key, Any]]:
+def _list_values(options: Any, options_key: Key) -> Iterator[tuple[Key, Any]]:
     """Yield each value of some options with its key, outer values first."""
-    pending = [(key, value)]
+    pending = [(options_key, options)]
     while pending:
-        place, current = pending.pop(0)
-        yield place, current
-        if isinstance(current, dict):
-            pending += [((*place, name), inner) for name, inner in current.items()]
-        elif isinstance(current, list):
-            pending += [((*place, index), inner) for index, inner in enumerate(current)]
+        current_key, current_value = pending.pop(0)
+        yield current_key, current_value
+        if isinstance(current_value, dict):
+            pending += [
+                ((*current_key, name), inner_value) for name, inner_value in current_value.items()
+            ]
+        elif isinstance(current_value, list):
+            pending += [
+                ((*current_key, index), inner_value)
+                for index, inner_value in enumerate(current_value)
+            ]
 
 
-def _explain(
-    code: str,
-    what: str,
+def _make_failure_error(
+    error_code: str,
+    subject: str,
     error: BaseException,
     conversion: Conversion | None,
     *,
@@ -140,14 +157,16 @@ def _explain(
     hint: str,
 ) -> ConversionError:
     """Return the error for an exception, at the innermost line of the plugin's code."""
-    source, line = [(file, None), *list_frames(file, error.__traceback__)][-1]
+    source_file, line = [(file, None), *list_frames(file, error.__traceback__)][-1]
     if conversion is None:  # of the config, so that it is reported with the config's other faults
-        message = f"{what} failed: {describe_exception(error)}"
-        return ConfigError(code, message, file=source, line=line)
-    message = f"{what} failed on robot '{_name(conversion)}': {describe_exception(error)}"
-    return ConversionError(code, message, file=source, line=line, hint=hint)
+        message = f"{subject} failed: {describe_exception(error)}"
+        return ConfigError(error_code, message, file=source_file, line=line)
+    message = (
+        f"{subject} failed on robot '{_get_robot_name(conversion)}': {describe_exception(error)}"
+    )
+    return ConversionError(error_code, message, file=source_file, line=line, hint=hint)
 
 
-def _name(conversion: Conversion) -> str:
+def _get_robot_name(conversion: Conversion) -> str:
     """Return the robot's name; a plugin may have left no robot."""
     return getattr(conversion.robot, "name", "") or conversion.settings.source.name

@@ -25,20 +25,22 @@ def apply_levels(
     Strict makes warnings errors, except those whose level is set.  A warning without a hint gets
     the second sentence of the meaning of its code.
     """
-    result: list[Diagnostic] = []
+    leveled_diagnostics: list[Diagnostic] = []
     for diagnostic in diagnostics:
         strict = config.strict and diagnostic.level == "warning"
-        default = "error" if strict else diagnostic.level
-        level: Any = config.diagnostics.get(diagnostic.code, default)
+        default_level = "error" if strict else diagnostic.level
+        user_level: Any = config.diagnostics.get(diagnostic.code, default_level)
         hint = diagnostic.hint
         if diagnostic.level == "warning" and hint is None:
             _, _, remedy = plugins.codes.get(diagnostic.code, "").partition(". ")
             hint = (remedy[:1].lower() + remedy[1:].rstrip(".")).replace("`", "'") or None
-        if level != diagnostic.level and "--level" in (hint or ""):
+        if user_level != diagnostic.level and "--level" in (hint or ""):
             hint = None  # a hint never recommends what is already set
-        if level != "ignore":
-            result.append(msgspec.structs.replace(diagnostic, level=level, hint=hint))
-    return result
+        if user_level != "ignore":
+            leveled_diagnostics.append(
+                msgspec.structs.replace(diagnostic, level=user_level, hint=hint)
+            )
+    return leveled_diagnostics
 
 
 def raise_errors(diagnostics: list[Diagnostic]) -> None:

@@ -39,25 +39,29 @@ def write(conversion: Conversion, *, force: bool = False) -> None:
     """
     project = conversion.settings.project
     folders = [] if project is None else _list_folders(conversion, project)
-    files = _list_files(conversion)
+    file_contents = _list_files(conversion)
     write_files(
-        files,
+        file_contents,
         folders,
         once=conversion.files_of("starter"),
         obsolete=conversion.files_of("obsolete"),
         force=force,
-        replaces=_list_replaced(files),
+        replaces=_list_replaced(file_contents),
     )
 
 
 def _list_folders(conversion: Conversion, project: Path) -> list[Path]:
     """Return the folders of a project that plugins fill; raises ConfigError if none does."""
-    names = [name for names in conversion.hook.urdf2mbs_folders() for name in names]
-    if not names:
+    folder_names = [
+        folder_name
+        for folder_names in conversion.hook.urdf2mbs_folders()
+        for folder_name in folder_names
+    ]
+    if not folder_names:
         message = "no plugin writes the code of a Robotran project"
         hint = "name an .mbs file as the output, or install urdf2mbs whole"
         raise ConfigError("plugin-missing", message, hint=hint)
-    return [project / name for name in names]
+    return [project / folder_name for folder_name in folder_names]
 
 
 def plan(conversion: Conversion, *, force: bool = False) -> dict[str, list[Path]]:
@@ -70,34 +74,44 @@ def plan(conversion: Conversion, *, force: bool = False) -> dict[str, list[Path]
     Raises:
         ConfigError: As in ``write``.
     """
-    files = _list_files(conversion)
+    file_contents = _list_files(conversion)
     if not force:
-        check_ours(files, _list_replaced(files))
-    files |= _untouched(conversion.files_of("starter"))
-    existing = {path: _read(path) for path in files if path.is_file()}
+        check_ours(file_contents, _list_replaced(file_contents))
+    file_contents |= _select_untouched(conversion.files_of("starter"))
+    existing_contents = {
+        file_path: _read_existing(file_path) for file_path in file_contents if file_path.is_file()
+    }
     return {
-        "new": [path for path in files if not os.path.lexists(path)],
-        "changed": [path for path, data in existing.items() if data != files[path]],
+        "new": [file_path for file_path in file_contents if not os.path.lexists(file_path)],
+        "changed": [
+            file_path
+            for file_path, content in existing_contents.items()
+            if content != file_contents[file_path]
+        ],
         "removed": [
-            path
-            for path in conversion.files_of("obsolete")
-            if path.is_file() and record.is_ours(path)
+            file_path
+            for file_path in conversion.files_of("obsolete")
+            if file_path.is_file() and record.is_ours(file_path)
         ],
     }
 
 
 def _list_files(conversion: Conversion) -> dict[Path, bytes]:
     """Return the files of a conversion, with those that are written only with the output."""
-    ours = conversion.files_of("ours")
-    if conversion.settings.output in ours:
-        return {**conversion.files_of("orphans"), **ours, **conversion.files_of("base")}
-    return ours
+    own_files = conversion.files_of("ours")
+    if conversion.settings.output in own_files:
+        return {**conversion.files_of("orphans"), **own_files, **conversion.files_of("base")}
+    return own_files
 
 
 def _list_replaced(files: Mapping[Path, bytes]) -> dict[Path, bytes]:
     """Return the edited files that a merge replaces, as it has read them."""
-    read = {path: getattr(data, "replaces", None) for path, data in files.items()}
-    return {path: data for path, data in read.items() if data is not None}
+    merged_contents = {
+        file_path: getattr(content, "replaces", None) for file_path, content in files.items()
+    }
+    return {
+        file_path: content for file_path, content in merged_contents.items() if content is not None
+    }
 
 
 def write_files(
@@ -128,89 +142,115 @@ def write_files(
         ConfigError: A file is not ours to replace, or cannot be written, before any file is
             replaced; or a file cannot be renamed.
     """
-    for folder in (*folders, *(file.parent for file in (*files, *once))):
-        with _naming(folder):
+    for folder in (*folders, *(temporary_file.parent for temporary_file in (*files, *once))):
+        with _naming_path(folder):
             folder.mkdir(parents=True, exist_ok=True)
     streams: list[Path] = []
-    places: dict[Path, bytes] = {}
-    for path in files:
-        with _naming(path):
-            if path.exists() and not (path.is_file() or path.is_dir()):
-                streams.append(path)
+    target_contents: dict[Path, bytes] = {}
+    for file_path in files:
+        with _naming_path(file_path):
+            if file_path.exists() and not (file_path.is_file() or file_path.is_dir()):
+                streams.append(file_path)
             else:
-                place = _resolve(path)
-                _check_place(place)
-                places[place] = files[path]
+                target = _follow_link(file_path)
+                _check_target(target)
+                target_contents[target] = files[file_path]
     if not force:
-        check_ours(places, {_resolve(path): data for path, data in replaces.items()})
-    places |= _untouched(once)
-    people = {_resolve(path) for path in replaces}
-    with _temporary_files(places) as temporary:
-        _add_to_records({place: data for place, data in places.items() if place not in people})
-        for place, file in temporary.items():
-            with _naming(place):
-                os.replace(file, place)  # noqa: PTH105  tests stand in for it
-    for path in obsolete:
-        with _naming(path):
-            if path.is_file() and _resolve(path) not in places and record.is_ours(path):
-                path.unlink(missing_ok=True)
-    for path in streams:
-        with _naming(path):
-            path.write_bytes(files[path])
+        check_ours(
+            target_contents,
+            {_follow_link(file_path): content for file_path, content in replaces.items()},
+        )
+    target_contents |= _select_untouched(once)
+    edited_targets = {_follow_link(file_path) for file_path in replaces}
+    with _temporary_files(target_contents) as temporary_files:
+        _add_to_records(
+            {
+                target: content
+                for target, content in target_contents.items()
+                if target not in edited_targets
+            }
+        )
+        for target, temporary_file in temporary_files.items():
+            with _naming_path(target):
+                os.replace(temporary_file, target)  # noqa: PTH105  tests stand in for it
+    for file_path in obsolete:
+        with _naming_path(file_path):
+            if (
+                file_path.is_file()
+                and _follow_link(file_path) not in target_contents
+                and record.is_ours(file_path)
+            ):
+                file_path.unlink(missing_ok=True)
+    for file_path in streams:
+        with _naming_path(file_path):
+            file_path.write_bytes(files[file_path])
 
 
 @contextmanager
-def _naming(path: Path) -> Iterator[None]:
+def _naming_path(file_path: Path) -> Iterator[None]:
     """Raise an error of the system as a ConfigError that names the path."""
     try:
         yield
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
-        message = f"cannot write '{path}': {reason}"
+        message = f"cannot write '{file_path}': {reason}"
         raise ConfigError("output-unwritable", message) from None
 
 
 @contextmanager
-def _temporary_files(places: Mapping[Path, bytes]) -> Iterator[dict[Path, Path]]:
+def _temporary_files(target_contents: Mapping[Path, bytes]) -> Iterator[dict[Path, Path]]:
     """Write the data of each place into a temporary file beside it; remove those that are left."""
-    temporary = {place: temporary_name(place) for place in places}
+    temporary_files = {target: temporary_name(target) for target in target_contents}
     try:
-        for place, data in places.items():
-            with _naming(place):
-                _write_temporary(temporary[place], place, data)
-        yield temporary
+        for target, content in target_contents.items():
+            with _naming_path(target):
+                _write_temporary(temporary_files[target], target, content)
+        yield temporary_files
     finally:
-        for file in temporary.values():
+        for temporary_file in temporary_files.values():
             with suppress(OSError, ValueError):
-                file.unlink(missing_ok=True)
+                temporary_file.unlink(missing_ok=True)
 
 
-def _add_to_records(places: Mapping[Path, bytes]) -> None:
+def _add_to_records(target_contents: Mapping[Path, bytes]) -> None:
     """Record the files of each folder."""
-    for folder in dict.fromkeys(place.parent for place in places):
-        with _naming(folder / record.RECORD):
-            record.add_files(folder, {p: data for p, data in places.items() if p.parent == folder})
+    for folder in dict.fromkeys(target.parent for target in target_contents):
+        with _naming_path(folder / record.RECORD):
+            record.add_files(
+                folder,
+                {
+                    target_path: content
+                    for target_path, content in target_contents.items()
+                    if target_path.parent == folder
+                },
+            )
 
 
 def check_ours(
-    places: Mapping[Path, bytes], known: Mapping[Path, bytes] = MappingProxyType({})
+    target_contents: Mapping[Path, bytes], replaceable: Mapping[Path, bytes] = MappingProxyType({})
 ) -> None:
     """Raise ConfigError if writing would replace a file that people made or changed.
 
     Args:
-        places: The bytes that are to be written to each file.
-        known: Bytes of files that may be replaced, as people know of it.
+        target_contents: The bytes that are to be written to each file.
+        replaceable: Bytes of files that may be replaced, as people know of it.
     """
-    lost: list[str] = []
-    for place, data in places.items():
-        existing = _read(place) if place.exists() else b""
-        if not existing or existing in (data, known.get(place)) or record.is_ours(place):
+    faults: list[str] = []
+    for target, content in target_contents.items():
+        existing_content = _read_existing(target) if target.exists() else b""
+        if (
+            not existing_content
+            or existing_content in (content, replaceable.get(target))
+            or record.is_ours(target)
+        ):
             continue
-        was_ours = record.was_ours(place)
+        was_ours = record.was_ours(target)
         reason = "was edited since urdf2mbs wrote it" if was_ours else "is not known to urdf2mbs"
-        lost.append(f"'{place}' {reason}")
-    if lost:
-        message = "; ".join(lost[:3]) + (f"; and {len(lost) - 3} more" if len(lost) > 3 else "")
+        faults.append(f"'{target}' {reason}")
+    if faults:
+        message = "; ".join(faults[:3]) + (
+            f"; and {len(faults) - 3} more" if len(faults) > 3 else ""
+        )
         hint = (
             "nothing is written: move it away, write elsewhere, or replace it by --force "
             "(in Python: force=True)"
@@ -218,49 +258,51 @@ def check_ours(
         raise ConfigError("output-not-ours", message, hint=hint)
 
 
-def _untouched(once: Mapping[Path, bytes]) -> dict[Path, bytes]:
+def _select_untouched(starters: Mapping[Path, bytes]) -> dict[Path, bytes]:
     """Return the starters that do not exist, or are as an earlier run wrote them."""
     return {
-        file: data
-        for file, data in once.items()
+        starter: content
+        for starter, content in starters.items()
         # a link exists even if it leads nowhere
-        if not os.path.lexists(file)
-        or (file.is_file() and (_read(file) == data or record.is_ours(file)))
+        if not os.path.lexists(starter)
+        or (starter.is_file() and (_read_existing(starter) == content or record.is_ours(starter)))
     }
 
 
-def _resolve(path: Path) -> Path:
+def _follow_link(file_path: Path) -> Path:
     """Return the file that a link leads to; the path itself if it is no link."""
-    return Path(os.path.realpath(path))
+    return Path(os.path.realpath(file_path))
 
 
-def _read(file: Path) -> bytes:
+def _read_existing(file_path: Path) -> bytes:
     """Return the bytes of a file; raises ConfigError if it cannot be read."""
     try:
-        return read_bytes(file)
+        return read_bytes(file_path)
     except OSError as error:
-        raise ConfigError("file-unreadable", f"cannot read '{file}': {error.strerror}") from None
+        raise ConfigError(
+            "file-unreadable", f"cannot read '{file_path}': {error.strerror}"
+        ) from None
 
 
-def _check_place(place: Path) -> None:
+def _check_target(target: Path) -> None:
     """Raise OSError for a file that may not be written to, or whose name Windows would change.
 
     A rename would replace a write-protected file.  Windows takes some names for devices, and drops
     blanks and points at the end of others.
     """
-    if WINDOWS and not is_portable(place.name):
-        raise OSError(EINVAL, "Windows has no file of this name", str(place))
-    if place.is_dir():
-        raise IsADirectoryError(EISDIR, os.strerror(EISDIR), str(place))
-    if place.exists() and not os.access(place, os.W_OK):
-        raise PermissionError(EACCES, os.strerror(EACCES), str(place))
+    if WINDOWS and not is_portable(target.name):
+        raise OSError(EINVAL, "Windows has no file of this name", str(target))
+    if target.is_dir():
+        raise IsADirectoryError(EISDIR, os.strerror(EISDIR), str(target))
+    if target.exists() and not os.access(target, os.W_OK):
+        raise PermissionError(EACCES, os.strerror(EACCES), str(target))
 
 
-def _write_temporary(temporary: Path, place: Path, data: bytes) -> None:
+def _write_temporary(temporary_path: Path, target: Path, content: bytes) -> None:
     """Write a temporary file to disk, with the mode of the file that it replaces."""
-    with temporary.open("xb") as file:
-        if place.exists():
-            temporary.chmod(S_IMODE(place.stat().st_mode))
-        file.write(data)
-        file.flush()
-        os.fsync(file.fileno())
+    with temporary_path.open("xb") as stream:
+        if target.exists():
+            temporary_path.chmod(S_IMODE(target.stat().st_mode))
+        stream.write(content)
+        stream.flush()
+        os.fsync(stream.fileno())

@@ -37,7 +37,7 @@ class Pipeline:
 
     Args:
         config: The config.
-        lines: The line of each value of the config.
+        config_lines: The line of each value of the config.
         installed_plugins: Whether the plugins of other installed packages take part.
         fresh: Whether to start over, and forget what people changed in the .mbs.
 
@@ -49,61 +49,70 @@ class Pipeline:
     plugins: Plugins
 
     def __init__(
-        self, config: Config, lines: Lines, *, installed_plugins: bool = True, fresh: bool = False
+        self,
+        config: Config,
+        config_lines: Lines,
+        *,
+        installed_plugins: bool = True,
+        fresh: bool = False,
     ) -> None:
         if config.sweep is not None:
-            lines.check()
+            config_lines.check()
             message = "this config is a sweep, which makes many robots"
             hint = "'urdf2mbs run' makes them; 'explain' shows the first"
-            raise lines.error("sweep-many", message, ("sweep",), hint)
+            raise config_lines.error("sweep-many", message, ("sweep",), hint)
         self._config = config
-        self._lines = lines
-        self._files = self._list_files()
-        if len(self._files) == len(config.plugins):  # otherwise passes would be missing, too
-            self._resolve(installed_plugins)
+        self._config_lines = config_lines
+        self._plugin_files = self._list_plugin_files()
+        if len(self._plugin_files) == len(config.plugins):  # otherwise passes would be missing, too
+            self._resolve_passes(installed_plugins)
         hook = None
         if is_name(config.source):
-            lines.check()  # before a robot is downloaded
+            config_lines.check()  # before a robot is downloaded
             hook = self.plugins.hook
-        with lines.gather(), ExitStack() as stack:
+        with config_lines.gather(), ExitStack() as stack:
             if hook is not None:
-                locating = "hook 'urdf2mbs_locate' of plugin '{}'"
-                stack.enter_context(naming_plugin(self.plugins, locating.format))
-            self.settings = make_settings(config, lines, hook, fresh=fresh)
-        lines.check()
-        self._hooks: list[Any] = [self.plugins.hook]
+                failure_format = "hook 'urdf2mbs_locate' of plugin '{}'"
+                stack.enter_context(naming_plugin(self.plugins, failure_format.format))
+            self.settings = make_settings(config, config_lines, hook, fresh=fresh)
+        config_lines.check()
+        self._hook_relays: list[Any] = [self.plugins.hook]
         """The hooks of the plugins, and of each observer."""
         self._check_order()
 
-    def _list_files(self) -> list[Path]:
+    def _list_plugin_files(self) -> list[Path]:
         """Return the plugin files of the config; those that do not exist become faults."""
-        files: list[Path] = []
-        for index, name in enumerate(self._config.plugins):
-            key = ("plugins", index)
-            with self._lines.gather():
-                path = self._lines.folder / expand(name, self._lines, key)
-                if not is_file(path):
-                    message = f"plugin file '{path}' does not exist"
-                    raise self._lines.error("plugin-missing", message, key)
-                files.append(path)
-        return files
+        plugin_files: list[Path] = []
+        for file_index, file_name in enumerate(self._config.plugins):
+            config_key = ("plugins", file_index)
+            with self._config_lines.gather():
+                plugin_path = self._config_lines.folder / expand(
+                    file_name, self._config_lines, config_key
+                )
+                if not is_file(plugin_path):
+                    message = f"plugin file '{plugin_path}' does not exist"
+                    raise self._config_lines.error("plugin-missing", message, config_key)
+                plugin_files.append(plugin_path)
+        return plugin_files
 
-    def _resolve(self, installed: bool) -> None:
+    def _resolve_passes(self, load_installed: bool) -> None:
         """Load the plugins and choose the passes; what is wrong becomes faults of the lines."""
-        lines = self._lines
-        with lines.gather():
-            self.plugins = load_plugins(self._files, installed=installed)
-            for fault in lines.faults:
-                for name in self.plugins.passes:
-                    if fault.message == f"unknown key '{name}'":
-                        fault.hint = f"did you mean 'passes: {{{name}: {{}}}}'?"
+        config_lines = self._config_lines
+        with config_lines.gather():
+            self.plugins = load_plugins(self._plugin_files, installed=load_installed)
+            for config_fault in config_lines.faults:
+                for pass_name in self.plugins.passes:
+                    if config_fault.message == f"unknown key '{pass_name}'":
+                        config_fault.hint = f"did you mean 'passes: {{{pass_name}: {{}}}}'?"
             self._check_levels()
-            count = len(lines.faults)
-            self.passes = resolve(self._config, lines, self.plugins)
-            for fault in lines.faults[count:]:
+            n_earlier_faults = len(config_lines.faults)
+            self.passes = resolve(self._config, config_lines, self.plugins)
+            for config_fault in config_lines.faults[n_earlier_faults:]:
                 # what is missing may be in a plugin that was left out
-                broken = map(str, self.plugins.broken)
-                fault.hint = "\n  ".join([fault.hint or "", *broken]).lstrip() or None
+                broken_plugins = map(str, self.plugins.broken)
+                config_fault.hint = (
+                    "\n  ".join([config_fault.hint or "", *broken_plugins]).lstrip() or None
+                )
 
     def _check_levels(self) -> None:
         """Record a fault for each code that nobody has, or whose level is fixed."""
@@ -111,42 +120,57 @@ class Pipeline:
         if not levels:
             return
         codes = self.plugins.codes
-        adjustable = {code for code, text in codes.items() if not text.startswith("error:")}
-        for code in [code for code in levels if code not in adjustable]:
-            message = f"there is no '{code}' among the codes whose level can be changed"
-            hint = nearest(code, adjustable) or "docs/diagnostics.md lists them"
-            if code not in codes:
-                hint += self._explain_declaration(code)
-            fault = self._lines.error("unknown-code", message, ("diagnostics", code), hint)
-            self._lines.faults.append(fault)
+        adjustable = {
+            unknown_code
+            for unknown_code, meaning in codes.items()
+            if not meaning.startswith("error:")
+        }
+        for unknown_code in [
+            unknown_code for unknown_code in levels if unknown_code not in adjustable
+        ]:
+            message = f"there is no '{unknown_code}' among the codes whose level can be changed"
+            hint = nearest(unknown_code, adjustable) or "docs/diagnostics.md lists them"
+            if unknown_code not in codes:
+                hint += self._explain_declaration(unknown_code)
+            config_fault = self._config_lines.error(
+                "unknown-code", message, ("diagnostics", unknown_code), hint
+            )
+            self._config_lines.faults.append(config_fault)
 
-    def _explain_declaration(self, code: str) -> str:
+    def _explain_declaration(self, diagnostic_code: str) -> str:
         """Return where plugins would declare a code, as more lines of a hint."""
         entries = [entry for entries in self.plugins.passes.values() for entry in entries]
-        files = {entry.plugin: entry.source for entry in entries if not entry.is_ours}
+        plugin_files = {entry.plugin: entry.source for entry in entries if not entry.is_ours}
         return "".join(
-            f"\n  if it is a code of plugin '{plugin}': add \"{code}\" to what its hook "
-            f"'urdf2mbs_codes' returns, in {file}"
-            for plugin, file in files.items()
+            f"\n  if it is a code of plugin '{plugin_name}': add \"{diagnostic_code}\" to what its "
+            f"hook 'urdf2mbs_codes' returns, in {plugin_file}"
+            for plugin_name, plugin_file in plugin_files.items()
         )
 
     def _check_order(self) -> None:
         """Check an order that is not that of the method, and the place of the output."""
-        method = list_method(self.plugins)
-        names = [step.name for step in self.passes]
-        if names != [name for name in method if name in names] or self._config.without:
-            check_order(self.passes, method, self._lines)
+        method_order = list_method(self.plugins)
+        pass_names = [configured_pass.name for configured_pass in self.passes]
+        if (
+            pass_names != [pass_name for pass_name in method_order if pass_name in pass_names]
+            or self._config.without
+        ):
+            check_order(self.passes, method_order, self._config_lines)
         # a pass that may have no work is not imported for this
-        certain = [step for step in self.passes if step.given or step.entry.is_core]
-        if any("mbs-file" in step.kind.writes for step in certain):
-            check_output(self.settings, self._lines)
+        certain_passes = [
+            configured_pass
+            for configured_pass in self.passes
+            if configured_pass.given or configured_pass.entry.is_core
+        ]
+        if any("mbs-file" in configured_pass.kind.writes for configured_pass in certain_passes):
+            check_output(self.settings, self._config_lines)
 
     def watch(self, observer: object) -> None:
         """Call an object's own hooks, too, around every pass."""
         manager = pluggy.PluginManager(GROUP)
         manager.add_hookspecs(hookspecs)
         manager.register(observer)
-        self._hooks.append(manager.hook)
+        self._hook_relays.append(manager.hook)
 
     def run(self, *, stop_after: str | None = None, before: Conversion | None = None) -> Conversion:
         """Run the passes; nothing is written to disk.
@@ -162,10 +186,10 @@ class Pipeline:
         Raises:
             ConversionError: A pass failed, or a message has the level of an error.
         """
-        names = [step.name for step in self.passes]
-        if stop_after is not None and stop_after not in names:
+        pass_names = [configured_pass.name for configured_pass in self.passes]
+        if stop_after is not None and stop_after not in pass_names:
             message = f"there is no pass '{stop_after}' in this pipeline to stop after"
-            hint = nearest(stop_after, names) or f"there are: {', '.join(names)}"
+            hint = nearest(stop_after, pass_names) or f"there are: {', '.join(pass_names)}"
             raise ConfigError("unknown-pass", message, hint=hint)
         conversion = Conversion(self.settings, hook=self.plugins.hook, progress=self._show_progress)
         if before is not None:
@@ -184,96 +208,138 @@ class Pipeline:
 
     def _warn_of_idle_plugins(self, conversion: Conversion) -> None:
         """Warn of the files of the config that bring only passes, none of which is used."""
-        used = {step.entry.plugin for step in self.passes}
-        for plugin in [file.stem for file in self._files if file.stem not in used]:
-            unused = self.plugins.list_only_passes(plugin)
-            if unused:
+        used_plugins = {configured_pass.entry.plugin for configured_pass in self.passes}
+        for plugin_name in [
+            plugin_file.stem
+            for plugin_file in self._plugin_files
+            if plugin_file.stem not in used_plugins
+        ]:
+            unused_passes = self.plugins.list_only_passes(plugin_name)
+            if unused_passes:
                 conversion.warn(
                     "plugin-idle",
-                    f"plugin '{plugin}' does nothing: none of its passes is in the pipeline "
-                    f"({', '.join(unused)})",
-                    hint=f"put one in, by 'pipeline', 'before' or 'after: {{PASS: {unused[0]}}}'",
+                    f"plugin '{plugin_name}' does nothing: none of its passes is in the pipeline "
+                    f"({', '.join(unused_passes)})",
+                    hint="put one in, by 'pipeline', 'before' or "
+                    f"'after: {{PASS: {unused_passes[0]}}}'",
                 )
 
     def _run_passes(self, conversion: Conversion, stop_after: str | None) -> None:
-        ran: list[ConfiguredPass] = []
-        for step in self.passes:
-            if self._has_work(step, conversion, ran):
-                self._call_hook("urdf2mbs_before_pass", step.pass_, conversion)
-                start = perf_counter()
-                self._run_pass(step, conversion, ran)
-                seconds = perf_counter() - start
-                ran.append(step)
+        finished_passes: list[ConfiguredPass] = []
+        for configured_pass in self.passes:
+            if self._has_work(configured_pass, conversion, finished_passes):
+                self._call_hook("urdf2mbs_before_pass", configured_pass.pass_, conversion)
+                start_time = perf_counter()
+                self._run_pass(configured_pass, conversion, finished_passes)
+                seconds = perf_counter() - start_time
+                finished_passes.append(configured_pass)
                 conversion.diagnostics = apply_levels(
                     conversion.diagnostics, self._config, self.plugins
                 )
-                self._call_hook("urdf2mbs_after_pass", step.pass_, conversion, seconds=seconds)
-            if step.name == stop_after:
+                self._call_hook(
+                    "urdf2mbs_after_pass", configured_pass.pass_, conversion, seconds=seconds
+                )
+            if configured_pass.name == stop_after:
                 break
 
     def _has_work(
-        self, step: ConfiguredPass, conversion: Conversion, ran: Sequence[ConfiguredPass]
+        self,
+        configured_pass: ConfiguredPass,
+        conversion: Conversion,
+        finished_passes: Sequence[ConfiguredPass],
     ) -> bool:
         """Return whether a pass has work; the pass is imported then."""
-        with naming_pass(step.entry, conversion, [earlier.entry for earlier in ran]):
-            return step.entry.work(conversion, step.given) and step.pass_ is not None
+        with naming_pass(
+            configured_pass.entry,
+            conversion,
+            [finished_pass.entry for finished_pass in finished_passes],
+        ):
+            return (
+                configured_pass.entry.work(conversion, configured_pass.given)
+                and configured_pass.pass_ is not None
+            )
 
     def _run_pass(
-        self, step: ConfiguredPass, conversion: Conversion, ran: Sequence[ConfiguredPass]
+        self,
+        configured_pass: ConfiguredPass,
+        conversion: Conversion,
+        finished_passes: Sequence[ConfiguredPass],
     ) -> None:
         """Run a pass, and check what it has changed.
 
         Args:
-            step: The pass, with its options.
+            configured_pass: The pass, with its options.
             conversion: What the pass changes.
-            ran: The passes that ran before it.
+            finished_passes: The passes that ran before it.
 
         Raises:
             ConversionError: The pass failed, or broke the contract.
         """
-        check = PassCheck(step, conversion, ran)
-        with naming_pass(step.entry, conversion, [earlier.entry for earlier in ran]):
-            with locating_option(step.name, self._config, self._lines), ExitStack() as stack:
-                if step.entry.is_ours:  # it may call the hooks of plugins
-                    called = f"plugin '{{}}', called by pass '{step.name}',"
-                    stack.enter_context(naming_plugin(self.plugins, called.format, conversion))
-                step.pass_.run(conversion)
-            check.finish()
-        check.check_sections()
+        pass_check = PassCheck(configured_pass, conversion, finished_passes)
+        with naming_pass(
+            configured_pass.entry,
+            conversion,
+            [finished_pass.entry for finished_pass in finished_passes],
+        ):
+            with (
+                locating_option(configured_pass.name, self._config, self._config_lines),
+                ExitStack() as stack,
+            ):
+                if configured_pass.entry.is_ours:  # it may call the hooks of plugins
+                    failure_format = f"plugin '{{}}', called by pass '{configured_pass.name}',"
+                    stack.enter_context(
+                        naming_plugin(self.plugins, failure_format.format, conversion)
+                    )
+                configured_pass.pass_.run(conversion)
+            pass_check.finish()
+        pass_check.check_sections()
 
-    def _call_hook(self, hook: str, pass_: Pass, conversion: Conversion, **timing: float) -> None:
+    def _call_hook(
+        self, hook_name: str, pass_: Pass, conversion: Conversion, **timing: float
+    ) -> None:
         """Call a hook around a pass, of all plugins and observers.
 
         Raises:
             ConversionError: A plugin's hook failed, or changed what is for reading.
         """
-        listeners = [hooks for hooks in self._hooks if getattr(hooks, hook).get_hookimpls()]
+        listeners = [
+            hook_relay
+            for hook_relay in self._hook_relays
+            if getattr(hook_relay, hook_name).get_hookimpls()
+        ]
         if not listeners:
             return
-        when = "before" if "before" in hook else "after"
-        users = self.plugins.find_hook_users(hook)
-        robot = encode(conversion.robot) if users else None
-        protected = protected_state(conversion) if users else ""
-        failed = f"hook '{hook}' of plugin '{{}}', called {when} pass '{pass_.name}',"
-        with naming_plugin(self.plugins, failed.format, conversion):
-            for hooks in listeners:
-                getattr(hooks, hook)(pass_=pass_, conversion=conversion, **timing)
-        if robot is not None:
-            code, plugin = f"the hook {when} '{pass_.name}'", "' or '".join(users)
-            check_protected(conversion, protected, f"{code} of plugin '{plugin}'", "")
-            record_change(conversion, robot, code, plugin, declared=False)
+        pass_moment = "before" if "before" in hook_name else "after"
+        hook_users = self.plugins.find_hook_users(hook_name)
+        robot_before = encode(conversion.robot) if hook_users else None
+        protected = protected_state(conversion) if hook_users else ""
+        failure_format = (
+            f"hook '{hook_name}' of plugin '{{}}', called {pass_moment} pass '{pass_.name}',"
+        )
+        with naming_plugin(self.plugins, failure_format.format, conversion):
+            for hook_relay in listeners:
+                getattr(hook_relay, hook_name)(pass_=pass_, conversion=conversion, **timing)
+        if robot_before is not None:
+            change_author, plugin_names = (
+                f"the hook {pass_moment} '{pass_.name}'",
+                "' or '".join(hook_users),
+            )
+            check_protected(
+                conversion, protected, f"{change_author} of plugin '{plugin_names}'", ""
+            )
+            record_change(conversion, robot_before, change_author, plugin_names, declared=False)
 
     def _show_progress(self, text: str) -> None:
         """Tell plugins and observers what a pass is doing."""
-        for hooks in self._hooks:
-            hooks.urdf2mbs_progress(text=text)
+        for hook_relay in self._hook_relays:
+            hook_relay.urdf2mbs_progress(text=text)
 
 
 def _mark_unproven(conversion: Conversion) -> None:
     """Add to an .mbs that was not compared a comment that says so."""
     output = conversion.settings.output
-    data = conversion.files.get(output)
-    if conversion.checked.proof is None and data is not None and output.suffix == ".mbs":
+    mbs_bytes = conversion.files.get(output)
+    if conversion.checked.proof is None and mbs_bytes is not None and output.suffix == ".mbs":
         # after the root element: not every reader accepts a comment before it
-        marked = data.removesuffix(_UNPROVEN) + _UNPROVEN
-        conversion.files[output] = File(marked, replaces=getattr(data, "replaces", None))
+        marked_bytes = mbs_bytes.removesuffix(_UNPROVEN) + _UNPROVEN
+        conversion.files[output] = File(marked_bytes, replaces=getattr(mbs_bytes, "replaces", None))

@@ -44,8 +44,8 @@ def load_plugins(files: Sequence[Path] = (), *, installed: bool = True) -> Plugi
 
 
 @cache
-def _load_shared(path: tuple[str, ...] | None) -> Plugins:
-    return Plugins(installed=path is not None)
+def _load_shared(search_path: tuple[str, ...] | None) -> Plugins:
+    return Plugins(installed=search_path is not None)
 
 
 def load_pass(entry: PassEntry) -> type[Pass]:
@@ -70,9 +70,9 @@ class Plugins:
     def __init__(self, files: Iterable[Path] = (), *, installed: bool = True) -> None:
         self._manager = pluggy.PluginManager(GROUP)
         self._manager.add_hookspecs(hookspecs)
-        self._files: dict[str, str] = {}
+        self._plugin_files: dict[str, str] = {}
         """The file of each plugin, by the plugin's name."""
-        self._own = {GROUP}
+        self._own_plugins = {GROUP}
         """The names of the core and of our own plugins."""
         self.broken: list[Diagnostic] = []
         """A warning for each installed plugin that is left out."""
@@ -85,15 +85,15 @@ class Plugins:
         """The commands of plugins."""
         self.api: dict[str, str] = {}
         """The names that plugins offer to users of Python: ``module:name`` of each."""
-        self._add(passes, GROUP, GROUP, passes.__file__ or "")
-        for name, plugin in _load_own_plugins():
-            self._own.add(name)
-            self._add(plugin, name, GROUP, plugin.__file__ or "")
+        self._add_plugin(passes, GROUP, GROUP, passes.__file__ or "")
+        for plugin_name, plugin in _load_own_plugins():
+            self._own_plugins.add(plugin_name)
+            self._add_plugin(plugin, plugin_name, GROUP, plugin.__file__ or "")
         if installed:
             for entry_point, distribution in find_installed_plugins(tuple(sys.path)):
                 self._add_installed(entry_point, distribution)
-        for file in files:
-            self._add_file(file)
+        for plugin_file in files:
+            self._add_file(plugin_file)
 
     @cached_property
     def codes(self) -> dict[str, str]:
@@ -103,41 +103,45 @@ class Plugins:
         from urdf2mbs.urdf import codes as urdf_codes
 
         codes = engine_codes.CODES | pass_codes.CODES | urdf_codes.CODES
-        for name in self._files:
-            offered = self._call(name, "urdf2mbs_codes", dict)
-            codes |= {code: str(meaning) for code, meaning in offered.items()}
+        for plugin_name in self._plugin_files:
+            offered_codes = self._call_hook(plugin_name, "urdf2mbs_codes", dict)
+            codes |= {code: str(meaning) for code, meaning in offered_codes.items()}
         return codes
 
     def find_culprit(self, traceback: TracebackType | None) -> tuple[str, str] | None:
         """Return the other author's plugin (name, file) whose code a traceback went through."""
-        for plugin, file in self._files.items():
-            if plugin not in self._own and list_frames(file, traceback):
-                return plugin, file
+        for plugin_name, plugin_file in self._plugin_files.items():
+            if plugin_name not in self._own_plugins and list_frames(plugin_file, traceback):
+                return plugin_name, plugin_file
         return None
 
-    def find_hook_users(self, hook: str) -> list[str]:
+    def find_hook_users(self, hook_name: str) -> list[str]:
         """Return the other authors' plugins that have a hook."""
-        impls = getattr(self.hook, hook).get_hookimpls()
-        return [impl.plugin_name for impl in impls if impl.plugin_name not in self._own]
+        hook_impls = getattr(self.hook, hook_name).get_hookimpls()
+        return [
+            hook_impl.plugin_name
+            for hook_impl in hook_impls
+            if hook_impl.plugin_name not in self._own_plugins
+        ]
 
-    def load_name(self, name: str) -> Any:
+    def load_name(self, api_name: str) -> Any:
         """Return what ``urdf2mbs.NAME`` of a plugin is; None: no plugin offers the name."""
-        place = self.api.get(name)
-        if place is None:
+        target = self.api.get(api_name)
+        if target is None:
             return None
-        module, _, attribute = place.partition(":")
-        loaded = import_module(module)
-        return getattr(loaded, attribute) if attribute else loaded
+        module_name, _, attribute = target.partition(":")
+        module = import_module(module_name)
+        return getattr(module, attribute) if attribute else module
 
-    def list_only_passes(self, plugin: str) -> list[str]:
+    def list_only_passes(self, plugin_name: str) -> list[str]:
         """Return the passes of a plugin that brings nothing else; otherwise an empty list."""
-        callers = self._manager.get_hookcallers(self._manager.get_plugin(plugin)) or []
-        if any(caller.name != "urdf2mbs_passes" for caller in callers):
+        hook_callers = self._manager.get_hookcallers(self._manager.get_plugin(plugin_name)) or []
+        if any(hook_caller.name != "urdf2mbs_passes" for hook_caller in hook_callers):
             return []
         return [
-            name
-            for name, entries in self.passes.items()
-            if any(entry.plugin == plugin for entry in entries)
+            pass_name
+            for pass_name, entries in self.passes.items()
+            if any(entry.plugin == plugin_name for entry in entries)
         ]
 
     def _add_installed(self, entry_point: EntryPoint, distribution: str) -> None:
@@ -148,13 +152,13 @@ class Plugins:
             except FAILURES as error:
                 message = f"it cannot be loaded: {describe_exception(error)}"
                 raise ConfigError("plugin-broken", message) from error
-            file = getattr(plugin, "__file__", None) or distribution
-            self._add(plugin, entry_point.name, distribution, file)
+            plugin_file = getattr(plugin, "__file__", None) or distribution
+            self._add_plugin(plugin, entry_point.name, distribution, plugin_file)
         except ConfigError as error:
-            package = f"{distribution} {version_of(distribution)}"
+            package_version = f"{distribution} {version_of(distribution)}"
             message = (
-                f"the installed plugin '{entry_point.name}' (package {package}) is left out: "
-                f"{error.message}"
+                f"the installed plugin '{entry_point.name}' (package {package_version}) is left "
+                f"out: {error.message}"
             )
             hint = "fix or uninstall it, or leave installed plugins out with --no-plugins"
             warning = Diagnostic(
@@ -162,130 +166,156 @@ class Plugins:
             )
             self.broken.append(warning)
 
-    def _add_file(self, file: Path) -> None:
-        if not is_file(file):
-            raise ConfigError("plugin-missing", f"plugin file '{file}' does not exist")
+    def _add_file(self, plugin_file: Path) -> None:
+        if not is_file(plugin_file):
+            raise ConfigError("plugin-missing", f"plugin file '{plugin_file}' does not exist")
         try:
-            module = _import_file(file)
+            module = _import_plugin_file(plugin_file)
         except FAILURES as error:
             hint = None
             if isinstance(error, ModuleNotFoundError):
                 hint = "install it where urdf2mbs is; a plugin of several files must be a package"
-            message = f"plugin '{file}' cannot be loaded: {describe_exception(error)}"
-            line = find_line(file, error)
+            message = f"plugin '{plugin_file}' cannot be loaded: {describe_exception(error)}"
+            line = find_line(plugin_file, error)
             raise ConfigError(
-                "plugin-broken", message, file=str(file), line=line, hint=hint
+                "plugin-broken", message, file=str(plugin_file), line=line, hint=hint
             ) from error
         if module is None:
-            raise ConfigError("plugin-broken", f"plugin '{file}' is not a Python file (.py)")
-        self._add(module, file.stem, "", str(file))
+            raise ConfigError("plugin-broken", f"plugin '{plugin_file}' is not a Python file (.py)")
+        self._add_plugin(module, plugin_file.stem, "", str(plugin_file))
 
-    def _add(self, plugin: Any, name: str, distribution: str, file: str) -> None:
+    def _add_plugin(
+        self, plugin: Any, plugin_name: str, distribution: str, plugin_file: str
+    ) -> None:
         """Register a plugin and collect what it brings; a plugin with an error leaves nothing."""
-        if name in self._files:
-            message = f"two plugins are called '{name}': {self._files[name]} and {file}"
+        if plugin_name in self._plugin_files:
+            loaded_file = self._plugin_files[plugin_name]
+            message = f"two plugins are called '{plugin_name}': {loaded_file} and {plugin_file}"
             hint = (
                 "load it once; or rename one file, or leave installed plugins out with --no-plugins"
             )
             raise ConfigError("plugin-doubled", message, hint=hint)
-        self._files[name] = file
+        self._plugin_files[plugin_name] = plugin_file
         try:
-            self._register(plugin, name)
-            entries = self._list_passes(name, distribution)
-            commands = self._call(name, "urdf2mbs_commands", list)
-            api = self._call(name, "urdf2mbs_api", dict)
-            presets = self._read_presets(name)
+            self._register_hooks(plugin, plugin_name)
+            entries = self._list_passes(plugin_name, distribution)
+            commands = self._call_hook(plugin_name, "urdf2mbs_commands", list)
+            api_names = self._call_hook(plugin_name, "urdf2mbs_api", dict)
+            presets = self._read_presets(plugin_name)
         except ConfigError:
-            del self._files[name]
-            if self._manager.has_plugin(name):
-                self._manager.unregister(name=name)
+            del self._plugin_files[plugin_name]
+            if self._manager.has_plugin(plugin_name):
+                self._manager.unregister(name=plugin_name)
             raise
         for entry in entries:
             self.passes.setdefault(entry.name, []).append(entry)
         self.commands |= {command.name: command for command in commands}
-        self.api |= api
+        self.api |= api_names
         self.presets |= presets
 
-    def _register(self, plugin: Any, name: str) -> None:
+    def _register_hooks(self, plugin: Any, plugin_name: str) -> None:
         try:
-            self._manager.register(plugin, name)
+            self._manager.register(plugin, plugin_name)
             self._manager.check_pending()
         except (pluggy.PluginValidationError, ValueError) as error:
             hint = f"the hooks are: {', '.join(_list_hooks())}"
-            raise self._fault(name, " ".join(str(error).split()), hint) from error
+            raise self._broken_plugin_error(
+                plugin_name, " ".join(str(error).split()), hint
+            ) from error
         if not self._manager.get_hookcallers(plugin):
-            message = f"plugin '{name}' brings nothing: no function in it is marked as a hook"
+            message = (
+                f"plugin '{plugin_name}' brings nothing: no function in it is marked as a hook"
+            )
             hint = (
                 "put '@hookimpl' above 'def urdf2mbs_passes():' "
                 "(from urdf2mbs.plugin import hookimpl)"
             )
-            raise ConfigError("plugin-empty", message, file=self._files[name], hint=hint)
+            raise ConfigError(
+                "plugin-empty", message, file=self._plugin_files[plugin_name], hint=hint
+            )
 
-    def _call(self, name: str, hook: str, kind: type[list[Any] | dict[str, Any]]) -> Any:
+    def _call_hook(
+        self, plugin_name: str, hook_name: str, expected_type: type[list[Any] | dict[str, Any]]
+    ) -> Any:
         """Return what a plugin's hook returns, a list or a dict.
 
         Raises:
             ConfigError: ``plugin-broken``, the hook fails or returns something else.
         """
-        for impl in getattr(self.hook, hook).get_hookimpls():
-            if impl.plugin_name == name:
+        for hook_impl in getattr(self.hook, hook_name).get_hookimpls():
+            if hook_impl.plugin_name == plugin_name:
                 try:
-                    returned = impl.function()
+                    returned = hook_impl.function()
                 except FAILURES as error:
-                    message = f"{hook} failed: {describe_exception(error)}"
-                    line = find_line(Path(self._files[name]), error)
-                    raise self._fault(name, message, line=line) from error
-                if not isinstance(returned, kind):
-                    value = "nothing" if returned is None else repr(returned)
-                    message = f"{hook} returned {value}; expected a {kind.__name__}"
-                    raise self._fault(name, message, EXPECTED[hook])
+                    message = f"{hook_name} failed: {describe_exception(error)}"
+                    line = find_line(Path(self._plugin_files[plugin_name]), error)
+                    raise self._broken_plugin_error(plugin_name, message, line=line) from error
+                if not isinstance(returned, expected_type):
+                    returned_text = "nothing" if returned is None else repr(returned)
+                    message = (
+                        f"{hook_name} returned {returned_text}; expected a {expected_type.__name__}"
+                    )
+                    raise self._broken_plugin_error(plugin_name, message, EXPECTED[hook_name])
                 return returned
-        return kind()
+        return expected_type()
 
-    def _read_presets(self, name: str) -> dict[str, Preset]:
+    def _read_presets(self, plugin_name: str) -> dict[str, Preset]:
         presets: dict[str, Preset] = {}
-        for key, data in self._call(name, "urdf2mbs_presets", dict).items():
+        for preset_name, preset_data in self._call_hook(
+            plugin_name, "urdf2mbs_presets", dict
+        ).items():
             try:
-                preset: Preset = typed(Preset, data, Lines())
+                preset: Preset = typed(Preset, preset_data, Lines())
                 if not preset.pipeline and not preset.extends:
                     message = "it has neither 'pipeline' nor 'extends'"
                     raise ConfigError("config-key-missing", message)
             except ConfigError as error:
-                message = f"preset {key!r}: {error.message}"
-                raise self._fault(name, message, EXPECTED["urdf2mbs_presets"]) from None
-            presets[key] = preset
+                message = f"preset {preset_name!r}: {error.message}"
+                raise self._broken_plugin_error(
+                    plugin_name, message, EXPECTED["urdf2mbs_presets"]
+                ) from None
+            presets[preset_name] = preset
         return presets
 
-    def _list_passes(self, name: str, distribution: str) -> Iterable[PassEntry]:
+    def _list_passes(self, plugin_name: str, distribution: str) -> Iterable[PassEntry]:
         """Return the passes of a plugin, each with the plugin's name and file."""
-        entries: dict[str, PassEntry] = {}
-        for item in self._call(name, "urdf2mbs_passes", list):
-            entry = item if isinstance(item, PassEntry) else self._enter(item, name, distribution)
-            if entry.name in entries:
-                raise self._fault(name, f"it brings two passes '{entry.name}'", "rename one")
-            entries[entry.name] = msgspec.structs.replace(
-                entry, plugin=name, distribution=distribution, file=self._files[name]
+        entries_by_name: dict[str, PassEntry] = {}
+        for pass_or_entry in self._call_hook(plugin_name, "urdf2mbs_passes", list):
+            entry = (
+                pass_or_entry
+                if isinstance(pass_or_entry, PassEntry)
+                else self._make_entry(pass_or_entry, plugin_name, distribution)
             )
-        return entries.values()
+            if entry.name in entries_by_name:
+                raise self._broken_plugin_error(
+                    plugin_name, f"it brings two passes '{entry.name}'", "rename one"
+                )
+            entries_by_name[entry.name] = msgspec.structs.replace(
+                entry,
+                plugin=plugin_name,
+                distribution=distribution,
+                file=self._plugin_files[plugin_name],
+            )
+        return entries_by_name.values()
 
-    def _enter(self, item: Any, name: str, distribution: str) -> PassEntry:
+    def _make_entry(self, pass_class: Any, plugin_name: str, distribution: str) -> PassEntry:
         """Return the entry for a class of a pass; raises ConfigError if it is none."""
-        if not isinstance(item, type) or not issubclass(item, Pass):
-            message = f"urdf2mbs_passes returned {item!r}; expected a subclass of Pass"
-            raise self._fault(name, message, EXPECTED["urdf2mbs_passes"])
-        fault, hint = ("", "") if distribution == GROUP else _find_fault(item)
+        if not isinstance(pass_class, type) or not issubclass(pass_class, Pass):
+            message = f"urdf2mbs_passes returned {pass_class!r}; expected a subclass of Pass"
+            raise self._broken_plugin_error(plugin_name, message, EXPECTED["urdf2mbs_passes"])
+        fault, hint = ("", "") if distribution == GROUP else _find_pass_fault(pass_class)
         if fault:
-            raise self._fault(name, f"pass {item.name!r}: {fault}", hint)
-        return PassEntry(item.name, "", tuple(item.after), always, kind=item)
+            raise self._broken_plugin_error(plugin_name, f"pass {pass_class.name!r}: {fault}", hint)
+        return PassEntry(pass_class.name, "", tuple(pass_class.after), always, kind=pass_class)
 
-    def _fault(
-        self, plugin: str, message: str, hint: str = "", *, line: int | None = None
+    def _broken_plugin_error(
+        self, plugin_name: str, message: str, hint: str = "", *, line: int | None = None
     ) -> ConfigError:
         """Return the error for a plugin that is wrong."""
         return ConfigError(
             "plugin-broken",
-            f"plugin '{plugin}': {message}",
-            file=self._files[plugin],
+            f"plugin '{plugin_name}': {message}",
+            file=self._plugin_files[plugin_name],
             line=line,
             hint=hint or None,
         )
@@ -305,39 +335,40 @@ EXPECTED = {
 @cache
 def _load_own_plugins() -> tuple[tuple[str, Any], ...]:
     """Return our own plugins that are installed, each after those that it ``NEEDS``."""
-    modules: dict[str, Any] = {}
-    for name, module in find_own_plugins(tuple(sys.path)).items():
+    plugin_modules: dict[str, Any] = {}
+    for plugin_name, module_name in find_own_plugins(tuple(sys.path)).items():
         try:
-            modules[name] = import_module(module)
+            plugin_modules[plugin_name] = import_module(module_name)
         except ModuleNotFoundError as error:
-            if error.name != module:
+            if error.name != module_name:
                 raise
-    loaded: dict[str, Any] = {}
-    while ready := [
-        name
-        for name, plugin in modules.items()
-        if name not in loaded and loaded.keys() >= {*getattr(plugin, "NEEDS", ())}
+    loaded_plugins: dict[str, Any] = {}
+    while ready_names := [
+        plugin_name
+        for plugin_name, plugin in plugin_modules.items()
+        if plugin_name not in loaded_plugins
+        and loaded_plugins.keys() >= {*getattr(plugin, "NEEDS", ())}
     ]:
-        loaded |= {name: modules[name] for name in ready}
-    return tuple(loaded.items())
+        loaded_plugins |= {plugin_name: plugin_modules[plugin_name] for plugin_name in ready_names}
+    return tuple(loaded_plugins.items())
 
 
-def _import_file(file: Path) -> ModuleType | None:
+def _import_plugin_file(plugin_file: Path) -> ModuleType | None:
     """Import a plugin file under a name of its own; None: it is no Python file."""
     import importlib.util
     import zlib
 
     # files of one name in two folders must not replace each other
-    name = f"urdf2mbs_plugin_{file.stem}_{zlib.crc32(str(file).encode()):08x}"
-    spec = importlib.util.spec_from_file_location(name, file)
-    if spec is None or spec.loader is None:
+    module_name = f"urdf2mbs_plugin_{plugin_file.stem}_{zlib.crc32(str(plugin_file).encode()):08x}"
+    module_spec = importlib.util.spec_from_file_location(module_name, plugin_file)
+    if module_spec is None or module_spec.loader is None:
         return None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module
+    module = importlib.util.module_from_spec(module_spec)
+    sys.modules[module_name] = module
     try:
-        spec.loader.exec_module(module)
+        module_spec.loader.exec_module(module)
     except FAILURES:
-        del sys.modules[name]
+        del sys.modules[module_name]
         raise
     return module
 
@@ -345,30 +376,33 @@ def _import_file(file: Path) -> ModuleType | None:
 def _list_hooks() -> list[str]:
     """Return each hook, with the arguments that it may have."""
     return [
-        f"{hook}({', '.join(inspect.signature(spec).parameters)})"
-        for hook, spec in vars(hookspecs).items()
-        if hook.startswith("urdf2mbs_")
+        f"{hook_name}({', '.join(inspect.signature(hook_spec).parameters)})"
+        for hook_name, hook_spec in vars(hookspecs).items()
+        if hook_name.startswith("urdf2mbs_")
     ]
 
 
-def _find_fault(kind: type[Pass]) -> tuple[str, str]:
+def _find_pass_fault(pass_class: type[Pass]) -> tuple[str, str]:
     """Return what is wrong with a pass and what to do; two empty texts if nothing is wrong."""
-    if not isinstance(kind.name, str) or not kind.name.strip():
+    if not isinstance(pass_class.name, str) or not pass_class.name.strip():
         return "its name is not a word", "call it something like 'my-pass'"
-    if kind.run is Pass.run:
+    if pass_class.run is Pass.run:
         return "it has no method 'run'", "def run(self, conversion):"
     try:
-        inspect.signature(kind.run).bind(None, None)
+        inspect.signature(pass_class.run).bind(None, None)
     except TypeError:
         return "its 'run' cannot be called with a conversion", "def run(self, conversion):"
-    for field in ("reads", "writes"):
-        sections = getattr(kind, field)
+    for field_name in ("reads", "writes"):
+        sections = getattr(pass_class, field_name)
         if not isinstance(sections, (tuple, list)) or not all(
             isinstance(section, str) for section in sections
         ):
-            return f"'{field}' is {sections!r}", f"write it as {field} = ('robot',), with the comma"
+            return (
+                f"'{field_name}' is {sections!r}",
+                f"write it as {field_name} = ('robot',), with the comma",
+            )
     try:
-        msgspec.json.schema(kind)
+        msgspec.json.schema(pass_class)
     except FAILURES as error:
         return (
             f"its options cannot be read from YAML: {describe_exception(error)}",

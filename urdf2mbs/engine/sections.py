@@ -25,7 +25,7 @@ def _list_joints(conversion: Conversion) -> list[mbs.Joint]:
     return [joint for body in conversion.mbs.bodies for joint in body.joints]
 
 
-def _robot(conversion: Conversion) -> Iterable[Any]:
+def _list_robot_parts(conversion: Conversion) -> Iterable[Any]:
     robot = conversion.robot
     yield robot.name, robot.materials, robot.fixed_by
     yield from robot.extensions
@@ -33,38 +33,47 @@ def _robot(conversion: Conversion) -> Iterable[Any]:
     yield from robot.joints.values()
 
 
-def _bodies(conversion: Conversion) -> Iterable[Any]:
+def _list_body_parts(conversion: Conversion) -> Iterable[Any]:
     yield conversion.aligned
     for segment in conversion.segments.values():
         steps = [
-            (step.joint.name, step.xyz, step.turns, step.axis, step.measured, step.frames)
+            (
+                step.joint.name,
+                step.xyz,
+                step.turns,
+                step.axis,
+                step.measured,
+                step.frames,
+            )
             for step in segment.steps
         ]
         yield segment.link, segment.parent, segment.parts, steps
 
 
-def _anchors(conversion: Conversion) -> Iterable[Any]:
-    for number, holder in enumerate(_list_holders(conversion)):
-        for place, point in enumerate(holder.points):
-            yield number, place, point.coordinates
+def _list_anchor_parts(conversion: Conversion) -> Iterable[Any]:
+    for holder_index, holder in enumerate(_list_holders(conversion)):
+        for point_index, point in enumerate(holder.points):
+            yield holder_index, point_index, point.coordinates
             yield from filter(None, (point.sensor, point.extforce))
 
 
-def _forces(conversion: Conversion) -> Iterable[Any]:
+def _list_force_parts(conversion: Conversion) -> Iterable[Any]:
     model = conversion.mbs
     yield from ((link.kind, link.length) for link in (*model.cuts, *model.links))
-    yield from (("constraint", number) for number in range(len(model.user_constraints)))
+    yield from (
+        ("constraint", constraint_index) for constraint_index in range(len(model.user_constraints))
+    )
     yield from model.user_models
     yield from model.user_variables
 
 
-def _shapes(conversion: Conversion) -> Iterable[Any]:
+def _list_shape_parts(conversion: Conversion) -> Iterable[Any]:
     yield conversion.meshes
     for holder in _list_holders(conversion):
         yield from holder.shapes
 
 
-def _names(conversion: Conversion) -> Iterable[Any]:
+def _list_name_parts(conversion: Conversion) -> Iterable[Any]:
     if conversion.names.bodies:
         yield conversion.names
         yield conversion.frames
@@ -73,7 +82,7 @@ def _names(conversion: Conversion) -> Iterable[Any]:
             yield holder.name, [point.name for point in holder.points]
 
 
-def _layout(conversion: Conversion) -> Iterable[Any]:
+def _list_layout_parts(conversion: Conversion) -> Iterable[Any]:
     holders = _list_holders(conversion)
     points = [point.position for holder in holders for point in holder.points]
     joints = [joint.position for joint in _list_joints(conversion)]
@@ -81,41 +90,51 @@ def _layout(conversion: Conversion) -> Iterable[Any]:
 
 
 def _list_base_joints(conversion: Conversion) -> list[mbs.Joint]:
-    steps = (step for step in conversion.steps() if step.joint.name == conversion.base.inserted)
-    return [joint for step in steps for joint in step.joints]
+    base_steps = (
+        step for step in conversion.steps() if step.joint.name == conversion.base.inserted
+    )
+    return [joint for step in base_steps for joint in step.joints]
 
 
-def _posture(conversion: Conversion) -> Iterable[Any]:
-    of_base = set(map(id, _list_base_joints(conversion)))
-    for number, joint in enumerate(_list_joints(conversion)):
-        if id(joint) not in of_base:
-            yield number, joint.q or 0.0
+def _list_posture_parts(conversion: Conversion) -> Iterable[Any]:
+    base_joint_ids = set(map(id, _list_base_joints(conversion)))
+    for joint_index, joint in enumerate(_list_joints(conversion)):
+        if id(joint) not in base_joint_ids:
+            yield joint_index, joint.q or 0.0
 
 
 #: The function that lists the parts of each section; parts that are not filled yet are left out.
 SECTIONS: dict[str, Callable[[Conversion], Iterable[Any]]] = {
-    "robot": _robot,
-    "base": lambda c: [(c.base.floating, c.base.inserted, c.mbs.base.gravity)],
-    "bodies": _bodies,
-    "inertias": lambda c: (
-        (body.mass, body.com, body.inertia) for body in c.mbs.bodies if body.mass is not None
+    "robot": _list_robot_parts,
+    "base": lambda conversion: [
+        (conversion.base.floating, conversion.base.inserted, conversion.mbs.base.gravity)
+    ],
+    "bodies": _list_body_parts,
+    "inertias": lambda conversion: (
+        (body.mass, body.com, body.inertia)
+        for body in conversion.mbs.bodies
+        if body.mass is not None
     ),
-    "joints": lambda c: (
-        (number, joint.type, joint.nature == "driven", joint.symbols, joint.actuated)
-        for number, joint in enumerate(_list_joints(c))
+    "joints": lambda conversion: (
+        (joint_index, joint.type, joint.nature == "driven", joint.symbols, joint.actuated)
+        for joint_index, joint in enumerate(_list_joints(conversion))
     ),
-    "couplings": lambda c: (
-        number for number, joint in enumerate(_list_joints(c)) if joint.nature == "dependent"
+    "couplings": lambda conversion: (
+        joint_index
+        for joint_index, joint in enumerate(_list_joints(conversion))
+        if joint.nature == "dependent"
     ),
-    "anchors": _anchors,
-    "posture": _posture,
-    "base-position": lambda c: ((joint.name, joint.q or 0.0) for joint in _list_base_joints(c)),
-    "forces": _forces,
-    "shapes": _shapes,
-    "names": _names,
-    "layout": _layout,
-    "view": lambda c: [c.mbs.view],
-    "mbs-file": lambda c: [c.files.get(c.written)],
+    "anchors": _list_anchor_parts,
+    "posture": _list_posture_parts,
+    "base-position": lambda conversion: (
+        (joint.name, joint.q or 0.0) for joint in _list_base_joints(conversion)
+    ),
+    "forces": _list_force_parts,
+    "shapes": _list_shape_parts,
+    "names": _list_name_parts,
+    "layout": _list_layout_parts,
+    "view": lambda conversion: [conversion.mbs.view],
+    "mbs-file": lambda conversion: [conversion.files.get(conversion.written)],
 }
 
 #: The sections that may be empty: a pass that reads them needs no pass that writes them.
@@ -154,16 +173,21 @@ def take_snapshot(conversion: Conversion) -> dict[str, Counter[bytes]]:
         TypeError: A section holds what no file can hold.
         ValueError: Likewise.
     """
-    taken = {name: list(take(conversion)) for name, take in SECTIONS.items()}
+    section_parts = {
+        section: list(list_parts(conversion)) for section, list_parts in SECTIONS.items()
+    }
     for state in conversion.states.values():
-        found = state.sections() if hasattr(state, "sections") else {}
-        for name in found.keys() & taken.keys():
-            made = found[name]
-            taken[name] += made if isinstance(made, list) else [made] if made else []
-    return {name: Counter(map(encode, parts)) for name, parts in taken.items()}
+        plugin_sections = state.sections() if hasattr(state, "sections") else {}
+        for section in plugin_sections.keys() & section_parts.keys():
+            parts = plugin_sections[section]
+            section_parts[section] += parts if isinstance(parts, list) else [parts] if parts else []
+    return {section: Counter(map(encode, parts)) for section, parts in section_parts.items()}
 
 
 def compare(before: dict[str, Counter[bytes]], after: dict[str, Counter[bytes]]) -> Change:
     """Return which sections differ between two snapshots."""
-    changed = [name for name in SECTIONS if before[name] != after[name]]
-    return Change(changed, [name for name in changed if before[name] - after[name]])
+    changed = [section for section in SECTIONS if before[section] != after[section]]
+    return Change(
+        changed,
+        [section for section in changed if before[section] - after[section]],
+    )

@@ -36,7 +36,8 @@ def make_settings(
         located = Located(make_absolute(config.source, lines, ("source",)), {}, {})
     source = absolute(located.source)
     packages = located.packages | {
-        name: _find_package(name, folder, lines) for name, folder in config.packages.items()
+        package_name: _find_package(package_name, folder, lines)
+        for package_name, folder in config.packages.items()
     }
     project: Path | None = None
     languages: tuple[str, ...] = ()
@@ -61,13 +62,13 @@ def make_settings(
     )
 
 
-def _find_package(name: str, folder: str, lines: Lines) -> Path:
+def _find_package(package_name: str, stated_folder: str, config_lines: Lines) -> Path:
     """Return the folder of a ROS package; raises ConfigError if it does not exist."""
-    path = make_absolute(folder, lines, ("packages", name))
-    if not is_folder(path):
-        message = f"package '{name}': there is no folder '{path}'"
-        raise lines.error("package-missing", message, ("packages", name))
-    return path
+    package_folder = make_absolute(stated_folder, config_lines, ("packages", package_name))
+    if not is_folder(package_folder):
+        message = f"package '{package_name}': there is no folder '{package_folder}'"
+        raise config_lines.error("package-missing", message, ("packages", package_name))
+    return package_folder
 
 
 def _list_languages(project: Project) -> tuple[str, ...]:
@@ -76,35 +77,35 @@ def _list_languages(project: Project) -> tuple[str, ...]:
     return (language,) if isinstance(language, str) else tuple(dict.fromkeys(language))
 
 
-def check_output(settings: Settings, lines: Lines) -> None:
+def check_output(settings: Settings, config_lines: Lines) -> None:
     """Raise ConfigError if the .mbs cannot be written to its place."""
     source, output, project = settings.source, settings.output, settings.project
     if is_folder(source):
         return
     if _is_same_file(output, source):
         message = f"the output would overwrite the robot '{source}'"
-        raise lines.error("output-is-source", message, ("output",))
+        raise config_lines.error("output-is-source", message, ("output",))
     if project is not None and not is_folder(project / "dataR") and _is_inside(source, project):
         message = (
             f"the folder '{project}' holds the robot '{source}'; "
             "expected a folder for the new project alone"
         )
         hint = f"such as '{project.name}_robotran'"
-        raise lines.error("project-in-source", message, ("output", "project"), hint)
+        raise config_lines.error("project-in-source", message, ("output", "project"), hint)
     if is_folder(output):
         message = f"the output '{output}' is a folder"
         hint = "name the .mbs file; for a whole project: 'output: {project: FOLDER}'"
-        raise lines.error("output-is-folder", message, ("output",), hint)
+        raise config_lines.error("output-is-folder", message, ("output",), hint)
 
 
-def _is_inside(file: Path, folder: Path) -> bool:
+def _is_inside(file_path: Path, folder: Path) -> bool:
     """Return whether a file is in a folder or its subfolders, with all links followed."""
-    return Path(os.path.realpath(folder)) in Path(os.path.realpath(file)).parents
+    return Path(os.path.realpath(folder)) in Path(os.path.realpath(file_path)).parents
 
 
-def _is_same_file(first: Path, second: Path) -> bool:
+def _is_same_file(first_path: Path, second_path: Path) -> bool:
     """Return whether two paths are one file, by a link or by letter case."""
     try:
-        return first.samefile(second)
+        return first_path.samefile(second_path)
     except OSError:
-        return first == second
+        return first_path == second_path
