@@ -66,8 +66,10 @@ def has_xacro(data: bytes, file: str) -> bool:
         ConversionError: The text is not XML.
     """
     # an expanded file still has a comment and a declaration of xacro
-    text = re.sub(rb"xmlns:xacro\s*=\s*(\"[^\"]*\"|'[^']*')", b"", re.sub(_COMMENT, b"", data))
-    if b"xacro" not in text and b"$" not in text:
+    text_without_comments = re.sub(
+        rb"xmlns:xacro\s*=\s*(\"[^\"]*\"|'[^']*')", b"", re.sub(_COMMENT, b"", data)
+    )
+    if b"xacro" not in text_without_comments and b"$" not in text_without_comments:
         return False
     from lxml import etree
 
@@ -75,10 +77,10 @@ def has_xacro(data: bytes, file: str) -> bool:
 
     root, _ = xml.parse(data, file)
     return any(map(_is_instruction, root.iter(etree.Element))) or any(
-        "${" in value or "$(" in value
+        "${" in attribute_value or "$(" in attribute_value
         for child in root.iterchildren("{*}link", "{*}joint", "{*}material")
         for element in child.iter(etree.Element)
-        for value in element.values()
+        for attribute_value in element.values()
     )
 
 

@@ -24,39 +24,43 @@ def locate(source: str) -> Located:
     """
     from importlib.util import find_spec
 
-    name = source.removeprefix(PREFIX)
-    module_name = f"robot_descriptions.{name}"
+    robot_name = source.removeprefix(PREFIX)
+    module_name = f"robot_descriptions.{robot_name}"
     if find_spec("robot_descriptions") is None:
         raise not_installed("a robot by its name", "robot_descriptions")
-    if not name.isidentifier() or find_spec(module_name) is None:
-        names = _list_names()
-        hint = _suggest_names(name, names)
+    if not robot_name.isidentifier() or find_spec(module_name) is None:
+        robot_names = _list_names()
+        hint = _suggest_names(robot_name, robot_names)
         raise ConfigError(
             "unknown-description",
-            f"robot_descriptions has no robot '{name}'",
-            hint=hint or f"it has {len(names)}: see 'robot_descriptions list'",
+            f"robot_descriptions has no robot '{robot_name}'",
+            hint=hint or f"it has {len(robot_names)}: see 'robot_descriptions list'",
         )
     module = _fetch(module_name, source)
-    path = getattr(module, "URDF_PATH", None) or getattr(module, "XACRO_PATH", None)
-    if path is None:
+    robot_file = getattr(module, "URDF_PATH", None) or getattr(module, "XACRO_PATH", None)
+    if robot_file is None:
         raise ConfigError(
             "description-no-urdf",
             f"'{source}' is not a URDF: robot_descriptions has it in another format only",
-            hint=nearest(name.replace("_mj", ""), _list_names()),
+            hint=nearest(robot_name.replace("_mj", ""), _list_names()),
         )
-    args = {} if hasattr(module, "URDF_PATH") else getattr(module, "XACRO_ARGS", {})
+    xacro_args = {} if hasattr(module, "URDF_PATH") else getattr(module, "XACRO_ARGS", {})
     packages = getattr(module, "XACRO_PACKAGE_PATHS", {})
     return Located(
-        Path(path),
+        Path(robot_file),
         {package: Path(folder) for package, folder in packages.items()},
-        {argument: str(value) for argument, value in args.items()},
+        {argument: str(value) for argument, value in xacro_args.items()},
     )
 
 
-def _suggest_names(name: str, names: list[str]) -> str | None:
+def _suggest_names(robot_name: str, robot_names: list[str]) -> str | None:
     """Return a hint: the names that begin as this one, such as 'atlas', else the nearest."""
-    similar = [robot for robot in names if len(name) > 1 and robot.startswith(name)]
-    return f"there are: {', '.join(similar[:6])}" if similar else nearest(name, names)
+    similar = [
+        similar_name
+        for similar_name in robot_names
+        if len(robot_name) > 1 and similar_name.startswith(robot_name)
+    ]
+    return f"there are: {', '.join(similar[:6])}" if similar else nearest(robot_name, robot_names)
 
 
 def _fetch(module_name: str, source: str) -> Any:
@@ -65,8 +69,8 @@ def _fetch(module_name: str, source: str) -> Any:
         with redirect_stdout(sys.stderr):  # where it reports progress
             return import_module(module_name)
     except Exception as error:  # git's own, and those of the network
-        text = str(getattr(error, "stderr", "") or error)
-        last_line = (text.strip().splitlines() or [""])[-1].strip()
+        error_text = str(getattr(error, "stderr", "") or error)
+        last_line = (error_text.strip().splitlines() or [""])[-1].strip()
         raise ConfigError(
             "description-unreachable",
             f"'{source}' is not in the cache, and cannot be fetched: {last_line}",

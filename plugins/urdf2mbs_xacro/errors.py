@@ -43,12 +43,14 @@ _COMMENT = re.compile("<!--.*?-->", re.DOTALL)
 def find_only_line(texts: Iterable[str], names: Sequence[str]) -> tuple[str, int] | None:
     """Return the file and line of the first of the texts that is on one line of a file only."""
     for text in texts:
-        for name in names:
-            lines = written.read_text(name).splitlines()
-            numbers = [number for number, line in enumerate(lines, 1) if text in line]
-            if len(numbers) == 1:
-                return name, numbers[0]
-            if numbers:
+        for file_name in names:
+            lines = written.read_text(file_name).splitlines()
+            line_numbers = [
+                line_number for line_number, line in enumerate(lines, 1) if text in line
+            ]
+            if len(line_numbers) == 1:
+                return file_name, line_numbers[0]
+            if line_numbers:
                 break
     return None
 
@@ -63,15 +65,25 @@ def undefined_argument(name: str, defined: Sequence[str], files: Sequence[str]) 
         defined: The arguments that have a value.
         files: The robot's files; the hint names all arguments in them that have no value.
     """
-    texts = [_COMMENT.sub("", written.read_text(file)) for file in files]
-    tags = [tag for text in texts for tag in _DECLARED.findall(text)]
-    declared = [match[1] for match in map(written.NAME_ATTRIBUTE.search, tags) if match]
-    used = [used for text in texts for used in _USED.findall(text)]
-    missing = [argument for argument in used if argument not in (*defined, *declared)]
-    options = " ".join(f"--arg {argument}:=VALUE" for argument in dict.fromkeys([name, *missing]))
-    similar = nearest(name, [argument for argument in declared if argument != name])
+    file_texts = [_COMMENT.sub("", written.read_text(file_name)) for file_name in files]
+    declarations = [tag for file_text in file_texts for tag in _DECLARED.findall(file_text)]
+    declared_arguments = [
+        name_match[1]
+        for name_match in map(written.NAME_ATTRIBUTE.search, declarations)
+        if name_match
+    ]
+    used_arguments = [
+        used_argument for file_text in file_texts for used_argument in _USED.findall(file_text)
+    ]
+    missing_arguments = [
+        argument for argument in used_arguments if argument not in (*defined, *declared_arguments)
+    ]
+    options = " ".join(
+        f"--arg {argument}:=VALUE" for argument in dict.fromkeys([name, *missing_arguments])
+    )
+    similar = nearest(name, [argument for argument in declared_arguments if argument != name])
     message = f"the argument '{name}' is not defined"
-    if name in declared:
+    if name in declared_arguments:
         message = f"the argument '{name}' is used before its <xacro:arg> gives it a value"
     hint = f"say `{options}`, or `xacro_args: {{{name}: VALUE}}` in a config"
     return ConversionError("xacro-arg", message, hint="; ".join(filter(None, [hint, similar])))
@@ -79,38 +91,42 @@ def undefined_argument(name: str, defined: Sequence[str], files: Sequence[str]) 
 
 def explain(expander: Expander, error: BaseException) -> ConversionError:
     """Return the one error for an exception inside xacro."""
-    chain = _list_causes(error)
+    causes = _list_causes(error)
     message = _write_on_one_line(error)
     # xacro's message ends with the outermost expression
     _, evaluating, expression = str(error).rpartition(EVALUATING)
     expression = expression.partition("\n")[0].rstrip("'") if evaluating else ""
     texts = [f"${{{expression}}}", expression] if expression else []
-    cause = _find(chain, ConversionError) or find_missing_package(
-        f"{message} {chain[-1]}", expander
+    cause = _find_cause(causes, ConversionError) or find_missing_package(
+        f"{message} {causes[-1]}", expander
     )
     if isinstance(cause, ConfigError):
         return ConfigError(cause.code, cause.message, hint=cause.hint)
     if isinstance(cause, ConversionError):
-        words = _find_words(cause.message)
+        quoted_words = _find_words(cause.message)
         expressions = texts if cause.code.startswith("xacro-") else []
-        texts = [*(f"$(arg {word})" for word in words), *expressions, *words]
+        texts = [
+            *(f"$(arg {quoted_word})" for quoted_word in quoted_words),
+            *expressions,
+            *quoted_words,
+        ]
         located = ConversionError(cause.code, cause.message, hint=cause.hint)
         return _locate(expander, located, texts)
-    syntax_error = _find(chain, ExpatError)
+    syntax_error = _find_cause(causes, ExpatError)
     if syntax_error is not None:
         return _explain_syntax(expander, syntax_error)
-    exhausted = _explain_exhausted(chain)
-    if exhausted is not None:
-        return _locate(expander, exhausted, [])
-    unread = _find(chain, OSError)
-    if unread is not None and unread.filename:
-        return _locate(expander, _explain_unread(unread), [Path(unread.filename).name])
-    legacy = _find_legacy(expander.list_files())
-    if legacy is not None:
-        return legacy
+    exhausted_error = _explain_exhausted(causes)
+    if exhausted_error is not None:
+        return _locate(expander, exhausted_error, [])
+    unread_error = _find_cause(causes, OSError)
+    if unread_error is not None and unread_error.filename:
+        return _locate(expander, _explain_unread(unread_error), [Path(unread_error.filename).name])
+    legacy_error = _find_legacy(expander.list_files())
+    if legacy_error is not None:
+        return legacy_error
     hint = "give its value before, by <xacro:property> or --arg"
-    undefined = _find(chain, NameError) is not None
-    located = ConversionError("xacro", message, hint=hint if undefined else None)
+    is_undefined = _find_cause(causes, NameError) is not None
+    located = ConversionError("xacro", message, hint=hint if is_undefined else None)
     return _locate(expander, located, texts or _find_words(message))
 
 
@@ -121,17 +137,17 @@ def _locate(expander: Expander, error: ConversionError, texts: Sequence[str]) ->
     """
     xacro = expander.xacro
     error.file = absolute_path((xacro.filestack or [expander.file])[-1])
-    macros = list(reversed(xacro.macrostack or []))
-    defining = [absolute_path(file) for file in map(_find_file, macros) if file]
-    searched = list(dict.fromkeys([*defining, *expander.list_files()]))
-    place = find_only_line([text for text in texts if len(text) <= _MAX_WORD], searched)
-    if macros and macros[0].body is not None:
-        name = macros[0].body.getAttribute("name")
-        error.message += f", in the macro '{name}'"
-        if place is None:
-            place = written.find_declaration("xacro:macro", name, defining[:1])
-    if place is not None:
-        error.file, error.line = place
+    macro_stack = list(reversed(xacro.macrostack or []))
+    defining_files = [absolute_path(file) for file in map(_find_file, macro_stack) if file]
+    searched_files = list(dict.fromkeys([*defining_files, *expander.list_files()]))
+    declaration = find_only_line([text for text in texts if len(text) <= _MAX_WORD], searched_files)
+    if macro_stack and macro_stack[0].body is not None:
+        macro_name = macro_stack[0].body.getAttribute("name")
+        error.message += f", in the macro '{macro_name}'"
+        if declaration is None:
+            declaration = written.find_declaration("xacro:macro", macro_name, defining_files[:1])
+    if declaration is not None:
+        error.file, error.line = declaration
     return error
 
 
@@ -151,13 +167,13 @@ def _explain_syntax(expander: Expander, error: ExpatError) -> ConversionError:
     return ConversionError("xacro", message, file=file, line=error.lineno, hint=hint)
 
 
-def _explain_exhausted(chain: Sequence[BaseException]) -> ConversionError | None:
+def _explain_exhausted(causes: Sequence[BaseException]) -> ConversionError | None:
     """Return the error if memory or the stack of calls was exhausted."""
-    if _find(chain, MemoryError) is not None:
+    if _find_cause(causes, MemoryError) is not None:
         hint = "look for macros that call themselves, and for long texts or lists in ${...}"
         message = "xacro takes more memory than there is"
         return ConversionError("memory-full", message, hint=hint)
-    if _find(chain, RecursionError) is not None:
+    if _find_cause(causes, RecursionError) is not None:
         message = "macros, includes or properties that call themselves without an end"
         return ConversionError("xacro", message)
     return None
@@ -166,18 +182,18 @@ def _explain_exhausted(chain: Sequence[BaseException]) -> ConversionError | None
 def _explain_unread(error: OSError) -> ConversionError:
     """Return the error for a file that cannot be read."""
     hint = "correct the name of the file, or put the file there"
-    url = _PACKAGE_URL.search(error.filename)
-    if url is not None:
-        rest = error.filename[url.end() :]
-        hint = f"xacro reads no package://: write $(find {url[1]}){rest}"
+    package_url = _PACKAGE_URL.search(error.filename)
+    if package_url is not None:
+        path_in_package = error.filename[package_url.end() :]
+        hint = f"xacro reads no package://: write $(find {package_url[1]}){path_in_package}"
     message = f"cannot read {error.filename}: {error.strerror}"
     return ConversionError("xacro", message, hint=hint)
 
 
 def find_missing_package(text: str, expander: Expander) -> ConversionError | None:
     """Return the error of a missing package, if a message names a file of the package."""
-    url = _PACKAGE_URL.search(text)
-    return expander.missing_packages.get(url[1]) if url else None
+    package_url = _PACKAGE_URL.search(text)
+    return expander.missing_packages.get(package_url[1]) if package_url else None
 
 
 def _find_file(macro: Any) -> str | None:
@@ -187,49 +203,53 @@ def _find_file(macro: Any) -> str | None:
 
 def _write_on_one_line(error: BaseException) -> str:
     """Return the message of an exception on one line, with its kind where that says more."""
-    text = " ".join(str(error).split())
-    kind = type(error).__name__
-    return text if kind.endswith("Exception") and text else f"{kind}: {text}".rstrip(": ")
+    message = " ".join(str(error).split())
+    type_name = type(error).__name__
+    return (
+        message
+        if type_name.endswith("Exception") and message
+        else f"{type_name}: {message}".rstrip(": ")
+    )
 
 
 def _list_causes(error: BaseException) -> list[BaseException]:
     """Return an exception and all those that it was raised from or wraps."""
-    chain: list[BaseException] = []
+    causes: list[BaseException] = []
     unvisited: list[BaseException | None] = [error]
     while unvisited:
         cause = unvisited.pop()
-        if cause is not None and all(cause is not visited for visited in chain):
-            chain.append(cause)
+        if cause is not None and all(cause is not visited for visited in causes):
+            causes.append(cause)
             unvisited += [cause.__context__, cause.__cause__, getattr(cause, "exc", None)]
-    return chain
+    return causes
 
 
-def _find(chain: Sequence[BaseException], kind: type[Exception]) -> Any:
+def _find_cause(causes: Sequence[BaseException], error_type: type[Exception]) -> Any:
     """Return the first exception of a kind, if any."""
-    return next((cause for cause in chain if isinstance(cause, kind)), None)
+    return next((cause for cause in causes if isinstance(cause, error_type)), None)
 
 
 def _find_words(message: str) -> list[str]:
     """Return the words that a message of xacro's has in quotes, or names at its end."""
     pattern = r"'([^']+)'|\"([^\"]+)\"|(xacro:[\w.]+)$|(?<![\w.-])([\w.-]+)$"
-    words = [group for match in re.findall(pattern, message) for group in match if group]
-    return words[:_MAX_WORDS]
+    quoted_words = [group for match in re.findall(pattern, message) for group in match if group]
+    return quoted_words[:_MAX_WORDS]
 
 
-def _find_legacy(names: Sequence[str]) -> ConversionError | None:
+def _find_legacy(file_names: Sequence[str]) -> ConversionError | None:
     """Return an error for the first element in the form that xacro has not read since 2014."""
     from lxml import etree
 
-    for name in names:
-        root: Any = None
+    for file_name in file_names:
+        xml_root: Any = None
         with suppress(etree.XMLSyntaxError, ValueError):
-            text = written.read_text(name).encode()
-            root = etree.fromstring(text, safe_parser(recover=True))
-        child = None if root is None else next(root.iterchildren(*LEGACY), None)
+            xml_bytes = written.read_text(file_name).encode()
+            xml_root = etree.fromstring(xml_bytes, safe_parser(recover=True))
+        child = None if xml_root is None else next(xml_root.iterchildren(*LEGACY), None)
         if child is not None:
             message = f"<{child.tag}> without the prefix xacro: is not read by xacro any more"
             hint = LEGACY_HINT.format(tag=child.tag)
             return ConversionError(
-                "xacro-legacy", message, file=name, line=child.sourceline, hint=hint
+                "xacro-legacy", message, file=file_name, line=child.sourceline, hint=hint
             )
     return None

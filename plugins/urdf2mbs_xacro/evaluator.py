@@ -73,8 +73,8 @@ class Evaluator(EvalWithCompoundTypes):  # type: ignore[misc]
     def __init__(self) -> None:
         operators = {**DEFAULT_OPERATORS, ast.Mod: _remainder, ast.Pow: _power}
         super().__init__(operators=operators, functions={}, names={})
-        for kind in (ast.JoinedStr, ast.FormattedValue):
-            del self.nodes[kind]
+        for node_type in (ast.JoinedStr, ast.FormattedValue):
+            del self.nodes[node_type]
         self._trees: dict[str, ast.expr] = {}
 
     def evaluate(self, text: str, symbols: Mapping[str, Any]) -> Any:
@@ -85,19 +85,19 @@ class Evaluator(EvalWithCompoundTypes):  # type: ignore[misc]
             Exception: Whatever Python raises for an expression that has no value.
         """
         text = text.strip()
-        tree = self._trees.get(text)
-        if tree is None:
-            tree = self._trees[text] = ast.parse(text, "<expression>", "eval").body
+        syntax_tree = self._trees.get(text)
+        if syntax_tree is None:
+            syntax_tree = self._trees[text] = ast.parse(text, "<expression>", "eval").body
         # a name may be a property, whose own expression is evaluated in between
-        outer = self.names, self.nodes, self._max_count
+        outer_state = self.names, self.nodes, self._max_count
         self.names, self.nodes, self._max_count = symbols, dict(self.nodes), 0
         self.nodes[ast.Name] = self._eval_name
         try:
-            return self._eval(tree)
+            return self._eval(syntax_tree)
         except (IterableTooLong, NumberTooHigh):
             raise too_large("a value of an expression is too long or too large") from None
         finally:
-            self.names, self.nodes, self._max_count = outer
+            self.names, self.nodes, self._max_count = outer_state
 
     def _eval(self, node: ast.AST) -> Any:
         """Return the value of a node, of a limited length."""
@@ -135,10 +135,10 @@ class Evaluator(EvalWithCompoundTypes):  # type: ignore[misc]
 
     def _eval_attribute(self, node: ast.Attribute) -> Any:
         owner = self._eval_owner(node.value)
-        value = _get_attribute(owner, node.attr)
-        if callable(value) and isinstance(owner, _DATA) and not is_namespace(owner):
+        attribute = _get_attribute(owner, node.attr)
+        if callable(attribute) and isinstance(owner, _DATA) and not is_namespace(owner):
             raise refuse(f"the method '{node.attr}' without a call")
-        return value
+        return attribute
 
     def _eval_call(self, node: ast.Call) -> Any:
         """Return the result of a function or method; a list of an iterator's items."""
@@ -151,8 +151,10 @@ class Evaluator(EvalWithCompoundTypes):  # type: ignore[misc]
         arguments = self._eval_list(ast.List(node.args))
         keywords: dict[str, Any] = {}
         for keyword in node.keywords:
-            value = self._eval(keyword.value)
-            keywords.update(value if keyword.arg is None else {keyword.arg: value})
+            argument_value = self._eval(keyword.value)
+            keywords.update(
+                argument_value if keyword.arg is None else {keyword.arg: argument_value}
+            )
         if isinstance(owner, _DATA) and not is_namespace(owner):
             _check_method(owner, [*arguments, *keywords.values()])
         result = function(*arguments, **keywords)
@@ -161,7 +163,9 @@ class Evaluator(EvalWithCompoundTypes):  # type: ignore[misc]
     def _eval_comprehension(self, node: ast.ListComp) -> Any:
         for generator in node.generators:
             targets = ast.walk(generator.target)
-            if generator.is_async or not all(isinstance(part, _TARGETS) for part in targets):
+            if generator.is_async or not all(
+                isinstance(target_part, _TARGETS) for target_part in targets
+            ):
                 raise refuse("a 'for' that assigns to anything but names")
         return super()._eval_comprehension(node)
 
@@ -171,20 +175,20 @@ def is_namespace(value: Any) -> bool:
     return hasattr(type(value), "_resolve_")
 
 
-def _get_attribute(owner: Any, name: str) -> Any:
+def _get_attribute(owner: Any, attribute_name: str) -> Any:
     """Return an entry of a namespace or of YAML, or a method of a text or list."""
-    if name.startswith("_"):
-        raise refuse(f"the attribute '{name}'")
+    if attribute_name.startswith("_"):
+        raise refuse(f"the attribute '{attribute_name}'")
     if is_namespace(owner):
         try:
-            return owner[name]
+            return owner[attribute_name]
         except KeyError:
-            raise NameError(f"name '{name}' is not defined") from None
+            raise NameError(f"name '{attribute_name}' is not defined") from None
     if not isinstance(owner, _DATA):
-        raise refuse(f"the attribute '{name}' of a {type(owner).__name__}")
-    if name in _FORMATS:
-        raise refuse(f"the method '{name}'")
-    return getattr(owner, name)
+        raise refuse(f"the attribute '{attribute_name}' of a {type(owner).__name__}")
+    if attribute_name in _FORMATS:
+        raise refuse(f"the method '{attribute_name}'")
+    return getattr(owner, attribute_name)
 
 
 def check_length(value: Any) -> None:
@@ -194,32 +198,32 @@ def check_length(value: Any) -> None:
 
 def _measure_length(value: Any) -> int:
     """Return the letters and items of a value, each part as often as it can be reached."""
-    length, parts = 0, [value]
-    while parts:
-        part = parts.pop()
+    length, pending = 0, [value]
+    while pending:
+        current = pending.pop()
         length += 1
-        if isinstance(part, (str, bytes)):
-            length += len(part)
-        elif isinstance(part, int):
-            if part.bit_length() > MAX_BITS:
+        if isinstance(current, (str, bytes)):
+            length += len(current)
+        elif isinstance(current, int):
+            if current.bit_length() > MAX_BITS:
                 raise too_large(f"a whole number has more than {MAX_BITS} bits")
-        elif isinstance(part, range):
-            length += abs(part.stop - part.start) // abs(part.step)
-        elif isinstance(part, _CONTAINERS):
-            length += len(part)
-            parts += dict.values(part) if isinstance(part, dict) else ()
+        elif isinstance(current, range):
+            length += abs(current.stop - current.start) // abs(current.step)
+        elif isinstance(current, _CONTAINERS):
+            length += len(current)
+            pending += dict.values(current) if isinstance(current, dict) else ()
             # not by the iterator of YAML's lists, which wraps each item
-            parts += list.__iter__(part) if isinstance(part, list) else iter(part)
-        elif isinstance(part, (Iterator, complex)):
-            raise refuse(f"a {type(part).__name__} within a value")
+            pending += list.__iter__(current) if isinstance(current, list) else iter(current)
+        elif isinstance(current, (Iterator, complex)):
+            raise refuse(f"a {type(current).__name__} within a value")
         if length > MAX_LENGTH:
             _raise_too_long()
     return length
 
 
-def _check_product(length: int, count: int) -> None:
+def _check_product(length: int, n_repetitions: int) -> None:
     """Raise ConversionError if the repetitions of a value are too long."""
-    if length * count > MAX_LENGTH:
+    if length * n_repetitions > MAX_LENGTH:
         _raise_too_long()
 
 
@@ -228,8 +232,10 @@ def _check_method(owner: Any, arguments: list[Any]) -> None:
     length = _measure_length(owner)
     if isinstance(owner, (str, int)):
         for argument in arguments:
-            size = abs(argument) if isinstance(argument, int) else _measure_length(argument)
-            _check_product(length, size)
+            argument_length = (
+                abs(argument) if isinstance(argument, int) else _measure_length(argument)
+            )
+            _check_product(length, argument_length)
 
 
 def _remainder(left: Any, right: Any) -> Any:
@@ -299,10 +305,10 @@ _REPLACEMENTS: dict[Any, Any] = {
 }
 
 
-def replace_functions(table: dict[str, Any]) -> None:
+def replace_functions(namespace: dict[str, Any]) -> None:
     """Replace the functions of a table that could take long, or could do more than compute."""
-    for name, value in dict.items(table):
+    for function_name, value in dict.items(namespace):
         if callable(value) and value in _REPLACEMENTS:
-            dict.__setitem__(table, name, _REPLACEMENTS[value])
+            dict.__setitem__(namespace, function_name, _REPLACEMENTS[value])
         elif isinstance(value, dict):
             replace_functions(value)

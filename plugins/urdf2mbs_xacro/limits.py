@@ -87,7 +87,7 @@ class Watch:
         with self._lock:
             self._finished.set()
         if self.exceeded is not None:
-            _send(self._thread_id, None)
+            _send_exception(self._thread_id, None)
 
     def error(self) -> ConversionError:
         """Return the error for the limit that was exceeded."""
@@ -95,15 +95,15 @@ class Watch:
 
     def _watch(self) -> None:
         """Interrupt the expansion once it has exceeded a limit, until it has ended."""
-        wait = INTERVAL
-        while not self._finished.wait(wait):
+        wait_time = INTERVAL
+        while not self._finished.wait(wait_time):
             if self.exceeded is None:
                 self.exceeded = self._find_exceeded()
             if self.exceeded is not None:
                 with self._lock:
                     if not self._finished.is_set():
-                        _send(self._thread_id, Interrupted)
-                wait = RETRY
+                        _send_exception(self._thread_id, Interrupted)
+                wait_time = RETRY
 
     def _find_exceeded(self) -> str | None:
         """Return the limit that is exceeded; None if all is well."""
@@ -114,11 +114,11 @@ class Watch:
         return None
 
 
-def _send(thread_id: int, kind: type[BaseException] | None) -> None:
+def _send_exception(thread_id: int, exception_type: type[BaseException] | None) -> None:
     """Raise an exception in a thread, or take back one that has not arrived there (None)."""
     import ctypes  # takes milliseconds, which few expansions need
 
-    exception = None if kind is None else ctypes.py_object(kind)
+    exception = None if exception_type is None else ctypes.py_object(exception_type)
     ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread_id), exception)
 
 
@@ -132,8 +132,8 @@ def _make_clock(thread_id: int) -> Callable[[], float]:
 def _measure_memory() -> int:
     """Return the memory of this process (bytes); 0 on a system that does not tell it."""
     if sys.platform == "linux":
-        pages = Path("/proc/self/statm").read_text(encoding="ascii").split()[1]
-        return int(pages) * os.sysconf("SC_PAGE_SIZE")
+        page_count = Path("/proc/self/statm").read_text(encoding="ascii").split()[1]
+        return int(page_count) * os.sysconf("SC_PAGE_SIZE")
     if sys.platform == "darwin":
         import resource
 

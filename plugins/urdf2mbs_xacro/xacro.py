@@ -77,7 +77,9 @@ class Arguments(dict[str, str]):
     """
 
     def __init__(self, args: Mapping[str, str]) -> None:
-        super().__init__({name: str(value) for name, value in args.items()})
+        super().__init__(
+            {argument_name: str(argument_value) for argument_name, argument_value in args.items()}
+        )
         self.given = dict(self)
         self.requested: dict[str, None] = {}
 
@@ -114,7 +116,7 @@ class Expander:
             try:
                 with nullcontext() if self.trust else watch:
                     document = self.xacro.process_file(self.file, mappings=self.args)
-                    text = document.toprettyxml(indent="  ").encode()
+                    urdf_bytes = document.toprettyxml(indent="  ").encode()
             except (Exception, Interrupted) as error:
                 watch.stop()
                 failure = explain(self, error if watch.exceeded is None else watch.error())
@@ -123,9 +125,9 @@ class Expander:
         for warning in python_warnings:
             message = f"{warning.category.__name__}: {warning.message}"
             self.add(Diagnostic("warning", "xacro-warning", message, file=self.file))
-        names = dict.fromkeys(map(absolute_path, (self.file, *self.xacro.all_includes)))
-        existing = [name for name in names if Path(name).is_file()]
-        return Expansion(text, existing, [*self.messages, *self._warn_of_unused()])
+        read_files = dict.fromkeys(map(absolute_path, (self.file, *self.xacro.all_includes)))
+        existing_files = [file_name for file_name in read_files if Path(file_name).is_file()]
+        return Expansion(urdf_bytes, existing_files, [*self.messages, *self._warn_of_unused()])
 
     def _replace_functions(self) -> None:
         """Replace functions of the copy of xacro, and of its module of substitutions."""
@@ -133,9 +135,9 @@ class Expander:
         xacro.substitution_args_context = {}
         xacro.re_macro_arg = _PARAMETER
         xacro.glob = SimpleNamespace(glob=self.files.glob)
-        xacro.open = lambda name: io.BytesIO(self.files.read(name))
-        for name in ("parse", "load_yaml", "handle_macro_call", "eval_text"):
-            setattr(xacro, name, getattr(self, name))
+        xacro.open = lambda file_name: io.BytesIO(self.files.read(file_name))
+        for function_name in ("parse", "load_yaml", "handle_macro_call", "eval_text"):
+            setattr(xacro, function_name, getattr(self, function_name))
         substitution = _copy_module("xacro.substitution_args")
         substitution._eval_find = substitution._eval_dict["find"] = self.find
         substitution._eval_arg = self.get_argument
@@ -144,7 +146,7 @@ class Expander:
             xacro.safe_eval = evaluate
             xacro.tokenize = tokenize
             builtins = substitution._eval_dict["__builtins__"]
-            substitution.eval = lambda text, _, names: evaluate(text, ChainMap(builtins, names))
+            substitution.eval = lambda text, _, symbols: evaluate(text, ChainMap(builtins, symbols))
             replace_functions(substitution._eval_dict)
         xacro.eval_extension = partial(self._substitute, substitution)
         xacro._global_symbols = xacro.create_global_symbols()
@@ -202,13 +204,13 @@ class Expander:
 
     def report(self, level: Literal["warning", "note"], *words: Any, **_: Any) -> str:
         """Add a message of xacro or of the robot; return the text of its expression."""
-        file = self.xacro.filestack[-1] if self.xacro.filestack else None
-        text = " ".join(str(word) for word in words)
-        missing = find_missing_package(text, self)
-        if missing is not None:  # an include by a pattern, which matches nothing
-            raise missing
+        current_file = self.xacro.filestack[-1] if self.xacro.filestack else None
+        message = " ".join(str(word) for word in words)
+        missing_package = find_missing_package(message, self)
+        if missing_package is not None:  # an include by a pattern, which matches nothing
+            raise missing_package
         code = "xacro-warning" if level == "warning" else "xacro-message"
-        self.add(Diagnostic(level, code, text, file=file or self.file))
+        self.add(Diagnostic(level, code, message, file=current_file or self.file))
         return ""
 
     def eval_text(self, text: Any, symbols: Any) -> Any:
@@ -218,25 +220,25 @@ class Expander:
             return text
         if len(text) > MAX_LENGTH and not self.trust:
             raise too_large(f"a text with expressions has more than {MAX_LENGTH:,} letters")
-        result = self.original.eval_text(text, symbols)
-        if isinstance(result, str) and len(result) > MAX_LENGTH and not self.trust:
+        evaluated = self.original.eval_text(text, symbols)
+        if isinstance(evaluated, str) and len(evaluated) > MAX_LENGTH and not self.trust:
             raise too_large(f"a text has more than {MAX_LENGTH:,} letters")
-        return result
+        return evaluated
 
     def parse(self, _: Any, name: str) -> Any:
         """Return the document of a file, the slips of its XML fixed with a warning."""
         from xml.dom import minidom
 
-        file = Path(name)
+        file_path = Path(name)
         try:
-            stream = io.BytesIO(files.read_bytes(file)) if files.is_stdin(file) else None
+            stream = io.BytesIO(files.read_bytes(file_path)) if files.is_stdin(file_path) else None
             return self.original.parse(stream, name)
         except ConversionError:
             self.xacro.filestack.pop()  # the error is in the file that includes this file
             raise
         except (ExpatError, UnicodeError):
-            data, slips = xml.fix_slips(files.read_bytes(file))
-            document = minidom.parseString(data)
+            fixed_bytes, slips = xml.fix_slips(files.read_bytes(file_path))
+            document = minidom.parseString(fixed_bytes)
             for code, message, line in slips:
                 self.add(Diagnostic("warning", code, message, file=absolute_path(name), line=line))
             return document
@@ -244,35 +246,38 @@ class Expander:
     def load_yaml(self, name: str) -> Any:
         """Return the values of a YAML file, whose entries are attributes, too."""
         xacro = self.xacro
-        file = xacro.abs_filename_spec(name)
-        data = self.files.read(file)
+        yaml_file = xacro.abs_filename_spec(name)
+        yaml_bytes = self.files.read(yaml_file)
         constructors = {unit.value.tag: unit.constructor for unit in xacro.ConstructUnits}
-        xacro.filestack.append(file)
+        xacro.filestack.append(yaml_file)
         try:
-            values = load_yaml(data, Path(name).name, constructors, self.trust)
-            return xacro.YamlListWrapper.wrap(values)
+            yaml_values = load_yaml(yaml_bytes, Path(name).name, constructors, self.trust)
+            return xacro.YamlListWrapper.wrap(yaml_values)
         finally:
             xacro.filestack.pop()
-            xacro.all_includes.append(file)
+            xacro.all_includes.append(yaml_file)
 
     def handle_macro_call(self, node: Any, macros: Any, symbols: Any) -> Any:
         """Expand a call of a macro, if a node is one; leave out that of an unknown macro."""
         xacro = self.xacro
-        depth = len(xacro.macrostack or ())
+        macro_depth = len(xacro.macrostack or ())
         try:
             return self.original.handle_macro_call(node, macros, symbols)
         except xacro.XacroException as error:
-            if len(xacro.macrostack or ()) != depth or not str(error).startswith(_UNKNOWN_MACRO):
+            if len(xacro.macrostack or ()) != macro_depth or not str(error).startswith(
+                _UNKNOWN_MACRO
+            ):
                 raise
-            caller, name = absolute_path(xacro.filestack[-1]), node.tagName.partition(":")[2]
+            calling_file = absolute_path(xacro.filestack[-1])
+            macro_name = node.tagName.partition(":")[2]
             message = (
-                f"the macro '{name}' is not defined: the <xacro:include> of the file that "
+                f"the macro '{macro_name}' is not defined: the <xacro:include> of the file that "
                 "defines it is missing"
             )
-            _, line = find_only_line([f"xacro:{name}"], [caller]) or ("", None)
+            _, line = find_only_line([f"xacro:{macro_name}"], [calling_file]) or ("", None)
             hint = "--level xacro-macro-unknown=warning leaves it out"
             code = "xacro-macro-unknown"
-            self.add(Diagnostic("error", code, message, file=caller, line=line, hint=hint))
+            self.add(Diagnostic("error", code, message, file=calling_file, line=line, hint=hint))
             xacro.replace_node(node, by=None)
             return True
 
@@ -284,29 +289,35 @@ class Expander:
     def _warn_of_unused(self) -> list[Diagnostic]:
         """Return a warning for each argument that was given and has no effect."""
         given, requested = self.args.given, self.args.requested
-        unset = [name for name in requested if name not in given]
+        unset = [argument_name for argument_name in requested if argument_name not in given]
         diagnostics = []
-        for name in given:
-            if name not in requested:
-                message = f"the argument '{name}' has no effect: no file declares or uses it"
-                hint = nearest(name, unset) or _describe_declared(requested)
+        for argument_name in given:
+            if argument_name not in requested:
+                message = (
+                    f"the argument '{argument_name}' has no effect: no file declares or uses it"
+                )
+                hint = nearest(argument_name, unset) or _describe_declared(requested)
                 diagnostics.append(
                     Diagnostic("warning", "xacro-unused-arg", message, file=self.file, hint=hint)
                 )
         return diagnostics
 
 
-def _copy_module(name: str) -> Any:
+def _copy_module(module_name: str) -> Any:
     """Return a new copy of one of xacro's modules."""
-    spec: Any = find_spec(name)
-    module = module_from_spec(spec)
-    spec.loader.exec_module(module)
+    module_spec: Any = find_spec(module_name)
+    module = module_from_spec(module_spec)
+    module_spec.loader.exec_module(module)
     return module
 
 
-def _describe_declared(names: Iterable[str]) -> str:
-    listed = ", ".join(names)
-    return f"the arguments declared are: {listed}" if listed else "no file declares an argument"
+def _describe_declared(argument_names: Iterable[str]) -> str:
+    listed_names = ", ".join(argument_names)
+    return (
+        f"the arguments declared are: {listed_names}"
+        if listed_names
+        else "no file declares an argument"
+    )
 
 
 def expand(

@@ -38,31 +38,38 @@ def load_yaml(
         Loader.add_constructor(tag, constructor)
     _check_events(data, name, Loader, trust)
     loader = Loader(data)
-    node = loader.get_single_node()
-    if node is None:
+    root_node = loader.get_single_node()
+    if root_node is None:
         return None
-    if not trust and _count_nodes(node, {}) > MAX_LENGTH:
+    if not trust and _count_nodes(root_node, {}) > MAX_LENGTH:
         raise too_large(f"'{name}' has more than {MAX_LENGTH:,} values")
-    return loader.construct_document(node)
+    return loader.construct_document(root_node)
 
 
-def _check_events(data: bytes, name: str, loader: type[Any], trust: bool) -> None:
+def _check_events(yaml_bytes: bytes, file_name: str, loader: type[Any], trust: bool) -> None:
     """Raise ConversionError for a text that is nested too deep, or has too many values."""
-    depth = 0
-    for number, event in enumerate(yaml.parse(data, loader)):
-        depth += isinstance(event, yaml.CollectionStartEvent)
-        depth -= isinstance(event, yaml.CollectionEndEvent)
-        if depth > MAX_DEPTH:
-            raise too_large(f"'{name}' has lists nested more than {MAX_DEPTH} levels deep")
-        if number > 2 * MAX_LENGTH and not trust:
-            raise too_large(f"'{name}' has more than {MAX_LENGTH:,} values")
+    nesting_depth = 0
+    for event_index, event in enumerate(yaml.parse(yaml_bytes, loader)):
+        nesting_depth += isinstance(event, yaml.CollectionStartEvent)
+        nesting_depth -= isinstance(event, yaml.CollectionEndEvent)
+        if nesting_depth > MAX_DEPTH:
+            raise too_large(f"'{file_name}' has lists nested more than {MAX_DEPTH} levels deep")
+        if event_index > 2 * MAX_LENGTH and not trust:
+            raise too_large(f"'{file_name}' has more than {MAX_LENGTH:,} values")
 
 
 def _count_nodes(node: Any, counts: dict[int, int]) -> int:
     """Return the nodes of a YAML text, each as often as an alias or a merge repeats it."""
     if id(node) not in counts:
         counts[id(node)] = MAX_LENGTH  # of a node that contains itself
-        parts = node.value if isinstance(node.value, list) else ()
-        pairs = (part if isinstance(part, tuple) else (part,) for part in parts)
-        counts[id(node)] = 1 + sum(_count_nodes(part, counts) for pair in pairs for part in pair)
+        child_nodes = node.value if isinstance(node.value, list) else ()
+        node_groups = (
+            child_node if isinstance(child_node, tuple) else (child_node,)
+            for child_node in child_nodes
+        )
+        counts[id(node)] = 1 + sum(
+            _count_nodes(child_node, counts)
+            for node_group in node_groups
+            for child_node in node_group
+        )
     return counts[id(node)]
