@@ -48,17 +48,17 @@ def list_commands(plugins: Plugins | None = None) -> dict[str, Command]:
     return {**{command.name: command for command in CORE}, **plugins.commands}
 
 
-def carry_out(words: Sequence[str]) -> int:
+def carry_out(command_line: Sequence[str]) -> int:
     """Carry out a command line, print what went wrong, and return the exit code."""
     _repair_streams()
     with clean_streams():
-        arguments = parse(words)
+        arguments = parse(command_line)
     with clean_streams(arguments.color, quiet=getattr(arguments, "quiet", False)):
         try:
             absolute(Path())  # raises if the working folder was removed
-            code: int = import_module(arguments.module).carry_out(arguments)
+            exit_code: int = import_module(arguments.module).carry_out(arguments)
             sys.stdout.flush()
-            return code
+            return exit_code
         except BrokenPipeError:  # the reader of our output has stopped
             _close_stdout()
             return 0
@@ -70,9 +70,9 @@ def carry_out(words: Sequence[str]) -> int:
 
 def _repair_streams() -> None:
     """Replace a closed stream, and let a stream show letters that it cannot encode as codes."""
-    for name in ("stdout", "stderr"):
-        if getattr(sys, name) is None:  # a service has closed it: nobody reads it
-            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: PTH123, SIM115
+    for stream_name in ("stdout", "stderr"):
+        if getattr(sys, stream_name) is None:  # a service has closed it: nobody reads it
+            setattr(sys, stream_name, open(os.devnull, "w", encoding="utf-8"))  # noqa: PTH123, SIM115
     for stream in (sys.stdout, sys.stderr):
         reconfigure = getattr(stream, "reconfigure", None)
         if reconfigure is not None:
@@ -96,9 +96,9 @@ def _print_error(error: Exception, *, as_json: bool) -> int:
 
     print(with_near_paths(str(error)), file=sys.stderr)
     if as_json:
-        names = ("code", "message", "file", "line", "hint")
-        fields = {name: getattr(error, name) for name in names}
-        print_json({"error": fields, "diagnostics": error.earlier})
+        field_names = ("code", "message", "file", "line", "hint")
+        error_fields = {field_name: getattr(error, field_name) for field_name in field_names}
+        print_json({"error": error_fields, "diagnostics": error.earlier})
     return error.exit_code
 
 
@@ -108,22 +108,24 @@ def _close_stdout() -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-def parse(words: Sequence[str]) -> argparse.Namespace:
+def parse(command_line: Sequence[str]) -> argparse.Namespace:
     """Parse the words of a command line; wrong words end the program, as with argparse."""
-    words = _move_command_first(words)
-    name = words[0] if words else ""
-    installed = "--no-plugins" not in words
+    command_line = _move_command_first(command_line)
+    command_name = command_line[0] if command_line else ""
+    installed = "--no-plugins" not in command_line
     commands = {command.name: command for command in CORE}
-    if name not in commands:
+    if command_name not in commands:
         commands = list_commands(load_plugins(installed=installed))
-    asks_for_help = any(HELP.fullmatch(word) for word in words)
-    program = parser(commands, words[:1], texts=asks_for_help or not words, installed=installed)
-    if not words:
+    asks_for_help = any(HELP.fullmatch(argument) for argument in command_line)
+    program = parser(
+        commands, command_line[:1], texts=asks_for_help or not command_line, installed=installed
+    )
+    if not command_line:
         program.print_help()
         program.exit()
-    if not name.startswith("-") and name not in commands:
-        program.error(f"there is no command '{name}'{_suggest(name, commands)}")
-    arguments, unknown = program.parse_known_args(words)
+    if not command_name.startswith("-") and command_name not in commands:
+        program.error(f"there is no command '{command_name}'{_suggest(command_name, commands)}")
+    arguments, unknown = program.parse_known_args(command_line)
     if unknown:  # argparse would show the usage of all commands
         command_parser: argparse.ArgumentParser = arguments.parser
         hint = _suggest(unknown[0].partition("=")[0], command_parser._option_string_actions)
@@ -131,17 +133,28 @@ def parse(words: Sequence[str]) -> argparse.Namespace:
     return arguments
 
 
-def _move_command_first(words: Sequence[str]) -> list[str]:
+def _move_command_first(command_line: Sequence[str]) -> list[str]:
     """Return the words with the options of the program after the command."""
-    count = 0
-    while count < len(words) and words[count].partition("=")[0] in _GLOBAL_OPTIONS:
-        count += 2 if words[count] == "--color" else 1
-    return [*words[count : count + 1], *words[:count], *words[count + 1 :]]
+    n_options = 0
+    while (
+        n_options < len(command_line)
+        and command_line[n_options].partition("=")[0] in _GLOBAL_OPTIONS
+    ):
+        n_options += 2 if command_line[n_options] == "--color" else 1
+    return [
+        *command_line[n_options : n_options + 1],
+        *command_line[:n_options],
+        *command_line[n_options + 1 :],
+    ]
 
 
-def _suggest(word: str, choices: Iterable[str]) -> str:
+def _suggest(wrong_word: str, choices: Iterable[str]) -> str:
     """Return the end of a message that offers the nearest choice; empty if none is near."""
-    hint = nearest(word, choices) if word.startswith("--") or not word.startswith("-") else None
+    hint = (
+        nearest(wrong_word, choices)
+        if wrong_word.startswith("--") or not wrong_word.startswith("-")
+        else None
+    )
     return f"; {hint}" if hint else ""
 
 
@@ -171,13 +184,13 @@ def parser(
     program.color = False  # type: ignore[attr-defined]  # our streams drop escape codes
     program.add_argument("--version", action=_Version, help="show the version and exit")
     subparsers = program.add_subparsers(required=True, metavar="COMMAND", help="one of those below")
-    for name, command in commands.items():
-        if not texts and name not in named:
+    for command_name, command in commands.items():
+        if not texts and command_name not in named:
             continue
         command_parser = subparsers.add_parser(
-            name, help=command.does, formatter_class=argparse.RawDescriptionHelpFormatter
+            command_name, help=command.does, formatter_class=argparse.RawDescriptionHelpFormatter
         )
-        if name in named:
+        if command_name in named:
             _add_options(command_parser, command, installed=installed)
             if texts:
                 from urdf2mbs.commands.settings import add_texts
@@ -188,15 +201,15 @@ def parser(
 
 def _list_by_plugin(commands: Mapping[str, Command]) -> str:
     """Return the list of commands in the help, those of a plugin below its name."""
-    lines: list[str] = []
-    title = ""
-    for name, command in commands.items():
+    help_lines: list[str] = []
+    group_title = ""
+    for command_name, command in commands.items():
         package = command.module.partition(".")[0]
-        if package != title:
-            title = package
-            lines.append("commands:" if package == "urdf2mbs" else f"of {package}:")
-        lines.append(f"  {name:11} {command.does}")
-    return "\n".join(lines)
+        if package != group_title:
+            group_title = package
+            help_lines.append("commands:" if package == "urdf2mbs" else f"of {package}:")
+        help_lines.append(f"  {command_name:11} {command.does}")
+    return "\n".join(help_lines)
 
 
 def _add_options(
@@ -209,7 +222,7 @@ def _add_options(
         sentence += "."
     details = (module.__doc__ or "").partition("\n\n")[2].rstrip()
     command_parser.description = f"{sentence}\n\n{details}"
-    command_parser.epilog = "examples:" + "".join(f"\n  {line}" for line in module.EXAMPLES)
+    command_parser.epilog = "examples:" + "".join(f"\n  {example}" for example in module.EXAMPLES)
     command_parser.set_defaults(command=command.name, module=command.module, parser=command_parser)
     command_parser.add_argument(
         "--debug", action="store_true", help="show the traceback of an error"
@@ -239,8 +252,12 @@ class _Parser(argparse.ArgumentParser):
     """Offers the nearest word for a wrong choice."""
 
     def error(self, message: str) -> NoReturn:
-        wrong = re.search(r"invalid choice: '(.*?)' \(choose from (.*)\)", message)
-        hint = _suggest(wrong[1], re.findall(r"[\w-]+", wrong[2])) if wrong else ""
+        invalid_choice = re.search(r"invalid choice: '(.*?)' \(choose from (.*)\)", message)
+        hint = (
+            _suggest(invalid_choice[1], re.findall(r"[\w-]+", invalid_choice[2]))
+            if invalid_choice
+            else ""
+        )
         super().error(message + hint)
 
 

@@ -53,8 +53,8 @@ def add_options(command: argparse.ArgumentParser) -> None:
 def carry_out(arguments: argparse.Namespace) -> int:
     """Convert the robot that the command line names, and return the exit code."""
     output: Any = arguments.output
-    folder = output is not None and (output.endswith(("/", os.sep)) or is_folder(Path(output)))
-    if arguments.language and not folder:
+    is_project = output is not None and (output.endswith(("/", os.sep)) or is_folder(Path(output)))
+    if arguments.language and not is_project:
         raise ConfigError("usage", "--language is for a project: '-o DIR/' makes one")
     if output == "":
         raise ConfigError("usage", "--output: the name of the file is empty")
@@ -64,7 +64,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
         return _convert_to_stdout(arguments)
     if is_folder(Path(arguments.robot)):
         return carry_out_many("convert", [], arguments)
-    if folder:
+    if is_project:
         output = {"project": output, "language": arguments.language or "python"}
     config, lines = without_config(arguments.robot, output, arguments)
     return carry_out_one(config, lines, arguments)
@@ -72,14 +72,14 @@ def carry_out(arguments: argparse.Namespace) -> int:
 
 def _convert_to_stdout(arguments: argparse.Namespace) -> int:
     """Convert to standard output; all messages go to standard error."""
-    name = "robot" if is_stream(arguments.robot) else stem(Path(arguments.robot))
-    with saving(arguments, True) as save:
-        config, lines = without_config(arguments.robot, f"{name}.mbs", arguments)
+    robot_name = "robot" if is_stream(arguments.robot) else stem(Path(arguments.robot))
+    with saving(arguments, True) as save_file:
+        config, lines = without_config(arguments.robot, f"{robot_name}.mbs", arguments)
         arguments.fresh = True  # there is no file to merge with
         conversion = convert_one(config, lines, arguments)
-        data = conversion.files.get(conversion.settings.output)
-        outcome = "nothing is written" if data is None else "written to standard output"
+        mbs_bytes = conversion.files.get(conversion.settings.output)
+        outcome = "nothing is written" if mbs_bytes is None else "written to standard output"
         print_summary(conversion, report(conversion), outcome, arguments.verbose)
-        if data is not None:
-            save(Path(STREAM), data)
+        if mbs_bytes is not None:
+            save_file(Path(STREAM), mbs_bytes)
     return 0 if conversion.checked.rejected is None else 3

@@ -33,18 +33,19 @@ def print_summary(
         elsewhere: Where the warnings are shown instead, such as ``"the page shows them"``.
     """
     joints, bodies = report.joints, counted(report.bodies, "body")
-    free = counted(joints.independent, "independent joint")
-    mass = report.no_dynamics or f"{report.mass:.6g} kg"
-    print(f"{report.robot}: {outcome} ({report.base} base, {bodies}, {free}, {mass})")
+    independent_joints = counted(joints.independent, "independent joint")
+    mass_text = report.no_dynamics or f"{report.mass:.6g} kg"
+    description = f"{report.base} base, {bodies}, {independent_joints}, {mass_text}"
+    print(f"{report.robot}: {outcome} ({description})")
     for difference in report.proof.differences if report.proof is not None else ():
         print(f"error[not-the-same]: {difference.message}", file=sys.stderr)
-    lines = of_plugins(conversion).lines
+    printed_lines = of_plugins(conversion).lines
     print_diagnostics(conversion.diagnostics, verbose, report.verdict, elsewhere)
     if verbose:
-        links, urdf_joints = counted(report.links, "link"), counted(joints.urdf, "URDF joint")
-        compared = [] if report.proof is None else [report.proof.compared]
-        lines += [f"{links} -> {bodies}, {urdf_joints} -> {joints}", *compared]
-    print("".join(f"  {line}\n" for line in lines), end="")
+        link_count, urdf_joints = counted(report.links, "link"), counted(joints.urdf, "URDF joint")
+        compared_lines = [] if report.proof is None else [report.proof.compared]
+        printed_lines += [f"{link_count} -> {bodies}, {urdf_joints} -> {joints}", *compared_lines]
+    print("".join(f"  {line}\n" for line in printed_lines), end="")
 
 
 def print_diagnostics(
@@ -61,49 +62,55 @@ def print_diagnostics(
     warnings = [diagnostic for diagnostic in diagnostics if diagnostic.level == "warning"]
     notes = [diagnostic for diagnostic in diagnostics if diagnostic.level == "note"]
     remark = elsewhere or ("" if verbose or not notes else "-v shows the notes")
-    folded = warnings if verbose else _fold(warnings)
-    kinds = f" of {counted(len(folded), 'kind')}" if len(folded) < len(warnings) else ""
-    counts = f"{counted(len(warnings), 'warning')}{kinds}, {counted(len(notes), 'note')}"
+    shown_warnings = warnings if verbose else _fold(warnings)
+    kind_count = (
+        f" of {counted(len(shown_warnings), 'kind')}" if len(shown_warnings) < len(warnings) else ""
+    )
+    counts = f"{counted(len(warnings), 'warning')}{kind_count}, {counted(len(notes), 'note')}"
     counts += f" ({remark})" if remark else ""
     print(f"  {verdict}; {counts}" if verdict else f"  {counts}")
-    for diagnostic in warnings + notes if verbose else [] if elsewhere else folded:
+    for diagnostic in warnings + notes if verbose else [] if elsewhere else shown_warnings:
         print(with_near_paths(str(diagnostic)), file=sys.stderr)
 
 
 def _fold(warnings: Sequence[Diagnostic]) -> list[Diagnostic]:
     """Return the warnings with those of one code as one, at the place of the first."""
-    by_code: dict[str, list[Diagnostic]] = {}
+    warnings_by_code: dict[str, list[Diagnostic]] = {}
     for warning in warnings:
-        by_code.setdefault(warning.code, []).append(warning)
-    folded: list[Diagnostic] = []
-    for group in by_code.values():
-        first, *others = group[:MAX_PER_CODE]
-        message = first.message
-        for warning in others:
-            is_near = warning.line and warning.file == first.file
+        warnings_by_code.setdefault(warning.code, []).append(warning)
+    folded_warnings: list[Diagnostic] = []
+    for equal_warnings in warnings_by_code.values():
+        first_warning, *more_warnings = equal_warnings[:MAX_PER_CODE]
+        message = first_warning.message
+        for warning in more_warnings:
+            is_near = warning.line and warning.file == first_warning.file
             position = f"line {warning.line}: " if is_near else ""
             message += f"; {position}{warning.message}"
-        if len(group) > MAX_PER_CODE:
-            message += f"; and {len(group) - MAX_PER_CODE} more (-v shows them)"
-        hints = [warning.hint for warning in (first, *others) if warning.hint]
+        if len(equal_warnings) > MAX_PER_CODE:
+            message += f"; and {len(equal_warnings) - MAX_PER_CODE} more (-v shows them)"
+        hints = [warning.hint for warning in (first_warning, *more_warnings) if warning.hint]
         hint = "; ".join(dict.fromkeys(hints)) or None
-        folded.append(msgspec.structs.replace(first, message=message, hint=hint))
-    return folded
+        folded_warnings.append(msgspec.structs.replace(first_warning, message=message, hint=hint))
+    return folded_warnings
 
 
 def list_next_steps(conversion: Conversion, report: Report) -> str:
     """Return the lines that say what to do with the files."""
     settings = conversion.settings
-    model = near(settings.output)
+    model_path = near(settings.output)
     if conversion.checked.rejected is not None:
         return "Next: see where they differ: urdf2mbs report, in place of run or convert"
     if settings.project is None:
-        return f"Next: open {model} in MBSysPad, or draw it: urdf2mbs diagram {model}"
+        return f"Next: open {model_path} in MBSysPad, or draw it: urdf2mbs diagram {model_path}"
     if report.no_dynamics:
-        return f"Next: give the links masses, without which nothing moves; open {model} in MBSysPad"
+        step = "give the links masses, without which nothing moves"
+        return f"Next: {step}; open {model_path} in MBSysPad"
     simulate = f"urdf2mbs simulate {near(settings.project)} -o moves.html"
-    steps = [f"{simulate}; or open {model} in MBSysPad", *of_plugins(conversion).next_steps]
-    return "Next: " + "\n      ".join(steps)
+    next_steps = [
+        f"{simulate}; or open {model_path} in MBSysPad",
+        *of_plugins(conversion).next_steps,
+    ]
+    return "Next: " + "\n      ".join(next_steps)
 
 
 def near(path: Path) -> str:
@@ -114,10 +121,10 @@ def near(path: Path) -> str:
 def with_near_paths(text: str) -> str:
     """Return a message with each path below the working folder as the user would type it."""
     try:
-        folder = f"{Path.cwd()}{os.sep}"
+        working_folder = f"{Path.cwd()}{os.sep}"
     except OSError:  # the folder was removed
         return text
-    return re.sub(rf"(?<![^\s'\"(]){re.escape(folder)}", "", text)
+    return re.sub(rf"(?<![^\s'\"(]){re.escape(working_folder)}", "", text)
 
 
 def beside(model: Path, suffix: str) -> Path:
@@ -131,6 +138,6 @@ def print_json(data: Any) -> None:
 
     from urdf2mbs.mbs.model import without_origin
 
-    plain = msgspec.to_builtins(data, enc_hook=without_origin)
+    plain_data = msgspec.to_builtins(data, enc_hook=without_origin)
     # DEL is the only control character that JSON does not escape
-    print(json.dumps(plain, indent=2).replace("\x7f", "\\u007f"))
+    print(json.dumps(plain_data, indent=2).replace("\x7f", "\\u007f"))

@@ -44,13 +44,15 @@ class Progress:
             print(f"... {text}", file=sys.stderr)
 
     def _print_lines(self) -> None:
-        previous = ""
+        previous_text = ""
         while not self._ended.wait(self.PATIENCE):
             # a log shows one line for texts that differ only by their numbers
-            text = re.sub(r"[\d.]+", "", self.at)
-            if text != previous or (sys.__stderr__ is not None and sys.__stderr__.isatty()):
+            text_without_numbers = re.sub(r"[\d.]+", "", self.at)
+            if text_without_numbers != previous_text or (
+                sys.__stderr__ is not None and sys.__stderr__.isatty()
+            ):
                 print(f"... {self.at}", file=sys.stderr)
-            previous = text
+            previous_text = text_without_numbers
 
     @hookimpl
     def urdf2mbs_before_pass(self, pass_: Pass) -> None:

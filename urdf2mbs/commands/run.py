@@ -45,7 +45,7 @@ def add_options(command: argparse.ArgumentParser) -> None:
 
 def carry_out(arguments: argparse.Namespace) -> int:
     """Convert the robots of the configs, and return the exit code."""
-    configs = [read_config(file, arguments) for file in arguments.config]
+    configs = [read_config(config_file, arguments) for config_file in arguments.config]
     if len(configs) > 1 or configs[0][0].sweep is not None:
         return carry_out_many("run", configs, arguments)
     return carry_out_one(*configs[0], arguments)
@@ -60,14 +60,14 @@ def carry_out_many(
         ConfigError: ``plugin-missing``, no plugin does.
     """
     hook = load_plugins(installed=not arguments.no_plugins).hook
-    code: int | None = hook.urdf2mbs_carry_out(
+    exit_code: int | None = hook.urdf2mbs_carry_out(
         command=command, configs=configs, arguments=arguments
     )
-    if code is None:
+    if exit_code is None:
         message = "these are many robots, and no plugin converts many"
         hint = "convert them one by one, or install urdf2mbs whole"
         raise ConfigError("plugin-missing", message, hint=hint)
-    return code
+    return exit_code
 
 
 def convert_one(config: Config, lines: Lines, arguments: argparse.Namespace) -> Conversion:
@@ -94,44 +94,46 @@ def carry_out_one(config: Config, lines: Lines, arguments: argparse.Namespace) -
     if arguments.plan:
         return _show_plan(conversion, arguments)
     write(conversion, force=arguments.force)
-    result = report(conversion)
+    conversion_report = report(conversion)
     if arguments.json:
-        print_json(result)
+        print_json(conversion_report)
     else:
-        _print_result(conversion, result, arguments)
+        _print_result(conversion, conversion_report, arguments)
         if conversion.files:
-            print(list_next_steps(conversion, result))
+            print(list_next_steps(conversion, conversion_report))
     return 0 if conversion.checked.rejected is None else 3
 
 
 def _show_plan(conversion: Conversion, arguments: argparse.Namespace) -> int:
     """Print what would be written, and return the exit code; nothing is written."""
     changes = plan(conversion, force=arguments.force)
-    files = {kind: list(map(near, paths)) for kind, paths in changes.items()}
+    changed_files = {change_kind: list(map(near, paths)) for change_kind, paths in changes.items()}
     merge = conversion.report.get("merge")
     if arguments.json:
-        print_json({"merge": merge, "files": files, "diagnostics": conversion.diagnostics})
+        print_json({"merge": merge, "files": changed_files, "diagnostics": conversion.diagnostics})
     else:
         print(f"{conversion.robot.name}: the plan; nothing is written")
-        for kind, sentences in (merge["words"] if merge else {}).items():
-            print(f"  {kind}: {len(sentences) or 'nothing'}")
+        for change_kind, sentences in (merge["words"] if merge else {}).items():
+            print(f"  {change_kind}: {len(sentences) or 'nothing'}")
             for sentence in sentences:
                 print(printable(f"    {sentence}"))
-        if not merge and not any(files.values()):
+        if not merge and not any(changed_files.values()):
             print("  nothing changes")
-        for kind, paths in files.items():
+        for change_kind, paths in changed_files.items():
             if paths:
-                print(f"  {kind} files: {some(paths, 6)}")
+                print(f"  {change_kind} files: {some(paths, 6)}")
         print_diagnostics(conversion.diagnostics, arguments.verbose)
     return 0 if conversion.checked.rejected is None else 3
 
 
-def _print_result(conversion: Conversion, result: Report, arguments: argparse.Namespace) -> None:
+def _print_result(
+    conversion: Conversion, conversion_report: Report, arguments: argparse.Namespace
+) -> None:
     """Print what became of the robot, or why there is no .mbs."""
     output = conversion.written
     if output in conversion.files:
         outcome = f"written to {near(output)}"
-        print_summary(conversion, result, outcome, arguments.verbose)
+        print_summary(conversion, conversion_report, outcome, arguments.verbose)
     else:
         reason = "the pipeline writes no .mbs"
         if arguments.stop_after is not None:

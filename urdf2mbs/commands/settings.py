@@ -31,13 +31,15 @@ class _Flag(NamedTuple):
 
 def _list_flags() -> dict[str, _Flag]:
     """Return the fields of ``Config`` that an option sets."""
-    flags = {}
-    for name, hint in get_type_hints(Config, include_extras=True).items():
-        kind, *metas = get_args(hint) if get_origin(hint) is Annotated else (hint,)
-        for words in [meta.extra["flag"] for meta in metas if meta.extra]:
-            flag, _, form = words.partition(" ")
-            flags[name] = _Flag(flag, form, kind)
-    return flags
+    flags_by_field = {}
+    for field_name, type_hint in get_type_hints(Config, include_extras=True).items():
+        field_type, *metadata = (
+            get_args(type_hint) if get_origin(type_hint) is Annotated else (type_hint,)
+        )
+        for flag_text in [annotation.extra["flag"] for annotation in metadata if annotation.extra]:
+            option, _, value_form = flag_text.partition(" ")
+            flags_by_field[field_name] = _Flag(option, value_form, field_type)
+    return flags_by_field
 
 
 FLAGS = _list_flags()
@@ -52,18 +54,18 @@ ALONE = ("base", "packages", "xacro_args", "pipeline", "plugins", "after")
 
 def add_fields(command: argparse.ArgumentParser, *fields: str) -> None:
     """Add the options that set fields of ``Config``; ``add_texts`` adds their help."""
-    for field in fields:
-        flag, form, kind = FLAGS[field]
-        settings: dict[str, Any] = {"help": field}
-        if kind is bool:
+    for field_name in fields:
+        option, value_form, field_type = FLAGS[field_name]
+        settings: dict[str, Any] = {"help": field_name}
+        if field_type is bool:
             settings["action"] = "store_true"
-        elif get_origin(kind) is Literal:
-            settings["choices"] = get_args(kind)
+        elif get_origin(field_type) is Literal:
+            settings["choices"] = get_args(field_type)
         else:
-            settings["metavar"] = form
-        if get_origin(kind) in (dict, list):
+            settings["metavar"] = value_form
+        if get_origin(field_type) in (dict, list):
             settings |= {"action": "append", "default": []}
-        command.add_argument(flag, dest=field, **settings)
+        command.add_argument(option, dest=field_name, **settings)
 
 
 def choose_fields(arguments: argparse.Namespace, fields: Iterable[str] = FLAGS) -> dict[str, Any]:
@@ -72,40 +74,46 @@ def choose_fields(arguments: argparse.Namespace, fields: Iterable[str] = FLAGS) 
     Raises:
         ConfigError: ``usage``, an option has the wrong form.
     """
-    given = {field: getattr(arguments, field, None) for field in fields}
-    return {field: _parse_option(FLAGS[field], value) for field, value in given.items() if value}
+    given_values = {field_name: getattr(arguments, field_name, None) for field_name in fields}
+    return {
+        field_name: _parse_option(FLAGS[field_name], value)
+        for field_name, value in given_values.items()
+        if value
+    }
 
 
-def _parse_option(flag: _Flag, given: Any) -> Any:
+def _parse_option(flag: _Flag, given_value: Any) -> Any:
     """Return the value of an option; the words NAME=VALUE become a dict."""
     if get_origin(flag.kind) is not dict:
-        return given
+        return given_value
     from urdf2mbs.config.yaml_text import parse_value
 
-    sign = ":=" if ":=" in flag.form else "="
+    separator = ":=" if ":=" in flag.form else "="
     is_pass_option = "." in flag.form
     is_list = list[str] in get_args(get_args(flag.kind)[1])
-    values: dict[str, Any] = {}
-    for text in given:
-        name, found_sign, value = text.partition(sign)
-        pass_name, _, option = name.rpartition(".")
-        if not found_sign or not name or (is_pass_option and not pass_name):
-            raise ConfigError("usage", f"{flag.flag} {text}: expected {flag.flag} {flag.form}")
+    option_values: dict[str, Any] = {}
+    for assignment in given_value:
+        key, found_separator, value = assignment.partition(separator)
+        pass_name, _, option = key.rpartition(".")
+        if not found_separator or not key or (is_pass_option and not pass_name):
+            raise ConfigError(
+                "usage", f"{flag.flag} {assignment}: expected {flag.flag} {flag.form}"
+            )
         if is_pass_option:
-            values.setdefault(pass_name, {})[option] = parse_value(value)
+            option_values.setdefault(pass_name, {})[option] = parse_value(value)
         elif is_list:
-            values.setdefault(name, []).append(value)
+            option_values.setdefault(key, []).append(value)
         else:
-            values[name] = value
-    return values
+            option_values[key] = value
+    return option_values
 
 
 def read_config(file: Path, arguments: argparse.Namespace) -> tuple[Config, Lines]:
     """Read a config file, with the values that the command line overrides."""
     config, lines = load(file, **choose_fields(arguments, RUNNING))
     if getattr(arguments, "no_plugins", False) and config.plugins:
-        names = ", ".join(config.plugins)
-        print(f"{file}: --no-plugins leaves out its plugins: {names}", file=sys.stderr)
+        plugin_names = ", ".join(config.plugins)
+        print(f"{file}: --no-plugins leaves out its plugins: {plugin_names}", file=sys.stderr)
         config = msgspec.structs.replace(config, plugins=[])
     return config, lines
 
@@ -128,8 +136,8 @@ def robot_or_config(arguments: argparse.Namespace) -> tuple[Config, Lines]:
     is_robot = file.suffix.lower() not in (".yaml", ".yml", "") and not files.is_folder(file)
     if is_robot or str(file) == "-" or is_name(str(file)):
         return without_config(str(file), None, arguments)
-    for field in choose_fields(arguments, ALONE):
-        message = f"{FLAGS[field].flag} is for a robot without a config"
+    for field_name in choose_fields(arguments, ALONE):
+        message = f"{FLAGS[field_name].flag} is for a robot without a config"
         hint = f"write it in '{file}', or name the .urdf or .xacro file instead"
         raise ConfigError("usage", message, hint=hint)
     return read_config(file, arguments)
@@ -137,9 +145,9 @@ def robot_or_config(arguments: argparse.Namespace) -> tuple[Config, Lines]:
 
 def refuse(arguments: argparse.Namespace, names: Iterable[str], why: str) -> None:
     """Raise ConfigError if one of some options is given; ``why`` says what it is for."""
-    for name in names:
-        if getattr(arguments, name) not in (None, False, []):
-            raise ConfigError("usage", f"--{name.replace('_', '-')} is for {why}")
+    for option_name in names:
+        if getattr(arguments, option_name) not in (None, False, []):
+            raise ConfigError("usage", f"--{option_name.replace('_', '-')} is for {why}")
 
 
 # --- options that several commands have ---
@@ -161,9 +169,11 @@ def add_printing(command: argparse.ArgumentParser, *, writes: bool = True) -> No
     """Add ``--json`` and ``--quiet``, and ``--force`` for a command that writes files."""
     if writes:
         command.add_argument("--force", action="store_true", help="replace edited files, too")
-    either = command.add_mutually_exclusive_group()
-    add_json(either)
-    either.add_argument("-q", "--quiet", action="store_true", help="print only warnings and errors")
+    exclusive_group = command.add_mutually_exclusive_group()
+    add_json(exclusive_group)
+    exclusive_group.add_argument(
+        "-q", "--quiet", action="store_true", help="print only warnings and errors"
+    )
 
 
 def add_no_plugins(command: argparse.ArgumentParser) -> None:
@@ -184,20 +194,24 @@ def field_docs(kind: type) -> dict[str, str]:
     from textwrap import dedent
 
     try:
-        tree = ast.parse(dedent(inspect.getsource(kind)))
+        syntax_tree = ast.parse(dedent(inspect.getsource(kind)))
     except (OSError, TypeError, SyntaxError):
         return {}
     fields = getattr(kind, "__struct_fields__", ())
-    docs = {name: text for base in kind.__bases__ for name, text in field_docs(base).items()}
-    body = tree.body[0].body if isinstance(tree.body[0], ast.ClassDef) else []
-    for field_and_text in pairwise(body):
+    docstrings = {
+        field_name: docstring
+        for base in kind.__bases__
+        for field_name, docstring in field_docs(base).items()
+    }
+    class_body = syntax_tree.body[0].body if isinstance(syntax_tree.body[0], ast.ClassDef) else []
+    for field_and_text in pairwise(class_body):
         match field_and_text:
             case (
-                ast.AnnAssign(target=ast.Name(id=name)),
-                ast.Expr(value=ast.Constant(value=str(text))),
-            ) if name in fields:
-                docs[name] = " ".join(text.split())
-    return docs
+                ast.AnnAssign(target=ast.Name(id=field_name)),
+                ast.Expr(value=ast.Constant(value=str(docstring))),
+            ) if field_name in fields:
+                docstrings[field_name] = " ".join(docstring.split())
+    return docstrings
 
 
 def add_texts(command: argparse.ArgumentParser) -> None:
@@ -205,10 +219,10 @@ def add_texts(command: argparse.ArgumentParser) -> None:
 
     A process that converts Cassie takes three quarters of the time without these texts.
     """
-    docs = field_docs(Config)
+    docstrings = field_docs(Config)
     for action in command._actions:
-        if action.help in docs:
-            action.help = docs[action.help].replace("%", "%%")
+        if action.help in docstrings:
+            action.help = docstrings[action.help].replace("%", "%%")
 
 
 def add_verbose(command: argparse.ArgumentParser) -> None:
@@ -228,9 +242,11 @@ def add_running(command: argparse.ArgumentParser) -> None:
 def add_converting(command: argparse.ArgumentParser) -> None:
     """Add the options of ``run`` and ``convert``; plugins add theirs by ``urdf2mbs_options``."""
     add_printing(command)
-    either = command.add_mutually_exclusive_group()
-    either.add_argument("--plan", action="store_true", help="list the changes, and write nothing")
-    either.add_argument(
+    exclusive_group = command.add_mutually_exclusive_group()
+    exclusive_group.add_argument(
+        "--plan", action="store_true", help="list the changes, and write nothing"
+    )
+    exclusive_group.add_argument(
         "--fresh", action="store_true", help="start over: keep no change that you made in the .mbs"
     )
     add_running(command)

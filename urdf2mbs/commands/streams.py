@@ -40,12 +40,12 @@ def saving(
         return
     if arguments.json:
         raise ConfigError("usage", "--json and the file cannot both go to standard output")
-    output = sys.stdout
+    stdout = sys.stdout
 
     def save(_: Path, data: bytes) -> None:
-        output.flush()
-        output.buffer.write(data)
-        output.buffer.flush()
+        stdout.flush()
+        stdout.buffer.write(data)
+        stdout.buffer.flush()
 
-    with redirect_stdout(output if arguments.quiet else sys.stderr):
+    with redirect_stdout(stdout if arguments.quiet else sys.stderr):
         yield save

@@ -86,17 +86,17 @@ def carry_out(arguments: argparse.Namespace) -> int:
     hook = load_plugins(installed=not arguments.no_plugins).hook
     observers = hook.urdf2mbs_observe_verify(robot=robot, arguments=arguments)
     with ExitStack() as stack:
-        takers = [stack.enter_context(observer) for observer in observers]
+        verdict_printers = [stack.enter_context(observer) for observer in observers]
         verdict = compare(frames=arguments.frames, tolerance=arguments.tolerance)
-        printed = [take(verdict) for take in takers]
-    code = 0 if verdict.same else 3
+        are_printed = [print_verdict(verdict) for print_verdict in verdict_printers]
+    exit_code = 0 if verdict.same else 3
     if arguments.json:
         print_json(
             {"same": verdict.same, "verdict": verdict.verdict, **msgspec.to_builtins(verdict)}
         )
-    elif not any(printed):
+    elif not any(are_printed):
         _print_verdict(verdict, arguments)
-    return code
+    return exit_code
 
 
 def _print_verdict(verdict: Verdict, arguments: argparse.Namespace) -> None:
@@ -106,10 +106,10 @@ def _print_verdict(verdict: Verdict, arguments: argparse.Namespace) -> None:
         print(f"  the robot is that of {arguments.robot}; the model is {near(Path(verdict.model))}")
     print(f"  {verdict.compared}")
     if verdict.frames:
-        frames = counted(len(verdict.frames), "frame")
+        frame_count = counted(len(verdict.frames), "frame")
         print(
-            f"  {frames} of links and points elsewhere than by the URDF, as a model may choose "
-            "(--frames lists them, as differences)"
+            f"  {frame_count} of links and points elsewhere than by the URDF, as a model may "
+            "choose (--frames lists them, as differences)"
         )
     if verdict.differences:
         print("not the same, by relative size:")
@@ -135,10 +135,10 @@ def _prepare(arguments: argparse.Namespace) -> tuple[str, Callable[..., Verdict]
         arguments.robot, model = str(model), Path(arguments.robot)
     if not _is_of_config(arguments):
         source = files.take_stdin() if arguments.robot == STREAM else arguments.robot
-        fields = choose_fields(arguments)
+        config_fields = choose_fields(arguments)
         if arguments.gravity is not None:
-            fields["gravity"] = tuple(arguments.gravity)
-        return source, partial(verify, source, model, **fields)
+            config_fields["gravity"] = tuple(arguments.gravity)
+        return source, partial(verify, source, model, **config_fields)
     if arguments.gravity is not None:
         message = "--gravity is for a robot without a config"
         raise ConfigError("usage", message, hint=f"write it in '{arguments.robot}'")
@@ -152,11 +152,14 @@ def _prepare(arguments: argparse.Namespace) -> tuple[str, Callable[..., Verdict]
 
 def _print_match(verdict: Verdict) -> None:
     """Print how many joints of the URDF match joints of the .mbs, and the masses."""
-    floating = [f"'{name}'" for name, joints in verdict.joints.items() if len(joints) == 6]
-    base = ", and the floating base" if verdict.floating_base else ", the base is fixed"
+    floating = [
+        f"'{joint_name}'" for joint_name, joints in verdict.joints.items() if len(joints) == 6
+    ]
+    base_text = ", and the floating base" if verdict.floating_base else ", the base is fixed"
     if floating:
-        base = f", {', '.join(floating)} floats"
-    print(f"{verdict.robot}: {len(verdict.joints)} of {verdict.moving} joints match by name{base}")
+        base_text = f", {', '.join(floating)} floats"
+    matches = f"{len(verdict.joints)} of {verdict.moving} joints match by name"
+    print(f"{verdict.robot}: {matches}{base_text}")
     if verdict.made_of:
         print(f"  the .mbs is {verdict.made_of}, converted in memory")
     print(f"  {verdict.mbs_mass:.6g} kg move in the .mbs, {verdict.urdf_mass:.6g} kg in the URDF")

@@ -30,11 +30,20 @@ class Lines(msgspec.Struct):
 
     def error(self, code: str, message: str, at: Key = (), hint: str | None = None) -> ConfigError:
         """Return the error for a value, at its line or at that of the block that holds it."""
-        keys = [at[:length] for length in range(len(at), -1, -1)]
-        key = next((key for key in keys if key in self.overridden or key in self.places), ())
-        if self.file is None or key in self.overridden:
+        enclosing_keys = [at[:length] for length in range(len(at), -1, -1)]
+        located_key = next(
+            (
+                located_key
+                for located_key in enclosing_keys
+                if located_key in self.overridden or located_key in self.places
+            ),
+            (),
+        )
+        if self.file is None or located_key in self.overridden:
             return ConfigError(code, message, hint=hint)
-        return ConfigError(code, message, file=str(self.file), line=self.places.get(key), hint=hint)
+        return ConfigError(
+            code, message, file=str(self.file), line=self.places.get(located_key), hint=hint
+        )
 
     @contextmanager
     def gather(self) -> Iterator[None]:
@@ -58,6 +67,6 @@ class Lines(msgspec.Struct):
             raise last
 
 
-def dotted(key: Key) -> str:
+def dotted(config_key: Key) -> str:
     """Return the key of a value as a message shows it."""
-    return ".".join(map(str, key)) or "config"
+    return ".".join(map(str, config_key)) or "config"

@@ -25,51 +25,54 @@ MAX_BYTES = 2**20
 _REFUSED = (msgspec.ValidationError, UnicodeEncodeError)
 
 
-def load(file: Path, **fields: Any) -> tuple[Config, Lines]:
+def load(config_file: Path, **fields: Any) -> tuple[Config, Lines]:
     """Read a config file.
 
     Keys and values that are wrong are left out, and become faults of the lines, to which the
     pipeline adds its own, so that a user reads them all at once.
 
     Args:
-        file: The config file.
+        config_file: The config file.
         fields: Values that override those of the file, as in ``config_of``.
 
     Raises:
         ConfigError: The file cannot be read, or is no config.
     """
     try:
-        text = files.read_bytes(file, MAX_BYTES).decode("utf-8-sig")
+        config_text = files.read_bytes(config_file, MAX_BYTES).decode("utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         message = f"cannot read the config: {reason}"
-        raise ConfigError("config-unreadable", message, file=str(file)) from None
-    if text.lstrip().startswith("<"):
-        raise _explain_xml(file)
-    return parse(text, file, **fields)
+        raise ConfigError("config-unreadable", message, file=str(config_file)) from None
+    if config_text.lstrip().startswith("<"):
+        raise _explain_xml(config_file)
+    return parse(config_text, config_file, **fields)
 
 
-def _explain_xml(file: Path) -> ConfigError:
+def _explain_xml(xml_file: Path) -> ConfigError:
     """Return the error for a robot or a model in place of a config."""
     message = "this is XML, such as a robot, and no config"
-    hint = f"urdf2mbs init {file} writes a config for a robot; urdf2mbs convert {file} needs none"
-    if file.suffix.lower() == ".mbs":
+    hint = (
+        f"urdf2mbs init {xml_file} writes a config for a robot; "
+        f"urdf2mbs convert {xml_file} needs none"
+    )
+    if xml_file.suffix.lower() == ".mbs":
         message = "this is a model, and no config"
-        hint = f"urdf2mbs verify ROBOT {file} compares it; urdf2mbs report {file} shows it"
-    return ConfigError("config-yaml", message, file=str(file), hint=hint)
+        hint = f"urdf2mbs verify ROBOT {xml_file} compares it; urdf2mbs report {xml_file} shows it"
+    return ConfigError("config-yaml", message, file=str(xml_file), hint=hint)
 
 
-def parse(text: str, file: Path | None, **fields: Any) -> tuple[Config, Lines]:
+def parse(config_text: str, config_file: Path | None, **fields: Any) -> tuple[Config, Lines]:
     """Read the text of a config, as ``load`` reads a file."""
     from urdf2mbs.config import yaml_text  # PyYAML: not for a robot without a config
 
-    data, places = yaml_text.parse_yaml(text, file)
-    lines = Lines(file, places, file.parent if file else Path())
-    if not isinstance(data, dict):
+    config_data, lines_by_key = yaml_text.parse_yaml(config_text, config_file)
+    config_lines = Lines(config_file, lines_by_key, config_file.parent if config_file else Path())
+    if not isinstance(config_data, dict):
         message = "a config is a list of 'key: value' lines, such as 'source: robot.urdf'"
-        raise lines.error("config-type", message)
-    _override(data, _to_plain_data(fields), lines)
-    return _read_fields(Config, data, lines, ()), lines
+        raise config_lines.error("config-type", message)
+    _override(config_data, _to_plain_data(fields), config_lines)
+    return _read_fields(Config, config_data, config_lines, ()), config_lines
 
 
 def config_of(
@@ -88,74 +91,87 @@ def config_of(
     Raises:
         ConfigError: A value is wrong.  With a config file, wrong values become faults of the lines.
     """
-    values: Any = {"source": source}
+    source_fields: Any = {"source": source}
     if isinstance(source, Config):
-        values = msgspec.structs.asdict(source)
+        source_fields = msgspec.structs.asdict(source)
     elif isinstance(source, Mapping):
-        values = source
+        source_fields = source
     elif os.fspath(source).lower().endswith((".yaml", ".yml")):
         return load(Path(source), **fields)
-    lines = Lines()
-    data = _to_plain_data(values)
-    _override(data, _to_plain_data(fields), lines)
-    config = _read_fields(Config, data, lines, ())
-    lines.check()
-    return config, lines
+    config_lines = Lines()
+    config_data = _to_plain_data(source_fields)
+    _override(config_data, _to_plain_data(fields), config_lines)
+    config = _read_fields(Config, config_data, config_lines, ())
+    config_lines.check()
+    return config, config_lines
 
 
-def typed(kind: Any, data: Any, lines: Lines, at: Key = ()) -> Any:
+def typed(struct_class: Any, plain_data: Any, config_lines: Lines, at: Key = ()) -> Any:
     """Convert data into an instance of a Struct.
 
     Args:
-        kind: The Struct.
-        data: The data, a dict.
-        lines: The line of each value.
+        struct_class: The Struct.
+        plain_data: The data, a dict.
+        config_lines: The line of each value.
         at: The key of the data in the config.
 
     Raises:
         ConfigError: A value is wrong; it names the key.
     """
-    lines = Lines(lines.file, lines.places, lines.folder, overridden=lines.overridden)
-    value = _read_fields(kind, data, lines, at)
-    lines.check()
-    return value
+    config_lines = Lines(
+        config_lines.file,
+        config_lines.places,
+        config_lines.folder,
+        overridden=config_lines.overridden,
+    )
+    typed_data = _read_fields(struct_class, plain_data, config_lines, at)
+    config_lines.check()
+    return typed_data
 
 
-def _to_plain_data(values: Any) -> dict[str, Any]:
+def _to_plain_data(call_values: Any) -> dict[str, Any]:
     """Convert values of a call into dicts, lists, texts and numbers."""
-    plain: dict[str, Any] = msgspec.to_builtins(values, enc_hook=_convert_value, str_keys=True)
-    return plain
+    plain_data: dict[str, Any] = msgspec.to_builtins(
+        call_values, enc_hook=_convert_value, str_keys=True
+    )
+    return plain_data
 
 
-def _convert_value(value: Any) -> Any:
-    if isinstance(value, os.PathLike):
-        return os.fspath(value)
-    if isinstance(value, Mapping):
-        return dict(value)
+def _convert_value(call_value: Any) -> Any:
+    if isinstance(call_value, os.PathLike):
+        return os.fspath(call_value)
+    if isinstance(call_value, Mapping):
+        return dict(call_value)
     try:
-        return list(value)
+        return list(call_value)
     except TypeError:
-        raise ConfigError("config-type", f"a config holds no such thing: {value!r}") from None
+        raise ConfigError("config-type", f"a config holds no such thing: {call_value!r}") from None
 
 
-def _override(data: dict[str, Any], fields: dict[str, Any], lines: Lines) -> None:
+def _override(config_data: dict[str, Any], fields: dict[str, Any], config_lines: Lines) -> None:
     """Put fields of a command line or a call into the data of a config."""
-    for name, value in fields.items():
-        block = data.get(name)
-        if not isinstance(value, dict) or not isinstance(block, dict):
-            data[name] = value
-            lines.overridden.add((name,))
+    for field_name, field_value in fields.items():
+        field_block = config_data.get(field_name)
+        if not isinstance(field_value, dict) or not isinstance(field_block, dict):
+            config_data[field_name] = field_value
+            config_lines.overridden.add((field_name,))
             continue
-        for key, inner in value.items():
-            if name == "passes" and isinstance(block.get(key), dict) and isinstance(inner, dict):
-                block[key] = {**block[key], **inner}
-                lines.overridden |= {(name, key, option) for option in inner}
+        for block_key, block_value in field_value.items():
+            if (
+                field_name == "passes"
+                and isinstance(field_block.get(block_key), dict)
+                and isinstance(block_value, dict)
+            ):
+                field_block[block_key] = {**field_block[block_key], **block_value}
+                config_lines.overridden |= {
+                    (field_name, block_key, option) for option in block_value
+                }
             else:
-                block[key] = inner
-                lines.overridden.add((name, key))
+                field_block[block_key] = block_value
+                config_lines.overridden.add((field_name, block_key))
 
 
-def _read_fields(kind: Any, data: Any, lines: Lines, at: Key) -> Any:
+def _read_fields(struct_class: Any, plain_data: Any, config_lines: Lines, block_key: Key) -> Any:
     """Convert data into an instance of a Struct, without what is wrong, which becomes faults.
 
     A key that is nearly a known one is read as the known one.  Raises ConfigError if nothing can
@@ -163,28 +179,30 @@ def _read_fields(kind: Any, data: Any, lines: Lines, at: Key) -> Any:
     """
     with suppress(TypeError, *_REFUSED):
         # a class by its defaults: msgspec takes long for the first value of a class
-        return kind() if data == {} else msgspec.convert(data, kind)
-    if not isinstance(data, dict):
-        message = f"'{dotted(at)}': expected 'key: value' lines, got {data!r}"
-        raise lines.error("config-type", message, at)
-    schema = msgspec.json.schema(kind)
-    properties = schema["$defs"][schema["$ref"].rpartition("/")[2]]["properties"]
+        return struct_class() if plain_data == {} else msgspec.convert(plain_data, struct_class)
+    if not isinstance(plain_data, dict):
+        message = f"'{dotted(block_key)}': expected 'key: value' lines, got {plain_data!r}"
+        raise config_lines.error("config-type", message, block_key)
+    json_schema = msgspec.json.schema(struct_class)
+    properties = json_schema["$defs"][json_schema["$ref"].rpartition("/")[2]]["properties"]
     # one word in place of a list is a list of one
-    data = {
+    plain_data = {
         key: [value] if isinstance(value, str) and properties.get(key, {}).get("items") else value
-        for key, value in data.items()
+        for key, value in plain_data.items()
     }
     try:
-        return msgspec.convert(data, kind)
+        return msgspec.convert(plain_data, struct_class)
     except _REFUSED as error:
         from urdf2mbs.config.faults import take_faults  # jsonschema takes long
 
-        faults = take_faults(schema, data, lines, at)
+        faults = take_faults(json_schema, plain_data, config_lines, block_key)
         if not faults:  # values that the class refuses together, or a text with half a letter
             reason = str(error).partition(" - at `")[0]
-            raise lines.error("config-type", f"'{dotted(at)}': {reason}", at) from None
-    lines.faults += faults
+            raise config_lines.error(
+                "config-type", f"'{dotted(block_key)}': {reason}", block_key
+            ) from None
+    config_lines.faults += faults
     with suppress(*_REFUSED):
-        return msgspec.convert(data, kind)
-    lines.check()
+        return msgspec.convert(plain_data, struct_class)
+    config_lines.check()
     return None

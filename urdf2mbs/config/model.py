@@ -19,9 +19,9 @@ Level = Literal["error", "warning", "note", "ignore"]
 Name = Annotated[str, Meta(min_length=1)]
 
 
-def _flag(words: str) -> Meta:
+def _flag(option_text: str) -> Meta:
     """Return the metadata of a field that an option of the command line sets."""
-    return Meta(extra={"flag": words})
+    return Meta(extra={"flag": option_text})
 
 
 class Project(msgspec.Struct, forbid_unknown_fields=True):

@@ -21,7 +21,7 @@ Loader.add_implicit_resolver(
     "tag:yaml.org,2002:float", re.compile(r"[-+]?[0-9]+[eE][-+]?[0-9]+\Z"), list("-+0123456789")
 )
 
-_TEXT = "tag:yaml.org,2002:str"
+_TEXT_TAG = "tag:yaml.org,2002:str"
 
 #: The most lists and blocks inside one another.
 MAX_DEPTH = 100
@@ -64,92 +64,104 @@ _EXPLANATIONS = [
 ]
 
 
-def parse_value(text: str) -> Any:
+def parse_value(value_text: str) -> Any:
     """Return a value of a command line: what it means as YAML, or the text itself."""
     try:
-        return parse_yaml(text, None)[0]
+        return parse_yaml(value_text, None)[0]
     except ConfigError:
-        return text
+        return value_text
 
 
-def parse_yaml(text: str, file: Path | None) -> tuple[Any, dict[Key, int]]:
+def parse_yaml(yaml_text: str, yaml_file: Path | None) -> tuple[Any, dict[Key, int]]:
     """Return the data of a YAML text, and the line of each value.
 
     Raises:
         ConfigError: ``config-yaml`` or ``config-key-doubled``.
     """
-    name = str(file) if file else None
+    file_name = str(yaml_file) if yaml_file else None
     try:
-        if len(text) > 20 * MAX_DEPTH:
-            _check_depth(text)
-        loader = Loader(text)
-        root = loader.get_single_node()
-        if root is None:
+        if len(yaml_text) > 20 * MAX_DEPTH:
+            _check_depth(yaml_text)
+        loader = Loader(yaml_text)
+        root_node = loader.get_single_node()
+        if root_node is None:
             return None, {}
-        lines = _find_lines(root, name)
-        return loader.construct_document(root), lines
+        lines_by_key = _find_lines(root_node, file_name)
+        return loader.construct_document(root_node), lines_by_key
     except yaml.MarkedYAMLError as error:
-        mark = error.problem_mark or error.context_mark
-        message = " ".join(part for part in (error.context, error.problem) if part)
-        matching = (each for each in _EXPLANATIONS if re.search(each.pattern, message))
+        position = error.problem_mark or error.context_mark
+        message = " ".join(
+            message_part for message_part in (error.context, error.problem) if message_part
+        )
+        matching = (
+            candidate for candidate in _EXPLANATIONS if re.search(candidate.pattern, message)
+        )
         explanation = next(matching, _Explanation("", message))
         raise ConfigError(
             "config-yaml",
             f"this is not YAML: {explanation.reason}",
-            file=name,
-            line=mark.line + 1 if mark else None,
+            file=file_name,
+            line=position.line + 1 if position else None,
             hint=explanation.hint,
         ) from None
     except (yaml.YAMLError, ValueError, RecursionError) as error:
-        raise ConfigError("config-yaml", f"this is not YAML: {error}", file=name) from None
+        raise ConfigError("config-yaml", f"this is not YAML: {error}", file=file_name) from None
 
 
-def _check_depth(text: str) -> None:
+def _check_depth(yaml_text: str) -> None:
     """Raise YAMLError for lists too deep in one another, which would crash PyYAML's C code."""
-    depth = 0
-    for event in yaml.parse(text, Loader):
-        depth += isinstance(event, yaml.CollectionStartEvent)
-        depth -= isinstance(event, yaml.CollectionEndEvent)
-        if depth > MAX_DEPTH:
-            raise _too_many(event)
+    nesting_depth = 0
+    for event in yaml.parse(yaml_text, Loader):
+        nesting_depth += isinstance(event, yaml.CollectionStartEvent)
+        nesting_depth -= isinstance(event, yaml.CollectionEndEvent)
+        if nesting_depth > MAX_DEPTH:
+            raise _too_many_error(event)
 
 
-def _too_many(position: yaml.Node | yaml.Event) -> yaml.MarkedYAMLError:
-    mark: Any = position.start_mark
-    return yaml.MarkedYAMLError(problem=_TOO_MANY, problem_mark=mark)
+def _too_many_error(position: yaml.Node | yaml.Event) -> yaml.MarkedYAMLError:
+    start_mark: Any = position.start_mark
+    return yaml.MarkedYAMLError(problem=_TOO_MANY, problem_mark=start_mark)
 
 
-def _find_lines(root: yaml.Node, file: str | None) -> dict[Key, int]:
+def _find_lines(root_node: yaml.Node, file_name: str | None) -> dict[Key, int]:
     """Return the line of each value; keep arguments as they are written, and refuse doubled keys.
 
     An alias is followed each time that it occurs, so that an alias of itself is too deep.
     """
-    lines: dict[Key, int] = {}
-    pending: list[tuple[yaml.Node, Key]] = [(root, ())]
+    lines_by_key: dict[Key, int] = {}
+    pending: list[tuple[yaml.Node, Key]] = [(root_node, ())]
     while pending:
-        node, key = pending.pop()
-        lines.setdefault(key, node.start_mark.line + 1)
-        if len(lines) > MAX_VALUES or len(key) > MAX_DEPTH:
-            raise _too_many(node)
+        node, node_key = pending.pop()
+        lines_by_key.setdefault(node_key, node.start_mark.line + 1)
+        if len(lines_by_key) > MAX_VALUES or len(node_key) > MAX_DEPTH:
+            raise _too_many_error(node)
         if isinstance(node, yaml.SequenceNode):
-            pending += [(value, (*key, index)) for index, value in enumerate(node.value)]
-        for name, value in node.value if isinstance(node, yaml.MappingNode) else ():
-            inner = (*key, str(name.value))
-            line = name.start_mark.line + 1
-            if inner in lines:
-                message = f"'{'.'.join(map(str, inner))}' is there twice"
-                raise ConfigError("config-key-doubled", message, file=file, line=line)
-            lines[inner] = line
-            if len(key) < 3 and isinstance(name, yaml.ScalarNode) and name.value != "<<":
-                name.tag = _TEXT  # 'on' and '1' are names, too
-            if key in (("xacro_args",), ("sweep", "xacro_args")):
-                _keep_as_text(value)
-            pending.append((value, inner))
-    return lines
+            pending += [
+                (value_node, (*node_key, index)) for index, value_node in enumerate(node.value)
+            ]
+        for key_node, value_node in node.value if isinstance(node, yaml.MappingNode) else ():
+            inner_key = (*node_key, str(key_node.value))
+            key_line = key_node.start_mark.line + 1
+            if inner_key in lines_by_key:
+                message = f"'{'.'.join(map(str, inner_key))}' is there twice"
+                raise ConfigError("config-key-doubled", message, file=file_name, line=key_line)
+            lines_by_key[inner_key] = key_line
+            if (
+                len(node_key) < 3
+                and isinstance(key_node, yaml.ScalarNode)
+                and key_node.value != "<<"
+            ):
+                key_node.tag = _TEXT_TAG  # 'on' and '1' are names, too
+            if node_key in (("xacro_args",), ("sweep", "xacro_args")):
+                _keep_as_text(value_node)
+            pending.append((value_node, inner_key))
+    return lines_by_key
 
 
-def _keep_as_text(node: yaml.Node) -> None:
+def _keep_as_text(argument_node: yaml.Node) -> None:
     """Keep the value of an argument as it is written: ``hand: false``, ``mass: 1.50``."""
-    for value in node.value if isinstance(node, yaml.SequenceNode) else [node]:
-        if isinstance(value, yaml.ScalarNode):
-            value.tag = _TEXT
+    for value_node in (
+        argument_node.value if isinstance(argument_node, yaml.SequenceNode) else [argument_node]
+    ):
+        if isinstance(value_node, yaml.ScalarNode):
+            value_node.tag = _TEXT_TAG

@@ -38,12 +38,12 @@ def noting() -> Iterator[dict[str, None]]:
     Yields:
         Their absolute paths, in the order of reading.
     """
-    noted: dict[str, None] = {}
-    token = _noted_files.set(noted)
+    noted_paths: dict[str, None] = {}
+    context_token = _noted_files.set(noted_paths)
     try:
-        yield noted
+        yield noted_paths
     finally:
-        _noted_files.reset(token)
+        _noted_files.reset(context_token)
 
 
 # --- reading ---
@@ -61,14 +61,14 @@ def read_bytes(path: Path, max_size: int | None = None) -> bytes:
     """
     if is_stdin(path):
         return _stdin_content[0]
-    noted = _noted_files.get()
-    if noted is not None:
-        noted[os.path.abspath(path)] = None  # noqa: PTH100
+    noted_files = _noted_files.get()
+    if noted_files is not None:
+        noted_files[os.path.abspath(path)] = None  # noqa: PTH100
     try:
         if stat.S_IFMT(path.stat().st_mode) not in (stat.S_IFREG, stat.S_IFDIR):
             raise OSError(EINVAL, "it is a pipe or a device, and no file", str(path))
-        with path.open("rb", buffering=0) as file:
-            return read_stream(file, str(path), max_size, os.fstat(file.fileno()).st_size)
+        with path.open("rb", buffering=0) as stream:
+            return read_stream(stream, str(path), max_size, os.fstat(stream.fileno()).st_size)
     except ValueError as error:  # a name with a NUL
         raise OSError(0, str(error), str(path)) from None
 
@@ -127,11 +127,11 @@ def read_stream(
     """
     max_size = MAX_FILE_SIZE if max_size is None else max_size
     chunk_size = max(expected_size, 2**16) + 1
-    chunks, n_read = [], 0
-    while chunk := stream.read(min(chunk_size, max_size + 1 - n_read)):
+    chunks, n_bytes_read = [], 0
+    while chunk := stream.read(min(chunk_size, max_size + 1 - n_bytes_read)):
         chunks.append(chunk)
-        n_read += len(chunk)
-    if n_read > max_size:
+        n_bytes_read += len(chunk)
+    if n_bytes_read > max_size:
         message = f"it is larger than {_format_size(max_size)}, the most that is read"
         raise OSError(EFBIG, message, name)
     return b"".join(chunks)
@@ -145,8 +145,8 @@ def _format_size(size: int) -> str:
 def read_beginning(path: Path, count: int) -> bytes:
     """Read the first bytes of a file; return none if it cannot be read."""
     try:
-        with path.open("rb") as file:
-            return file.read(count)
+        with path.open("rb") as stream:
+            return stream.read(count)
     except (OSError, ValueError):
         return b""
 
@@ -212,9 +212,9 @@ def absolute(path: Path) -> Path:
     except (FileNotFoundError, NotADirectoryError, PermissionError):
         pass  # the reader of the file reports it
     except (OSError, ValueError) as error:
-        shown = str(path) if len(str(path)) <= 80 else f"{str(path)[:77]}..."
-        reason = getattr(error, "strerror", None) or error
-        message = f"there can be no file {shown!r}: {reason}"
+        shown_path = str(path) if len(str(path)) <= 80 else f"{str(path)[:77]}..."
+        failure_reason = getattr(error, "strerror", None) or error
+        message = f"there can be no file {shown_path!r}: {failure_reason}"
         raise ConfigError("path-invalid", message) from None
     return Path(absolute_path)
 
@@ -236,11 +236,15 @@ def model_of(path: Path) -> Path | None:
     if not is_folder(path):
         return None
     ignored = (".rejected.mbs", ".orphaned.mbs")
-    models = [file for file in path.glob("dataR/*.mbs") if not file.name.endswith(ignored)]
-    if len(models) != 1:
+    model_files = [
+        model_file
+        for model_file in path.glob("dataR/*.mbs")
+        if not model_file.name.endswith(ignored)
+    ]
+    if len(model_files) != 1:
         message = (
             f"the folder '{path}' is not a Robotran project: expected 1 model (.mbs) in its "
-            f"dataR, got {len(models)}; those called rejected or orphaned are ignored"
+            f"dataR, got {len(model_files)}; those called rejected or orphaned are ignored"
         )
         raise ConfigError("project-unknown", message, hint="name the .mbs itself")
-    return models[0]
+    return model_files[0]

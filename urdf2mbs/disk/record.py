@@ -24,17 +24,19 @@ RECORD = ".urdf2mbs"
 
 def is_ours(path: Path) -> bool:
     """Return True if a file is as urdf2mbs wrote it."""
-    file = Path(os.path.realpath(path))
+    real_path = Path(os.path.realpath(path))
     try:
-        return b"\n" + _format_line(file, files.read_bytes(file)) in _read_record(file)
+        return b"\n" + _format_line(real_path, files.read_bytes(real_path)) in _read_record(
+            real_path
+        )
     except OSError:
         return False
 
 
 def was_ours(path: Path) -> bool:
     """Return True if urdf2mbs has ever written a file of this name."""
-    file = Path(os.path.realpath(path))
-    return b"  " + os.fsencode(file.name) + b"\n" in _read_record(file)
+    real_path = Path(os.path.realpath(path))
+    return b"  " + os.fsencode(real_path.name) + b"\n" in _read_record(real_path)
 
 
 def add_files(folder: Path, contents: Mapping[Path, bytes]) -> None:
@@ -49,8 +51,10 @@ def add_files(folder: Path, contents: Mapping[Path, bytes]) -> None:
         OSError: The record cannot be written.
     """
     recorded = _read_record(folder / RECORD)
-    lines = [_format_line(file, data) for file, data in contents.items()]
-    new_lines = b"".join(line for line in lines if b"\n" + line not in recorded)
+    record_lines = [_format_line(file_path, content) for file_path, content in contents.items()]
+    new_lines = b"".join(
+        record_line for record_line in record_lines if b"\n" + record_line not in recorded
+    )
     if new_lines:
         with (folder / RECORD).open("ab") as record:
             record.write(new_lines)
@@ -63,17 +67,17 @@ def checksum(data: bytes) -> str:
     return sha256(data.replace(b"\r\n", b"\n") if b"\r" in data else data).hexdigest()
 
 
-def _format_line(file: Path, data: bytes) -> bytes:
+def _format_line(file_path: Path, content: bytes) -> bytes:
     """Return the line of the record for a file."""
-    return f"{checksum(data)}  ".encode() + os.fsencode(file.name) + b"\n"
+    return f"{checksum(content)}  ".encode() + os.fsencode(file_path.name) + b"\n"
 
 
-def _read_record(file: Path) -> bytes:
+def _read_record(file_path: Path) -> bytes:
     """Return the record beside a file, after a line feed; raise ConfigError if it is unreadable."""
-    record = file.with_name(RECORD)
+    record_file = file_path.with_name(RECORD)
     try:
-        data = record.read_bytes() if files.is_file(record) else b""
+        record_bytes = record_file.read_bytes() if files.is_file(record_file) else b""
     except OSError as error:
-        message = f"cannot read '{record}': {error.strerror}"
+        message = f"cannot read '{record_file}': {error.strerror}"
         raise ConfigError("file-unreadable", message) from None
-    return b"\n" + data.replace(b"\r\n", b"\n")
+    return b"\n" + record_bytes.replace(b"\r\n", b"\n")

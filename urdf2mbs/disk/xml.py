@@ -84,7 +84,7 @@ def safe_parser(**options: Any) -> etree.XMLParser:
 
 
 def raise_syntax_error(
-    data: bytes, file: str, error: etree.XMLSyntaxError, log: list[Any], begins: str
+    data: bytes, file: str, error: etree.XMLSyntaxError, error_log: list[Any], begins: str
 ) -> NoReturn:
     """Raise the error that explains best why a text is not XML.
 
@@ -92,7 +92,7 @@ def raise_syntax_error(
         data: The text.
         file: Its name, for the error.
         error: The error of lxml.
-        log: libxml2's errors; the first one is explained.
+        error_log: libxml2's errors; the first one is explained.
         begins: How such a file begins, as a hint.
 
     Raises:
@@ -100,34 +100,34 @@ def raise_syntax_error(
             ``xml-entity`` or ``xml-too-large``.
     """
     line = error.lineno or None
-    text = data.strip(BLANK)
+    stripped_bytes = data.strip(BLANK)
     check_conflict(data, file)
-    if not text.startswith(b"<"):
-        beginning = text[:60].replace(b"\0", b"").decode("utf-8", "replace")
+    if not stripped_bytes.startswith(b"<"):
+        beginning = stripped_bytes[:60].replace(b"\0", b"").decode("utf-8", "replace")
         message = f"not an XML file: it begins with {' '.join(beginning.split())[:30]!r}"
         raise ConversionError("not-xml", message, file=file, line=line, hint=begins)
-    _check_size(log, file, line)
-    kind = log[0].type_name if log else ""
+    _check_size(error_log, file, line)
+    error_name = error_log[0].type_name if error_log else ""
     is_at_end = line is not None and line > data.rstrip(BLANK).count(b"\n")
-    if re.fullmatch(_UNFINISHED, kind) or (is_at_end and not text.endswith(b">")):
+    if re.fullmatch(_UNFINISHED, error_name) or (is_at_end and not stripped_bytes.endswith(b">")):
         message = "the file ends before its elements are closed"
         hint = "it seems to be cut off: get it again, or close the elements"
         raise ConversionError("xml-truncated", message, file=file, line=line, hint=hint)
     if b"<!ENTITY" in data:
         _refuse_entities(file, line)
-    explanation = _EXPLANATIONS.get(kind, Explanation(_UNKNOWN_REASON))
-    match = re.search(explanation.pattern, log[0].message if log else "")
-    reason = explanation.reason.format(*match.groups()) if match else _UNKNOWN_REASON
+    explanation = _EXPLANATIONS.get(error_name, Explanation(_UNKNOWN_REASON))
+    explained = re.search(explanation.pattern, error_log[0].message if error_log else "")
+    reason = explanation.reason.format(*explained.groups()) if explained else _UNKNOWN_REASON
     message = f"not well-formed XML: {reason}"
     raise ConversionError("xml-syntax", message, file=file, line=line, hint=explanation.hint)
 
 
-def _check_size(log: list[Any], file: str, line: int | None) -> None:
+def _check_size(error_log: list[Any], file: str, line: int | None) -> None:
     """Raise an error if libxml2's first error is that something is too large for it."""
-    problem = log[0].message if log else ""
-    depth = re.search(r"depth in document: (\d+)", problem)
-    if depth:
-        reason = f"elements are nested more than {depth[1]} deep"
+    problem = error_log[0].message if error_log else ""
+    depth_limit = re.search(r"depth in document: (\d+)", problem)
+    if depth_limit:
+        reason = f"elements are nested more than {depth_limit[1]} deep"
     elif "Name too long" in problem:
         reason = "a name of an element or attribute has more than 50,000 letters"
     elif "too big found" in problem or "Resource limit" in problem:

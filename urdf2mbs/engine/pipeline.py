@@ -100,19 +100,17 @@ class Pipeline:
         config_lines = self._config_lines
         with config_lines.gather():
             self.plugins = load_plugins(self._plugin_files, installed=load_installed)
-            for config_fault in config_lines.faults:
+            for fault in config_lines.faults:
                 for pass_name in self.plugins.passes:
-                    if config_fault.message == f"unknown key '{pass_name}'":
-                        config_fault.hint = f"did you mean 'passes: {{{pass_name}: {{}}}}'?"
+                    if fault.message == f"unknown key '{pass_name}'":
+                        fault.hint = f"did you mean 'passes: {{{pass_name}: {{}}}}'?"
             self._check_levels()
             n_earlier_faults = len(config_lines.faults)
             self.passes = resolve(self._config, config_lines, self.plugins)
-            for config_fault in config_lines.faults[n_earlier_faults:]:
+            for fault in config_lines.faults[n_earlier_faults:]:
                 # what is missing may be in a plugin that was left out
                 broken_plugins = map(str, self.plugins.broken)
-                config_fault.hint = (
-                    "\n  ".join([config_fault.hint or "", *broken_plugins]).lstrip() or None
-                )
+                fault.hint = "\n  ".join([fault.hint or "", *broken_plugins]).lstrip() or None
 
     def _check_levels(self) -> None:
         """Record a fault for each code that nobody has, or whose level is fixed."""
@@ -132,10 +130,10 @@ class Pipeline:
             hint = nearest(unknown_code, adjustable) or "docs/diagnostics.md lists them"
             if unknown_code not in codes:
                 hint += self._explain_declaration(unknown_code)
-            config_fault = self._config_lines.error(
+            fault = self._config_lines.error(
                 "unknown-code", message, ("diagnostics", unknown_code), hint
             )
-            self._config_lines.faults.append(config_fault)
+            self._config_lines.faults.append(fault)
 
     def _explain_declaration(self, diagnostic_code: str) -> str:
         """Return where plugins would declare a code, as more lines of a hint."""

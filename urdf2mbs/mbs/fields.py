@@ -207,9 +207,9 @@ class ObjectType(NamedTuple):
     required: tuple[str, ...] = ()
     """Tags of the other children that are required."""
 
-    def describe(self, part: Any) -> str:
+    def describe(self, mbs_object: Any) -> str:
         """Return an object as messages call it, such as "joint 'knee'"."""
-        return f"{self.noun} '{part.name}'" if self.name_tag else self.noun
+        return f"{self.noun} '{mbs_object.name}'" if self.name_tag else self.noun
 
 
 def _make_connection(kind: str) -> model.Connection:

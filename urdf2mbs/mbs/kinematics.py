@@ -55,20 +55,20 @@ def compute_placement(mbs: Mbs, positions: Mapping[str, float] | None = None) ->
         point = points.get((body.parent, body.point))
         if point is not None:
             origin = add(origin, rotate(rotation, point.coordinates))
-        previous = last_joints[body.parent]
+        previous_index = last_joints[body.parent]
         for joint in body.joints:
-            number = int(joint.type[1])
+            axis_number = int(joint.type[1])
             # Column 1, 2 or 3 of the rotation is the axis x, y or z of the current frame.
-            axis = (rotation[number - 1], rotation[number + 2], rotation[number + 5])
-            joints.append(PlacedJoint(joint, axis, origin, previous))
-            previous = len(joints) - 1
+            axis = (rotation[axis_number - 1], rotation[axis_number + 2], rotation[axis_number + 5])
+            joints.append(PlacedJoint(joint, axis, origin, previous_index))
+            previous_index = len(joints) - 1
             q = joint.q if positions is None else positions[joint.name]
             if not q:
                 continue
             if joint.type[0] == "R":
-                rotation = multiply(rotation, from_turn((number, q)))
+                rotation = multiply(rotation, from_turn((axis_number, q)))
             else:
                 origin = add(origin, (q * axis[0], q * axis[1], q * axis[2]))
         bodies[body.name] = Pose(origin, rotation)
-        last_joints[body.name] = previous
+        last_joints[body.name] = previous_index
     return Placement(bodies, joints, last_joints)

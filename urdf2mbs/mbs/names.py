@@ -49,10 +49,10 @@ def free_name(name: str, names: Container[str], normalize: Callable[[str], str] 
         names: The names that are used, normalized.
         normalize: Normalizes a name, as ``str.lower`` where letter case is ignored.
     """
-    candidate, number = name, 1
+    candidate, suffix_number = name, 1
     while normalize(candidate) in names:
-        number += 1
-        candidate = f"{name}_{number}"
+        suffix_number += 1
+        candidate = f"{name}_{suffix_number}"
     return candidate
 
 
@@ -75,24 +75,24 @@ def identifiers(
         The identifiers, in the order of the names.
     """
     suffixes = [suffix] * len(names) if isinstance(suffix, str) else suffix
-    used = {*C_KEYWORDS, *reserved}
-    result = [""] * len(names)
-    to_change: list[int] = []
+    used_names = {*C_KEYWORDS, *reserved}
+    new_names = [""] * len(names)
+    changed_indices: list[int] = []
     for index, name in enumerate(names):
-        if name in used or not _is_identifier(name):
-            to_change.append(index)
+        if name in used_names or not _is_identifier(name):
+            changed_indices.append(index)
         else:
-            used.add(name)
-            result[index] = name
-    for index in to_change:
+            used_names.add(name)
+            new_names[index] = name
+    for index in changed_indices:
         identifier = re.sub("[^A-Za-z0-9_]", "_", names[index])
         if not _is_identifier(identifier):
             identifier = f"n_{identifier}"
-        if identifier in used:
-            identifier = free_name(identifier + suffixes[index], used)
-        used.add(identifier)
-        result[index] = identifier
-    return result
+        if identifier in used_names:
+            identifier = free_name(identifier + suffixes[index], used_names)
+        used_names.add(identifier)
+        new_names[index] = identifier
+    return new_names
 
 
 def assign_identifiers(mbs: Mbs) -> tuple[dict[str, str], dict[str, str]]:
@@ -112,21 +112,21 @@ def assign_identifiers(mbs: Mbs) -> tuple[dict[str, str], dict[str, str]]:
     _rename_points(mbs)
     body_names, joint_names = _rename_shared(mbs)
     _update_references(mbs, body_names, joint_names)
-    _rename(mbs.user_constraints, "_constraint")
-    _rename(mbs.user_models, "_model")
-    _rename(mbs.user_variables, "_variable")
+    _rename_elements(mbs.user_constraints, "_constraint")
+    _rename_elements(mbs.user_models, "_model")
+    _rename_elements(mbs.user_variables, "_variable")
     for model in mbs.user_models:
         for parameter in model.parameters:
             parameter.name = joint_names.get(parameter.name, parameter.name)
-        _rename(model.parameters, "_parameter")
+        _rename_elements(model.parameters, "_parameter")
     return body_names, joint_names
 
 
-def _rename(elements: Sequence[Any], suffix: str, reserved: Iterable[str] = ()) -> None:
+def _rename_elements(elements: Sequence[Any], suffix: str, reserved: Iterable[str] = ()) -> None:
     """Give the elements of one name space identifiers."""
     names = [element.name for element in elements]
-    for element, name in zip(elements, identifiers(names, reserved, suffix), strict=True):
-        element.name = name
+    for element, new_name in zip(elements, identifiers(names, reserved, suffix), strict=True):
+        element.name = new_name
 
 
 def _rename_points(mbs: Mbs) -> None:
@@ -138,22 +138,22 @@ def _rename_points(mbs: Mbs) -> None:
     new_names: dict[tuple[str | None, str | None], str] = {}
     for owner_name, owner in mbs.base_and_bodies():
         old_names = [point.name for point in owner.points]
-        _rename(owner.points, "_point", (ORIGIN,))
+        _rename_elements(owner.points, "_point", (ORIGIN,))
         for old_name, point in zip(old_names, owner.points, strict=True):
             new_names.setdefault((owner_name, old_name), point.name)
     for body in mbs.bodies:
         body.point = new_names.get((body.parent, body.point))
-    for connection, end in _list_ends(mbs):
-        body_name, point_name = key = getattr(connection, end)
+    for connection, end_field in _list_ends(mbs):
+        body_name, point_name = key = getattr(connection, end_field)
         if point_name is not None and key not in new_names:
             owner_label = "the base" if body_name is None else f"body '{body_name}'"
             message = (
                 f"{connection.kind} '{connection.name}' refers to point '{point_name}', "
                 f"which {owner_label} does not have"
             )
-            points = [point for body, point in new_names if body == body_name and point]
-            raise ConversionError("name-unknown", message, hint=nearest(point_name, points))
-        setattr(connection, end, (body_name, new_names.get(key)))
+            point_names = [point for body, point in new_names if body == body_name and point]
+            raise ConversionError("name-unknown", message, hint=nearest(point_name, point_names))
+        setattr(connection, end_field, (body_name, new_names.get(key)))
 
 
 def _rename_shared(mbs: Mbs) -> tuple[dict[str, str], dict[str, str]]:
@@ -163,7 +163,7 @@ def _rename_shared(mbs: Mbs) -> tuple[dict[str, str], dict[str, str]]:
         The new names of bodies, and those of joints, by their old names.
     """
     points = [point for body in mbs.bodies for point in body.points]
-    groups: list[tuple[Sequence[Joint | Sensor | Connection | Body], str]] = [
+    name_groups: list[tuple[Sequence[Joint | Sensor | Connection | Body], str]] = [
         ([joint for body in mbs.bodies for joint in body.joints], "_joint"),
         ([point.sensor for point in points if point.sensor is not None], "_sensor"),
         ([point.extforce for point in points if point.extforce is not None], "_force"),
@@ -171,15 +171,15 @@ def _rename_shared(mbs: Mbs) -> tuple[dict[str, str], dict[str, str]]:
         (mbs.links, "_link"),
         (mbs.bodies, "_body"),
     ]
-    elements = [element for group, _ in groups for element in group]
-    suffixes = [suffix for group, suffix in groups for _ in group]
+    elements = [element for group_elements, _ in name_groups for element in group_elements]
+    suffixes = [suffix for group_elements, suffix in name_groups for _ in group_elements]
     old_names = [element.name for element in elements]
     new_names = identifiers(old_names, (BASE, ORIGIN, mbs.base.name), suffixes)
-    names: dict[type, dict[str, str]] = {}
+    new_names_by_type: dict[type, dict[str, str]] = {}
     for element, name in zip(elements, new_names, strict=True):
-        names.setdefault(type(element), {}).setdefault(element.name, name)
+        new_names_by_type.setdefault(type(element), {}).setdefault(element.name, name)
         element.name = name
-    return names.get(Body, {}), names.get(Joint, {})
+    return new_names_by_type.get(Body, {}), new_names_by_type.get(Joint, {})
 
 
 def _update_references(mbs: Mbs, body_names: dict[str, str], joint_names: dict[str, str]) -> None:
@@ -196,29 +196,33 @@ def _update_references(mbs: Mbs, body_names: dict[str, str], joint_names: dict[s
     for body in mbs.bodies:
         if body.parent is not None:
             body.parent = body_names[body.parent]
-    for connection, end in _list_ends(mbs):
-        body_name, point_name = getattr(connection, end)
+    for connection, end_field in _list_ends(mbs):
+        body_name, point_name = getattr(connection, end_field)
         if body_name is not None:
             referrer = f"{connection.kind} '{connection.name}'"
             body_name = _get_new_name(body_names, body_name, f"{referrer} refers to body")
-            setattr(connection, end, (body_name, point_name))
+            setattr(connection, end_field, (body_name, point_name))
     for constraint in mbs.user_constraints:
         referrer = f"user constraint '{constraint.name}'"
         constraint.joints = tuple(
-            _get_new_name(joint_names, joint, f"{referrer} refers to joint")
-            for joint in constraint.joints
+            _get_new_name(joint_names, joint_name, f"{referrer} refers to joint")
+            for joint_name in constraint.joints
         )
 
 
 def _list_ends(mbs: Mbs) -> list[tuple[Connection, str]]:
     """List the ends of all cuts and links, by the names of their fields."""
     connections = (*mbs.cuts, *mbs.links)
-    return [(connection, end) for connection in connections for end in ("endpoint1", "endpoint2")]
+    return [
+        (connection, end_field)
+        for connection in connections
+        for end_field in ("endpoint1", "endpoint2")
+    ]
 
 
-def _get_new_name(names: dict[str, str], name: str, reference: str) -> str:
+def _get_new_name(new_names: dict[str, str], old_name: str, reference: str) -> str:
     """Return the new name of an element that another refers to; raise an error if it has none."""
-    if name not in names:
-        message = f"{reference} '{name}', which the .mbs does not have"
-        raise ConversionError("name-unknown", message, hint=nearest(name, names))
-    return names[name]
+    if old_name not in new_names:
+        message = f"{reference} '{old_name}', which the .mbs does not have"
+        raise ConversionError("name-unknown", message, hint=nearest(old_name, new_names))
+    return new_names[old_name]

@@ -57,8 +57,8 @@ def read_mbs_file(file: Path) -> model.Mbs:
     Raises:
         ConversionError: The file cannot be read, or is not an .mbs; see ``read_mbs``.
     """
-    name = files.STDIN if str(file) == "-" else str(file)
-    return read_mbs(files.read_model(file), name)
+    file_name = files.STDIN if str(file) == "-" else str(file)
+    return read_mbs(files.read_model(file), file_name)
 
 
 def read_mbs_again(source: bytes) -> tuple[model.Mbs, list[_Element]]:
@@ -80,8 +80,10 @@ def _parse(data: bytes, file: str, *, remove_blank_text: bool = True) -> _Elemen
     try:
         root: _Element = etree.fromstring(data, parser)
     except etree.XMLSyntaxError as error:
-        log: Any = parser.error_log
-        raise_syntax_error(data, file, error, list(log), "an .mbs file begins with <?xml ...?>")
+        error_log: Any = parser.error_log
+        raise_syntax_error(
+            data, file, error, list(error_log), "an .mbs file begins with <?xml ...?>"
+        )
     check_conflict(data, file)  # Robotran would read the elements of both versions
     check_entities(root, file)
     return root
@@ -109,8 +111,8 @@ class _Reader(ValueReader):
         """Return the model of a file, from its root."""
         if root.tag != "mbsDescR7":
             self.fail(root, "not-mbs", f"the root element is <{root.tag}>; expected <mbsDescR7>")
-        mbs: model.Mbs = self.read_object("mbs", root)
-        return mbs
+        mbs_model: model.Mbs = self.read_object("mbs", root)
+        return mbs_model
 
     def make_origin(self, element: _Element) -> SourceElement | None:
         """Return the source of an object; None without graphics, which a writer could not keep."""
@@ -121,42 +123,46 @@ class _Reader(ValueReader):
 
     # --- objects ---
 
-    def read_object(self, key: str, element: _Element) -> Any:
+    def read_object(self, object_key: str, element: _Element) -> Any:
         """Return one of the ``OBJECTS``; None for a drawing of an empty element."""
-        if key == "drawing" and not len(element):
+        if object_key == "drawing" and not len(element):
             return None
-        object_type = OBJECTS[key]
-        part: Any = object_type.make(key)
-        if isinstance(part, Part):
-            part.origin = self.make_origin(element)
-        self.read_children(part, object_type, object_type.table, element)
-        if key in _CHECKS:
-            _CHECKS[key](self, part, element)
-        return part
+        object_type = OBJECTS[object_key]
+        mbs_object: Any = object_type.make(object_key)
+        if isinstance(mbs_object, Part):
+            mbs_object.origin = self.make_origin(element)
+        self.read_children(mbs_object, object_type, object_type.table, element)
+        if object_key in _CHECKS:
+            _CHECKS[object_key](self, mbs_object, element)
+        return mbs_object
 
     def read_children(
-        self, part: Any, object_type: ObjectType, table: Table, element: _Element
+        self, mbs_object: Any, object_type: ObjectType, table: Table, element: _Element
     ) -> None:
         """Give an object the values of an element's children, in the order of the table.
 
         Args:
-            part: The object.
+            mbs_object: The object.
             object_type: Its type.
             table: The table of the element; of the type, or inside of that.
             element: The element.
         """
         children = self.group_children(element, table)
-        for tag, entry in table.items():
+        for tag, field_or_table in table.items():
             elements = children.get(tag)
             if elements is None:
                 if tag == object_type.name_tag or tag in object_type.required:
-                    self.fail_missing(element, tag, object_type, part)
+                    self.fail_missing(element, tag, object_type, mbs_object)
             elif tag == object_type.name_tag:
-                part.name = self.read_name(elements[0], object_type.noun)
-            elif isinstance(entry, Field):
-                setattr(part, entry.attribute, self.read_field(tag, entry.kind, elements))
-            elif entry is not None and not (self.mechanics_only and tag in _GRAPHICS):
-                self.read_children(part, object_type, entry, elements[0])
+                mbs_object.name = self.read_name(elements[0], object_type.noun)
+            elif isinstance(field_or_table, Field):
+                setattr(
+                    mbs_object,
+                    field_or_table.attribute,
+                    self.read_field(tag, field_or_table.kind, elements),
+                )
+            elif field_or_table is not None and not (self.mechanics_only and tag in _GRAPHICS):
+                self.read_children(mbs_object, object_type, field_or_table, elements[0])
 
     def read_field(self, tag: str, kind: Kind | frozenset[str], elements: list[_Element]) -> Any:
         """Return the value of a kind from the elements of a tag."""
@@ -185,37 +191,41 @@ class _Reader(ValueReader):
             self.owner = name
         return name
 
-    def claim_name(self, element: Any, name: str, kind: str) -> None:
+    def claim_name(self, element: Any, name: str, name_kind: str) -> None:
         """Fail if an object of this kind has the name; else it is used from here on.
 
         Objects of different kinds may have one name: Robotran's own CoMan has such joints and
         bodies.
         """
-        if (kind, name) in self.names:
+        owner = self.names.get((name_kind, name))
+        if owner is not None:
             self.fail(
                 element,
                 "name-doubled",
-                f"the name '{name}' of this {kind} is already that of {self.names[kind, name]}",
+                f"the name '{name}' of this {name_kind} is already that of {owner}",
                 "Robotran drops the second of two silently: rename one",
             )
-        self.names[kind, name] = f"an earlier {kind}"
+        self.names[name_kind, name] = f"an earlier {name_kind}"
 
     def read_sensor(self, element: _Element) -> model.Sensor:
         """Return a sensor or an external force, from its attributes."""
-        name = element.get("name", "").strip()
-        if not name:
+        sensor_name = element.get("name", "").strip()
+        if not sensor_name:
             self.fail_name(element, f"<{element.tag}>")
-        self.claim_name(element, name, element.tag)
+        self.claim_name(element, sensor_name, element.tag)
         attributes: Any = element.items()
         measures = []
-        for measure, value in attributes:
+        for measure, attribute_value in attributes:
             if measure in model.SENSOR_MEASURES:
-                if value != "true":
-                    message = f"{element.tag} '{name}': {measure} is '{value}'; expected 'true'"
+                if attribute_value != "true":
+                    message = (
+                        f"{element.tag} '{sensor_name}': {measure} is '{attribute_value}'; "
+                        "expected 'true'"
+                    )
                     hint = f"write 'true', or leave {measure} out"
                     self.fail(element, "value-unknown", message, hint)
                 measures.append(measure)
-        return model.Sensor(name, tuple(measures), origin=self.make_origin(element))
+        return model.Sensor(sensor_name, tuple(measures), origin=self.make_origin(element))
 
     # --- checks of an object that was read ---
 
@@ -237,27 +247,29 @@ class _Reader(ValueReader):
 
     def check_joint(self, joint: model.Joint, element: _Element) -> None:
         """Fail if the type or the nature of a joint is unknown."""
-        for tag, word, words, code in (
+        for tag, stated_word, allowed_words, code in (
             ("type", joint.type, model.JOINT_TYPES, "joint-type-unknown"),
             ("nature", joint.nature, model.NATURES, "joint-nature-unknown"),
         ):
-            if word not in words:
+            if stated_word not in allowed_words:
                 child = element.find(tag)
-                expected = ", ".join(sorted(words))
-                message = f"joint '{joint.name}': {tag} is '{word}'; expected one of {expected}"
+                expected = ", ".join(sorted(allowed_words))
+                message = (
+                    f"joint '{joint.name}': {tag} is '{stated_word}'; expected one of {expected}"
+                )
                 self.fail(element if child is None else child, code, message)
 
     def check_point(self, point: model.Point, element: _Element) -> None:
         """Fail if a point has the name of another, or is an impossible point of the base."""
-        names = self.points.setdefault(self.owner, set())
-        owner = _describe_owner(self.owner)
-        if point.name in names or (self.owner is None and point.name == ORIGIN):
-            self.fail(element, "name-doubled", f"{owner} has two points '{point.name}'")
+        point_names = self.points.setdefault(self.owner, set())
+        owner_label = _describe_owner(self.owner)
+        if point.name in point_names or (self.owner is None and point.name == ORIGIN):
+            self.fail(element, "name-doubled", f"{owner_label} has two points '{point.name}'")
         if point.name == ORIGIN and point.coordinates != ZERO:
             self.fail(
                 element,
                 "origin-moved",
-                f"the point 'origin' of {owner} is not at 0 0 0",
+                f"the point 'origin' of {owner_label} is not at 0 0 0",
                 "'origin' is the body's own frame: give the point another name",
             )
         if self.owner is None and (point.sensor is not None or point.extforce is not None):
@@ -267,18 +279,22 @@ class _Reader(ValueReader):
                 f"point '{point.name}' of the base has a sensor or an external force",
                 "Robotran's C library overruns its memory: put it on a body",
             )
-        names.add(point.name)
+        point_names.add(point.name)
 
     def check_user_constraint(self, constraint: model.UserConstraint, element: _Element) -> None:
         """Fail if a user constraint refers to a joint that does not exist."""
-        for child, joint in zip(element.iter("jointname"), constraint.joints, strict=False):
-            if ("joint", joint) not in self.names:
-                joints = [name for kind, name in self.names if kind == "joint"]
+        for child, joint_name in zip(element.iter("jointname"), constraint.joints, strict=False):
+            if ("joint", joint_name) not in self.names:
+                joint_names = [
+                    joint_candidate
+                    for name_kind, joint_candidate in self.names
+                    if name_kind == "joint"
+                ]
                 message = (
-                    f"user constraint '{constraint.name}' refers to joint '{joint}', "
+                    f"user constraint '{constraint.name}' refers to joint '{joint_name}', "
                     "which does not exist"
                 )
-                self.fail(child, "joint-unknown", message, nearest(joint, joints))
+                self.fail(child, "joint-unknown", message, nearest(joint_name, joint_names))
 
     # --- places ---
 
@@ -290,63 +306,64 @@ class _Reader(ValueReader):
         ]
         if element.tag != "parent" and "" in (body_name, point_name):
             return body_name, point_name  # a draft, in which one of the two is not chosen yet
-        body = None if body_name == BASE else body_name
-        point = None if point_name == ORIGIN else point_name
-        if body is not None and body not in self.points:
-            self.fail_body(element, body)
-        if point is not None and point not in self.points[body]:
-            place, _ = self.describe_place(element)
+        place_body = None if body_name == BASE else body_name
+        place_point = None if point_name == ORIGIN else point_name
+        if place_body is not None and place_body not in self.points:
+            self.fail_body(element, place_body)
+        if place_point is not None and place_point not in self.points[place_body]:
+            place_label, _ = self.describe_place(element)
+            owner_label = _describe_owner(place_body)
             self.fail(
                 element,
                 "point-unknown",
-                f"{place} is point '{point}', which {_describe_owner(body)} does not have",
-                nearest(point, [ORIGIN, *self.points[body]]),
+                f"{place_label} is point '{place_point}', which {owner_label} does not have",
+                nearest(place_point, [ORIGIN, *self.points[place_body]]),
             )
-        return body, point
+        return place_body, place_point
 
-    def fail_body(self, element: _Element, body: str) -> NoReturn:
+    def fail_body(self, element: _Element, body_name: str) -> NoReturn:
         """Fail since no body before this element has this name."""
-        place, owner = self.describe_place(element)
-        if element.tag == "parent" and body == owner:
-            self.fail(element, "parent-unknown", f"body '{owner}' is its own parent")
+        place_label, owner_name = self.describe_place(element)
+        if element.tag == "parent" and body_name == owner_name:
+            self.fail(element, "parent-unknown", f"body '{owner_name}' is its own parent")
         elements = element.getroottree().iterfind("bodytree/body/bodyname")
-        names = [self.read_text(name) for name in elements]
-        if body in names:
+        body_names = [self.read_text(name_element) for name_element in elements]
+        if body_name in body_names:
             self.fail(
                 element,
                 "parent-order",
-                f"{place}, '{body}', comes later in the file",
+                f"{place_label}, '{body_name}', comes later in the file",
                 "a body must come after its parent",
             )
-        message = f"{place} is '{body}', which does not exist"
-        self.fail(element, "parent-unknown", message, nearest(body, [BASE, *names]))
+        message = f"{place_label} is '{body_name}', which does not exist"
+        self.fail(element, "parent-unknown", message, nearest(body_name, [BASE, *body_names]))
 
     def describe_place(self, element: _Element) -> tuple[str, str]:
         """Return what a place is, for messages, and the name of its body, cut or link."""
         owner: Any = element.getparent()
-        name = self.read_text(owner.find("bodyname" if owner.tag == "body" else "name"))
+        owner_name = self.read_text(owner.find("bodyname" if owner.tag == "body" else "name"))
         article = "the " if owner.tag == "body" else ""
-        return f"{article}{element.tag} of {owner.tag} '{name}'", name
+        return f"{article}{element.tag} of {owner.tag} '{owner_name}'", owner_name
 
     # --- errors ---
 
     def fail_missing(
-        self, element: _Element, tag: str, object_type: ObjectType, part: Any
+        self, element: _Element, tag: str, object_type: ObjectType, mbs_object: Any
     ) -> NoReturn:
         """Fail since an element lacks a child that is required."""
-        if object_type.name_tag and not part.name:
+        if object_type.name_tag and not mbs_object.name:
             self.fail_name(element, object_type.noun)
         code = "parent-missing" if tag == "parent" else "mbs-incomplete"
-        self.fail(element, code, f"{object_type.describe(part)} has no <{tag}>")
+        self.fail(element, code, f"{object_type.describe(mbs_object)} has no <{tag}>")
 
     def fail_name(self, element: Any, noun: str) -> NoReturn:
         """Fail since an object has no name."""
         self.fail(element, "name-missing", f"this {noun} has no name")
 
 
-def _describe_owner(body: str | None) -> str:
+def _describe_owner(body_name: str | None) -> str:
     """Return the body or the base, for messages."""
-    return "the base" if body is None else f"body '{body}'"
+    return "the base" if body_name is None else f"body '{body_name}'"
 
 
 #: The function that reads a value of each kind.

@@ -59,25 +59,30 @@ class ValueReader:
 
     def read_number(self, element: _Element) -> float:
         """Return a finite number."""
-        text = element.text or ""
-        value = self._numbers.get(text)
+        number_text = element.text or ""
+        value = self._numbers.get(number_text)
         if value is None or len(element):
             try:
-                value = self._numbers[text] = float(text)
+                value = self._numbers[number_text] = float(number_text)
             except ValueError:
                 value = nan
             # Python also reads what no file may contain: nan, 1_0, the digits of all scripts.
-            if not isfinite(value) or len(element) or "_" in text or not text.isascii():
+            if (
+                not isfinite(value)
+                or len(element)
+                or "_" in number_text
+                or not number_text.isascii()
+            ):
                 self._fail_number(element)
         return value
 
     def _fail_number(self, element: _Element) -> NoReturn:
         """Fail since the text of an element is not a number, or too large for a double."""
-        text = self.read_text(element)
+        number_text = self.read_text(element)
         expected, hint = "a number", "write it as 0.5 or 5e-1"
-        if _is_number(text):
+        if _is_number(number_text):
             expected, hint = "a smaller number", "a double goes up to 1.8e308"
-        message = f"<{element.tag}> is '{text}'; expected {expected}"
+        message = f"<{element.tag}> is '{number_text}'; expected {expected}"
         self.fail(element, "number-invalid", message, hint)
 
     # --- values of several numbers ---
@@ -127,15 +132,15 @@ class ValueReader:
 
     def read_color(self, element: _Element) -> RGB:
         """Return the attributes R, G and B."""
-        parts = [element.get(attribute, "") for attribute in "RGB"]
-        for attribute, text in zip("RGB", parts, strict=True):
-            if not _is_color_part(text) or int(text) > 255:
+        color_parts = [element.get(attribute, "") for attribute in "RGB"]
+        for attribute, part_text in zip("RGB", color_parts, strict=True):
+            if not _is_color_part(part_text) or int(part_text) > 255:
                 message = (
-                    f"{attribute} of <{element.tag}> is '{text}'; "
+                    f"{attribute} of <{element.tag}> is '{part_text}'; "
                     "expected a whole number from 0 to 255"
                 )
                 self.fail(element, "number-invalid", message)
-        return int(parts[0]), int(parts[1]), int(parts[2])
+        return int(color_parts[0]), int(color_parts[1]), int(color_parts[2])
 
     def read_symbols(self, element: _Element) -> tuple[str, ...]:
         """Return the tags of the children that are symbols."""
@@ -149,8 +154,8 @@ class ValueReader:
         children: list[_Element] = element[:]  # type: ignore[index,assignment]
         if [child.tag for child in children] == tags:
             return children
-        by_tag = self.group_children(element, tags)
-        return [by_tag[tag][0] if tag in by_tag else None for tag in tags]
+        children_by_tag = self.group_children(element, tags)
+        return [children_by_tag[tag][0] if tag in children_by_tag else None for tag in tags]
 
     def group_children(self, element: _Element, table: Table | Collection[str]) -> Children:
         """Group the children of an element by tag.
@@ -159,28 +164,30 @@ class ValueReader:
         """
         # A slice is twice as fast as list().
         children: list[_Element] = element[:]  # type: ignore[index,assignment]
-        by_tag: Children = {child.tag: [child] for child in children}
-        if len(by_tag) < len(children):
-            by_tag = {tag: [] for tag in by_tag}
+        children_by_tag: Children = {child.tag: [child] for child in children}
+        if len(children_by_tag) < len(children):
+            children_by_tag = {tag: [] for tag in children_by_tag}
             for child in children:
-                by_tag[child.tag].append(child)
-            for tag, group in by_tag.items():
-                entry = table.get(tag) if isinstance(table, dict) else None
-                is_repeated = isinstance(entry, Field) and entry.kind in REPEATED
-                if len(group) > 1 and tag in table and not is_repeated:
-                    self.fail(group[1], "doubled-element", f"<{element.tag}> has two <{tag}>")
-        return by_tag
+                children_by_tag[child.tag].append(child)
+            for tag, equal_children in children_by_tag.items():
+                field_or_table = table.get(tag) if isinstance(table, dict) else None
+                is_repeated = isinstance(field_or_table, Field) and field_or_table.kind in REPEATED
+                if len(equal_children) > 1 and tag in table and not is_repeated:
+                    self.fail(
+                        equal_children[1], "doubled-element", f"<{element.tag}> has two <{tag}>"
+                    )
+        return children_by_tag
 
     def check_first(self, child: _Element) -> None:
         """Fail if an element is not the first child: Robotran reads any first child as it."""
         previous = child.getprevious()
         if previous is not None:
-            shown = f"<{previous.tag}>" if isinstance(previous.tag, str) else "a comment"
+            previous_label = f"<{previous.tag}>" if isinstance(previous.tag, str) else "a comment"
             parent: Any = child.getparent()
             self.fail(
                 child,
                 "mbs-not-first",
-                f"{shown} comes before <{child.tag}> in <{parent.tag}>",
+                f"{previous_label} comes before <{child.tag}> in <{parent.tag}>",
                 f"Robotran's C library reads the first child as <{child.tag}>, and so zeros or no "
                 f"name: move <{child.tag}> to the front",
             )

@@ -43,59 +43,64 @@ def write(mbs: Mbs) -> bytes:
             that XML does not allow, a word that the format does not have, a body without a joint,
             or a sensor or force on a point of the base.
     """
-    _check(mbs)
+    _check_model(mbs)
     children = _write_object("mbs", mbs, "  ")
-    text = f'<?xml version="1.0" encoding="UTF-8"?>\n<mbsDescR7>\n{children}</mbsDescR7>\n'
-    return text.encode()
+    file_text = f'<?xml version="1.0" encoding="UTF-8"?>\n<mbsDescR7>\n{children}</mbsDescR7>\n'
+    return file_text.encode()
 
 
 # --- objects; ``indent`` is the white space before each line ---
 
 
-def _write_object(key: str, part: Any, indent: str) -> str:
+def _write_object(object_key: str, mbs_object: Any, indent: str) -> str:
     """Return the children of the element of one of the ``OBJECTS``."""
-    object_type = OBJECTS[key]
+    object_type = OBJECTS[object_key]
     try:
-        return _write_children(object_type.table, part, indent)
+        return _write_children(object_type.table, mbs_object, indent)
     except _NotFiniteError as error:
         if not object_type.noun:
             raise
-        raise ValueError(f"{object_type.describe(part)} {error}") from None
+        raise ValueError(f"{object_type.describe(mbs_object)} {error}") from None
 
 
-def _write_children(table: Table, part: Any, indent: str) -> str:
+def _write_children(table: Table, mbs_object: Any, indent: str) -> str:
     """Return the children of a table, with the values of an object."""
-    texts = []
-    for tag, entry in table.items():
-        if isinstance(entry, Field):
-            attribute, kind = entry
-            value = getattr(part, attribute)
+    child_texts = []
+    for tag, field_or_table in table.items():
+        if isinstance(field_or_table, Field):
+            attribute, kind = field_or_table
+            value = getattr(mbs_object, attribute)
             if value is None:
                 continue
             if isinstance(kind, str):
-                texts.append(_VALUE_WRITERS[kind](tag, value, indent))
+                child_texts.append(_VALUE_WRITERS[kind](tag, value, indent))
             else:
-                texts.append(_write_list(tag, kind, value, indent))
-        elif entry is MARK:
-            texts.append(f"{indent}<{tag}/>\n")
+                child_texts.append(_write_list(tag, kind, value, indent))
+        elif field_or_table is MARK:
+            child_texts.append(f"{indent}<{tag}/>\n")
         else:
-            texts.append(_enclose(tag, _write_children(entry, part, f"{indent}  "), indent))
-    return "".join(texts)
+            child_texts.append(
+                _enclose(tag, _write_children(field_or_table, mbs_object, f"{indent}  "), indent)
+            )
+    return "".join(child_texts)
 
 
-def _write_list(tag: str, part_tags: frozenset[str], parts: list[Any], indent: str) -> str:
+def _write_list(tag: str, part_tags: frozenset[str], mbs_objects: list[Any], indent: str) -> str:
     """Return an element around the elements of a list of objects.
 
     Objects whose elements may have several tags have theirs as ``kind``.
     """
     only_tag = next(iter(part_tags))
-    texts = [_write_part(getattr(part, "kind", only_tag), part, f"{indent}  ") for part in parts]
-    return _enclose(tag, "".join(texts), indent)
+    object_texts = [
+        _write_element(getattr(mbs_object, "kind", only_tag), mbs_object, f"{indent}  ")
+        for mbs_object in mbs_objects
+    ]
+    return _enclose(tag, "".join(object_texts), indent)
 
 
-def _write_part(tag: str, part: Any, indent: str) -> str:
+def _write_element(tag: str, mbs_object: Any, indent: str) -> str:
     """Return the element of an object, which is written even if it is empty."""
-    return f"{indent}<{tag}>\n{_write_object(tag, part, f'{indent}  ')}{indent}</{tag}>\n"
+    return f"{indent}<{tag}>\n{_write_object(tag, mbs_object, f'{indent}  ')}{indent}</{tag}>\n"
 
 
 def _enclose(tag: str, children: str, indent: str) -> str:
@@ -129,9 +134,9 @@ def _write_numbers(kind: str, tag: str, numbers: tuple[float, ...], indent: str)
 
 
 def _write_place(tag: str, place: tuple[str | None, str | None], indent: str) -> str:
-    body = BASE if place[0] is None else place[0]
-    point = ORIGIN if place[1] is None else place[1]
-    return _make_template(tag, "place", indent) % (_escape(body), _escape(point))
+    body_name = BASE if place[0] is None else place[0]
+    point_name = ORIGIN if place[1] is None else place[1]
+    return _make_template(tag, "place", indent) % (_escape(body_name), _escape(point_name))
 
 
 def _write_flag(tag: str, is_set: bool, indent: str) -> str:
@@ -152,8 +157,8 @@ def _write_coordinates(tag: str, vector: tuple[float, ...], indent: str) -> str:
 
 
 def _write_control_points(tag: str, points: tuple[model.XY, ...], indent: str) -> str:
-    texts = [_write_numbers("xy", "control_point", point, f"{indent}  ") for point in points]
-    return _enclose(tag, "".join(texts), indent)
+    point_texts = [_write_numbers("xy", "control_point", point, f"{indent}  ") for point in points]
+    return _enclose(tag, "".join(point_texts), indent)
 
 
 def _write_sensor(tag: str, sensor: model.Sensor, indent: str) -> str:
@@ -161,12 +166,12 @@ def _write_sensor(tag: str, sensor: model.Sensor, indent: str) -> str:
     return f'{indent}<{tag} name="{_escape(sensor.name)}"{measures}/>\n'
 
 
-def _write_parts(tag: str, parts: list[Any], indent: str) -> str:
-    return "".join([_write_part(tag, part, indent) for part in parts])
+def _write_parts(tag: str, mbs_objects: list[Any], indent: str) -> str:
+    return "".join([_write_element(tag, mbs_object, indent) for mbs_object in mbs_objects])
 
 
-def _write_single_object(kind: str, tag: str, part: Any, indent: str) -> str:
-    return _enclose(tag, _write_object(kind, part, f"{indent}  "), indent)
+def _write_single_object(kind: str, tag: str, mbs_object: Any, indent: str) -> str:
+    return _enclose(tag, _write_object(kind, mbs_object, f"{indent}  "), indent)
 
 
 #: By kind: the function that writes a value, given the tag, the value and the indent.
@@ -199,8 +204,10 @@ _VALUE_WRITERS: dict[str, Callable[[str, Any, str], str]] = {
 @cache
 def _make_template(tag: str, kind: str, indent: str) -> str:
     """Return the element of a value of several parts, with ``%s`` for each part."""
-    parts = "".join([f"{indent}  <{part}>%s</{part}>\n" for part in INSIDE[kind]])
-    return _enclose(tag, parts, indent)
+    part_elements = "".join(
+        [f"{indent}  <{part_tag}>%s</{part_tag}>\n" for part_tag in INSIDE[kind]]
+    )
+    return _enclose(tag, part_elements, indent)
 
 
 @lru_cache(4096)
@@ -223,7 +230,7 @@ def _escape(text: str) -> str:
 # --- what no .mbs can hold ---
 
 
-def _check(mbs: Mbs) -> None:
+def _check_model(mbs: Mbs) -> None:
     """Raise a ValueError for what no .mbs can hold, other than numbers and characters."""
     for point in mbs.base.points:
         if point.sensor is not None or point.extforce is not None:
@@ -244,11 +251,13 @@ def _check(mbs: Mbs) -> None:
         _check_user_model(user_model)
 
 
-def _check_word(word: str, allowed: frozenset[str], label: str, name: str) -> None:
+def _check_word(stated_word: str, allowed: frozenset[str], subject: str, element_name: str) -> None:
     """Raise a ValueError if a word is not one of those that the format has."""
-    if word not in allowed:
+    if stated_word not in allowed:
         expected = ", ".join(sorted(allowed))
-        raise ValueError(f"{label} '{name}' is '{word}'; expected one of {expected}")
+        raise ValueError(
+            f"{subject} '{element_name}' is '{stated_word}'; expected one of {expected}"
+        )
 
 
 def _check_body(body: model.Body) -> None:

@@ -57,13 +57,13 @@ class ConfigError(ConversionError):
     exit_code = 2
 
 
-def memory_full_error(who: str) -> ConversionError:
+def memory_full_error(subject: str) -> ConversionError:
     """Return the error to raise in place of a MemoryError.
 
     Args:
-        who: The subject of the message, such as "this command".
+        subject: The subject of the message, such as "this command".
     """
-    message = f"{who} takes more memory than there is"
+    message = f"{subject} takes more memory than there is"
     hint = "is a file, or a number in one, far too large? Else give the process more memory"
     return ConversionError("memory-full", message, hint=hint)
 
@@ -101,8 +101,8 @@ class Diagnostic(msgspec.Struct, frozen=True, omit_defaults=True):
         location = ""
         if self.file:
             location = f"{self.file}:{self.line}: " if self.line else f"{self.file}: "
-        text = f"{location}{self.level}[{self.code}]: {self.message}"
-        return _shorten_lines(f"{text}\n  {self.hint}" if self.hint else text)
+        formatted = f"{location}{self.level}[{self.code}]: {self.message}"
+        return _shorten_lines(f"{formatted}\n  {self.hint}" if self.hint else formatted)
 
 
 #: Characters that a terminal acts on: controls, and those that turn the direction of writing.
@@ -120,12 +120,12 @@ def printable(text: str) -> str:
     return re.sub(_CONTROLS, lambda match: match[0].encode("unicode_escape").decode(), text)
 
 
-def _shorten_lines(text: str) -> str:
+def _shorten_lines(message_text: str) -> str:
     """Make a message printable, and cut its long lines in the middle."""
-    half = _MAX_LINE_LENGTH // 2
-    lines = re.sub(_LINE_BREAK_IN_NAME, r"\\n", printable(text)).split("\n")
+    half_length = _MAX_LINE_LENGTH // 2
+    lines = re.sub(_LINE_BREAK_IN_NAME, r"\\n", printable(message_text)).split("\n")
     return "\n".join(
-        line if len(line) <= _MAX_LINE_LENGTH else f"{line[:half]} ... {line[-half:]}"
+        line if len(line) <= _MAX_LINE_LENGTH else f"{line[:half_length]} ... {line[-half_length:]}"
         for line in lines
     )
 

@@ -15,17 +15,17 @@ FAILURES = (Exception, SystemExit)
 
 def describe_exception(error: BaseException) -> str:
     """Return an exception in one line; of a SyntaxError without its file and line."""
-    text = error.msg if isinstance(error, SyntaxError) else " ".join(str(error).split())
-    return f"{type(error).__name__}: {text}" if text else type(error).__name__
+    message = error.msg if isinstance(error, SyntaxError) else " ".join(str(error).split())
+    return f"{type(error).__name__}: {message}" if message else type(error).__name__
 
 
-def find_line(file: Path, error: BaseException) -> int | None:
+def find_line(plugin_file: Path, error: BaseException) -> int | None:
     """Return the innermost line of a file that an exception came from; None: no line of it."""
-    names = (str(file), os.path.abspath(file))  # noqa: PTH100 importlib names the whole path
-    if isinstance(error, SyntaxError) and error.filename in names:
+    file_names = (str(plugin_file), os.path.abspath(plugin_file))  # noqa: PTH100 importlib names the whole path
+    if isinstance(error, SyntaxError) and error.filename in file_names:
         return error.lineno
-    frames = list_frames(str(file), error.__traceback__)
-    return frames[-1][1] if frames else None
+    plugin_frames = list_frames(str(plugin_file), error.__traceback__)
+    return plugin_frames[-1][1] if plugin_frames else None
 
 
 def list_frames(file: str, traceback: TracebackType | None) -> list[tuple[str, int]]:
@@ -41,7 +41,8 @@ def list_frames(file: str, traceback: TracebackType | None) -> list[tuple[str, i
     folder = plugin_file.removesuffix("__init__.py")
     frames = [(frame.f_code.co_filename, line) for frame, line in walk_tb(traceback)]
     return [
-        (name, line)
-        for name, line in frames
-        if name in (file, plugin_file) or (folder != plugin_file and name.startswith(folder))
+        (file_name, line)
+        for file_name, line in frames
+        if file_name in (file, plugin_file)
+        or (folder != plugin_file and file_name.startswith(folder))
     ]
