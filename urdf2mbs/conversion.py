@@ -137,11 +137,10 @@ def choose(patterns: Iterable[str], names: Collection[str], code: str, what: str
 class File(bytes):
     """The bytes of a file to write; plain bytes are a file of kind ``ours``."""
 
-    kind: Literal["ours", "starter", "obsolete", "orphans", "base"]
+    kind: Literal["ours", "starter", "obsolete", "base"]
     """``ours``: replaced by each conversion.  ``starter``: written only if it does not exist, and
     the user's from then on.  ``obsolete``: written by an earlier conversion, and of no use for this
-    one; removed if nobody has changed it.  ``orphans`` and ``base`` of a merge: written with the
-    output, before it and after it."""
+    one; removed if nobody has changed it.  ``base`` of a merge: written after the output, and only with it."""
     replaces: bytes | None
     """The edited file, as a merge has read it.  The new file contains people's edits, too, and is
     not recorded as ours."""
@@ -149,7 +148,7 @@ class File(bytes):
     def __new__(
         cls,
         data: bytes = b"",
-        kind: Literal["ours", "starter", "obsolete", "orphans", "base"] = "ours",
+        kind: Literal["ours", "starter", "obsolete", "base"] = "ours",
         *,
         replaces: bytes | None = None,
     ) -> File:

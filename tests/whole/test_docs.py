@@ -382,7 +382,7 @@ def source_codes() -> tuple[set[str], dict[str, set[str]]]:
     for file in (*core, *plugins):
         if file.name == "codes.py":
             continue
-        room = file.relative_to(ROOT).parts[1].replace("api.py", "commands")
+        room = file.relative_to(ROOT).parts[1].replace("verification.py", "commands")
         for node in ast.walk(ast.parse(file.read_text())):
             words.setdefault(room, set()).update(strings(node))
             if isinstance(node, ast.Call):

@@ -98,10 +98,10 @@ def plan(conversion: Conversion, *, force: bool = False) -> dict[str, list[Path]
 
 def _list_files(conversion: Conversion) -> dict[Path, bytes]:
     """Return the files of a conversion, with those that are written only with the output."""
-    own_files = conversion.files_of("ours")
-    if conversion.settings.output in own_files:
-        return {**conversion.files_of("orphans"), **own_files, **conversion.files_of("base")}
-    return own_files
+    ours = conversion.files_of("ours")
+    if conversion.settings.output in ours:
+        return {**ours, **conversion.files_of("base")}
+    return ours
 
 
 def _list_replaced(files: Mapping[Path, bytes]) -> dict[Path, bytes]:
