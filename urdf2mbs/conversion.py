@@ -140,7 +140,8 @@ class File(bytes):
     kind: Literal["ours", "starter", "obsolete", "base"]
     """``ours``: replaced by each conversion.  ``starter``: written only if it does not exist, and
     the user's from then on.  ``obsolete``: written by an earlier conversion, and of no use for this
-    one; removed if nobody has changed it.  ``base`` of a merge: written after the output, and only with it."""
+    one; removed if nobody has changed it.  ``base`` of a merge: written after the output, and only
+    with it."""
     replaces: bytes | None
     """The edited file, as a merge has read it.  The new file contains people's edits, too, and is
     not recorded as ours."""
