@@ -13,9 +13,13 @@ def urdf2mbs_passes() -> list[PassEntry]:
     previous = ("prune-massless", "force-torque")
     return [
         PassEntry(
-            name, "urdf2mbs_compact", (*previous, *PASSES[:index]), always, presets=("compact",)
+            pass_name,
+            "urdf2mbs_compact",
+            (*previous, *PASSES[:index]),
+            always,
+            presets=("compact",),
         )
-        for index, name in enumerate(PASSES)
+        for index, pass_name in enumerate(PASSES)
     ]
 
 

@@ -19,19 +19,31 @@ def find_nearest_inertia(inertial: Inertial) -> tuple[Inertial, float]:
     Returns:
         The nearest inertia, and the Frobenius norm of the change of J (kg m^2).
     """
-    eigenvalues, vectors = principal(second_moment(inertial.inertia))
-    possible = [max(value, 0.0) for value in eigenvalues]
-    change = sqrt(sum(value * value for value in eigenvalues if value < 0.0))
+    eigenvalues, eigenvectors = principal(second_moment(inertial.inertia))
+    possible_eigenvalues = [max(eigenvalue, 0.0) for eigenvalue in eigenvalues]
+    change_norm = sqrt(
+        sum(eigenvalue * eigenvalue for eigenvalue in eigenvalues if eigenvalue < 0.0)
+    )
     J = [  # noqa: N806
         [
-            sum(possible[k] * vectors[row][k] * vectors[column][k] for k in range(3))
+            sum(
+                possible_eigenvalues[index] * eigenvectors[row][index] * eigenvectors[column][index]
+                for index in range(3)
+            )
             for column in range(3)
         ]
         for row in range(3)
     ]
-    trace = sum(possible)
-    tensor = (trace - J[0][0], -J[0][1], -J[0][2], trace - J[1][1], -J[1][2], trace - J[2][2])
-    return Inertial(max(inertial.mass, 0.0), tensor, inertial.origin), change
+    trace = sum(possible_eigenvalues)
+    nearest_tensor = (
+        trace - J[0][0],
+        -J[0][1],
+        -J[0][2],
+        trace - J[1][1],
+        -J[1][2],
+        trace - J[2][2],
+    )
+    return Inertial(max(inertial.mass, 0.0), nearest_tensor, inertial.origin), change_norm
 
 
 def compute_second_moments(tensor: Sym) -> list[float]:

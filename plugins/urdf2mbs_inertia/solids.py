@@ -41,12 +41,12 @@ class ShapeSolid(NamedTuple):
     """Name of the file of the mesh; empty if it is not a hull."""
 
 
-def compute_solid(geometry: Geometry, files: MeshFiles) -> ShapeSolid | None:
+def compute_solid(geometry: Geometry, mesh_files: MeshFiles) -> ShapeSolid | None:
     """Compute the solid of a shape, in its own frame.
 
     Args:
         geometry: The shape.
-        files: Finds the files of meshes.
+        mesh_files: Finds the files of meshes.
 
     Returns:
         The solid; None for a mesh that is missing, unreadable or flat.
@@ -59,8 +59,8 @@ def compute_solid(geometry: Geometry, files: MeshFiles) -> ShapeSolid | None:
         return ShapeSolid(compute_capsule(geometry.radius, geometry.length))
     if isinstance(geometry, Sphere):
         return ShapeSolid(compute_sphere(geometry.radius))
-    path = files.find(geometry.filename)
-    return None if path is None else compute_mesh(path, geometry.scale)
+    mesh_file = mesh_files.find(geometry.filename)
+    return None if mesh_file is None else compute_mesh(mesh_file, geometry.scale)
 
 
 def move_solid(solid: Solid, pose: Pose) -> Solid:
@@ -85,9 +85,9 @@ def compute_box(size: Vec) -> Solid:
 def compute_cylinder(radius: float, length: float) -> Solid:
     """Compute the solid of a cylinder about z, of a radius and a length (m)."""
     volume = pi * radius * radius * length
-    across = volume * (3 * radius * radius + length * length) / 12
-    along = volume * radius * radius / 2
-    return Solid(volume, ZERO, (across, 0.0, 0.0, across, 0.0, along))
+    inertia_across = volume * (3 * radius * radius + length * length) / 12
+    inertia_along = volume * radius * radius / 2
+    return Solid(volume, ZERO, (inertia_across, 0.0, 0.0, inertia_across, 0.0, inertia_along))
 
 
 def compute_capsule(radius: float, length: float) -> Solid:
@@ -97,11 +97,11 @@ def compute_capsule(radius: float, length: float) -> Solid:
     centre of the plane, is ``2/5 m r^2``: half of that of the ball.
     """
     cylinder, ball = compute_cylinder(radius, length), compute_sphere(radius)
-    shift = ball.volume * (length * length / 4 + 3 / 8 * radius * length)
-    across = cylinder.inertia[0] + ball.inertia[0] + shift
-    along = cylinder.inertia[5] + ball.inertia[5]
+    hemisphere_shift = ball.volume * (length * length / 4 + 3 / 8 * radius * length)
+    inertia_across = cylinder.inertia[0] + ball.inertia[0] + hemisphere_shift
+    inertia_along = cylinder.inertia[5] + ball.inertia[5]
     volume = cylinder.volume + ball.volume
-    return Solid(volume, ZERO, (across, 0.0, 0.0, across, 0.0, along))
+    return Solid(volume, ZERO, (inertia_across, 0.0, 0.0, inertia_across, 0.0, inertia_along))
 
 
 def compute_sphere(radius: float) -> Solid:
@@ -114,11 +114,11 @@ def compute_sphere(radius: float) -> Solid:
 # --- meshes ---
 
 
-def compute_mesh(path: Path, scale: Vec) -> ShapeSolid | None:
+def compute_mesh(mesh_file: Path, scale: Vec) -> ShapeSolid | None:
     """Compute the solid of a mesh by the divergence theorem (trimesh's ``mass_properties``).
 
     Args:
-        path: The file.
+        mesh_file: The file.
         scale: Factors of x, y and z; negative ones mirror.
 
     Returns:
@@ -129,7 +129,7 @@ def compute_mesh(path: Path, scale: Vec) -> ShapeSolid | None:
     from urdf2mbs_meshes.reader import read_mesh
 
     try:
-        mesh = read_mesh(path)
+        mesh = read_mesh(mesh_file)
     except MeshError:
         return None
     import numpy as np
@@ -144,15 +144,15 @@ def compute_mesh(path: Path, scale: Vec) -> ShapeSolid | None:
     if triangles is None:
         return None
     with np.errstate(all="ignore"):  # a flat surface has no centre
-        properties: Any = trimesh.triangles.mass_properties(triangles)
-        if properties.volume < 0.0:  # inside out, or mirrored by its scale
-            properties = trimesh.triangles.mass_properties(triangles[:, ::-1])
-    if not properties.volume > 0.0:
+        mass_properties: Any = trimesh.triangles.mass_properties(triangles)
+        if mass_properties.volume < 0.0:  # inside out, or mirrored by its scale
+            mass_properties = trimesh.triangles.mass_properties(triangles[:, ::-1])
+    if not mass_properties.volume > 0.0:
         return None
-    x, y, z = properties.center_mass.tolist()
-    (xx, xy, xz), (_, yy, yz), (_, _, zz) = properties.inertia.tolist()
-    solid = Solid(float(properties.volume), (x, y, z), (xx, xy, xz, yy, yz, zz))
-    return ShapeSolid(solid, "" if is_closed else path.name)
+    x, y, z = mass_properties.center_mass.tolist()
+    (xx, xy, xz), (_, yy, yz), (_, _, zz) = mass_properties.inertia.tolist()
+    solid = Solid(float(mass_properties.volume), (x, y, z), (xx, xy, xz, yy, yz, zz))
+    return ShapeSolid(solid, "" if is_closed else mesh_file.name)
 
 
 def compute_convex_hull(points: Any) -> Any:
@@ -170,6 +170,6 @@ def compute_convex_hull(points: Any) -> Any:
         return None
     triangles = points[hull.simplices]
     normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-    inward = (normals * hull.equations[:, :3]).sum(axis=1) < 0.0
-    triangles[inward] = triangles[inward][:, ::-1]
+    points_inward = (normals * hull.equations[:, :3]).sum(axis=1) < 0.0
+    triangles[points_inward] = triangles[points_inward][:, ::-1]
     return triangles

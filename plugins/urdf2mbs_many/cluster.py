@@ -15,8 +15,8 @@ PATIENCE = 10
 def run_on_cluster(jobs: list[Job], address: str) -> Generator[Outcome]:
     """Run jobs on a cluster.
 
-    Dask gives the jobs of a lost worker to the other workers.  A job may run twice: it writes the
-    same bytes, and has one outcome.
+    Dask reassigns the jobs of a lost worker to the other workers.  A job may run twice: it writes
+    the same bytes, and has one outcome.
 
     Args:
         jobs: The jobs.
@@ -55,6 +55,6 @@ def run_on_cluster(jobs: list[Job], address: str) -> Generator[Outcome]:
             elif isinstance(failure, dask.KilledWorker):
                 yield make_death(job)
             else:
-                name = type(failure).__name__
-                message = f"the cluster's workers cannot convert: {name}: {failure}"
+                failure_type = type(failure).__name__
+                message = f"the cluster's workers cannot convert: {failure_type}: {failure}"
                 yield make_failure(job, Diagnostic("error", "cluster-failed", message), 2)

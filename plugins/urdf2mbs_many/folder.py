@@ -26,23 +26,27 @@ def find_robots(folder: Path) -> dict[Path, Path]:
     Raises:
         ConfigError: The folder contains no robot, or a folder cannot be read.
     """
-    robots = sorted(
-        file
-        for parent, _, names in os.walk(folder, onerror=_raise_unreadable)
-        for file in (Path(parent, name) for name in names)
-        if is_file(file) and (file.suffix.lower() == ".urdf" or _is_xacro_robot(file))
+    robot_files = sorted(
+        robot_file
+        for subfolder, _, file_names in os.walk(folder, onerror=_raise_unreadable)
+        for robot_file in (Path(subfolder, file_name) for file_name in file_names)
+        if is_file(robot_file)
+        and (robot_file.suffix.lower() == ".urdf" or _is_xacro_robot(robot_file))
     )
-    if not robots:
+    if not robot_files:
         raise ConfigError(
             "folder-empty",
             f"'{folder}' contains no robot",
             hint="a robot is a .urdf file, or a .xacro file whose <robot> has a name",
         )
-    outputs = {robot: robot.relative_to(folder).with_name(f"{stem(robot)}.mbs") for robot in robots}
-    counts = Counter(get_file_key(str(output)) for output in outputs.values())
-    for robot, output in outputs.items():
-        if counts[get_file_key(str(output))] > 1:  # robot.urdf beside robot.urdf.xacro
-            outputs[robot] = output.with_name(f"{robot.name.replace('.', '_')}.mbs")
+    outputs = {
+        robot_file: robot_file.relative_to(folder).with_name(f"{stem(robot_file)}.mbs")
+        for robot_file in robot_files
+    }
+    output_counts = Counter(get_file_key(str(output)) for output in outputs.values())
+    for robot_file, output in outputs.items():
+        if output_counts[get_file_key(str(output))] > 1:  # robot.urdf beside robot.urdf.xacro
+            outputs[robot_file] = output.with_name(f"{robot_file.name.replace('.', '_')}.mbs")
     return outputs
 
 

@@ -48,8 +48,8 @@ class Job(msgspec.Struct, frozen=True):
     def output(self) -> str | None:
         """The file or project that is written; None: it depends on the robot's name."""
         output = self.config.output
-        path = output.project if isinstance(output, Project) else output
-        return None if path is None else os.path.normpath(self.lines.folder / path)
+        output_path = output.project if isinstance(output, Project) else output
+        return None if output_path is None else os.path.normpath(self.lines.folder / output_path)
 
 
 class Outcome(msgspec.Struct):
@@ -84,11 +84,11 @@ def convert_one(job: Job) -> Outcome:
         outcome = make_failure(job, error.diagnostic(), error.exit_code)
         outcome.diagnostics = error.earlier
         return outcome
-    output = conversion.written
+    output_file = conversion.written
     return Outcome(
         job.number,
         job.source,
-        str(output) if output in conversion.files else None,
+        str(output_file) if output_file in conversion.files else None,
         job.values,
         code=0 if conversion.checked.rejected is None else 3,
         report=report(conversion),

@@ -30,15 +30,15 @@ def run_in_processes(jobs: Sequence[Job], n_processes: int) -> Generator[Outcome
     Yields:
         Each outcome as soon as its job is done.
     """
-    queue, lost = deque(jobs), list[Job]()
-    while queue:
-        lost += yield from _run_pool(queue, n_processes)
-    for job in lost:
+    job_queue, lost_jobs = deque(jobs), list[Job]()
+    while job_queue:
+        lost_jobs += yield from _run_pool(job_queue, n_processes)
+    for job in lost_jobs:
         for _ in (yield from _run_pool(deque([job]), 1)):
             yield make_death(job)
 
 
-def _run_pool(queue: deque[Job], n_processes: int) -> Generator[Outcome, None, list[Job]]:
+def _run_pool(job_queue: deque[Job], n_processes: int) -> Generator[Outcome, None, list[Job]]:
     """Run jobs from a queue until it is empty or the pool breaks.
 
     Returns:
@@ -52,13 +52,13 @@ def _run_pool(queue: deque[Job], n_processes: int) -> Generator[Outcome, None, l
     pool = ProcessPoolExecutor(n_processes, mp_context=context, initializer=_start_worker)
     running: dict[Future[Outcome], Job] = {}
     try:
-        while queue or running:
-            while queue and len(running) < 2 * n_processes:  # so that a broken pool loses few
+        while job_queue or running:
+            while job_queue and len(running) < 2 * n_processes:  # so that a broken pool loses few
                 with _hide_main_script():
-                    future = pool.submit(convert_one, queue[0])
-                running[future] = queue.popleft()
-            done, _ = wait(running, return_when=FIRST_COMPLETED)
-            for future in done:
+                    future = pool.submit(convert_one, job_queue[0])
+                running[future] = job_queue.popleft()
+            completed_futures, _ = wait(running, return_when=FIRST_COMPLETED)
+            for future in completed_futures:
                 outcome = future.result()
                 del running[future]
                 yield outcome
@@ -80,12 +80,12 @@ def _hide_main_script() -> Iterator[None]:
 
     A script without ``if __name__ == "__main__":`` would convert its robots in each process again.
     """
-    script = sys.modules["__main__"]
+    main_script = sys.modules["__main__"]
     sys.modules["__main__"] = ModuleType("__main__")
     try:
         yield
     finally:
-        sys.modules["__main__"] = script
+        sys.modules["__main__"] = main_script
 
 
 def _start_worker() -> None:
@@ -101,7 +101,7 @@ def _start_worker() -> None:
 
 def _exit_with_parent() -> None:
     """Wait for the main process to end, then exit."""
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
+    parent_process = multiprocessing.parent_process()
+    if parent_process is not None:
+        parent_process.join()
         os._exit(1)

@@ -73,9 +73,9 @@ def list_members(config: Config, lines: Lines) -> list[Member]:
         values: dict[str, Any] = {}
         xacro_args: dict[str, Any] = {}
         passes: dict[str, dict[str, Any]] = {}
-        for (block, *key), value in zip(swept_values, combination, strict=True):
+        for (section, *key), value in zip(swept_values, combination, strict=True):
             values[".".join(key)] = value
-            options = xacro_args if block == "xacro_args" else passes.setdefault(key[0], {})
+            options = xacro_args if section == "xacro_args" else passes.setdefault(key[0], {})
             options[key[-1]] = value
         output = _fill_output(config, values, lines)
         robot, _ = config_of(
@@ -89,27 +89,31 @@ def _list_swept_values(
     config: Config, sweep: Sweep, lines: Lines
 ) -> dict[tuple[str, ...], list[Any]]:
     """List the values of a sweep by the keys of the config that they change."""
-    given: dict[tuple[str, ...], list[Any] | Range] = {
-        ("xacro_args", name): values for name, values in sweep.xacro_args.items()
+    given_values: dict[tuple[str, ...], list[Any] | Range] = {
+        ("xacro_args", argument_name): values for argument_name, values in sweep.xacro_args.items()
     }
-    for pass_, options in sweep.passes.items():
-        given |= {("passes", pass_, option): values for option, values in options.items()}
-    if not given:
+    for pass_name, options in sweep.passes.items():
+        given_values |= {
+            ("passes", pass_name, option_name): values for option_name, values in options.items()
+        }
+    if not given_values:
         hint = "give some: 'sweep: {xacro_args: {height: [0.7, 0.8]}}'"
         raise lines.error("sweep-empty", "the sweep has no values", ("sweep",), hint)
-    swept: dict[tuple[str, ...], list[Any]] = {}
-    for key, values in given.items():
+    swept_values: dict[tuple[str, ...], list[Any]] = {}
+    for key, values in given_values.items():
         sweep_key = ("sweep", *key)
         if key[-1] in (config.xacro_args if len(key) == 2 else config.passes.get(key[1], {})):
             message = f"'{dotted(key)}' has a value, and the sweep gives it others"
             raise lines.error("sweep-twice", message, sweep_key, "remove one of the two")
-        swept[key] = values if isinstance(values, list) else _list_numbers(values, lines, sweep_key)
-        if not swept[key]:
+        swept_values[key] = (
+            values if isinstance(values, list) else _list_numbers(values, lines, sweep_key)
+        )
+        if not swept_values[key]:
             raise lines.error("sweep-empty", f"'{dotted(sweep_key)}' has no values", sweep_key)
         if key[0] == "xacro_args":
-            swept[key] = [str(value) for value in swept[key]]
-    _check_count(prod(map(len, swept.values())), lines, ("sweep",))
-    return swept
+            swept_values[key] = [str(value) for value in swept_values[key]]
+    _check_count(prod(map(len, swept_values.values())), lines, ("sweep",))
+    return swept_values
 
 
 def format_values(values: dict[str, Any]) -> str:
@@ -128,14 +132,14 @@ def _format_placeholders(keys: Iterable[str]) -> str:
 # --- ranges ---
 
 
-def _list_numbers(range_: Range, lines: Lines, key: Key) -> list[int] | list[float]:
+def _list_numbers(number_range: Range, lines: Lines, key: Key) -> list[int] | list[float]:
     """List the numbers of a range, both ends included.
 
     They are computed in decimals: 0.7, 0.8, 0.9, and not 0.7999999999999999.
     """
-    first, last = Decimal(str(range_.first)), Decimal(str(range_.last))
-    step, count = Decimal(str(range_.step or 0)), range_.count or 0
-    if count > 1 and range_.step is None:
+    first, last = Decimal(str(number_range.first)), Decimal(str(number_range.last))
+    step, count = Decimal(str(number_range.step or 0)), number_range.count or 0
+    if count > 1 and number_range.step is None:
         step = (last - first) / (count - 1)
     elif step and not count and (last - first) / step >= 0:
         count = _count_steps(first, last, step, lines, key) + 1
@@ -146,8 +150,8 @@ def _list_numbers(range_: Range, lines: Lines, key: Key) -> list[int] | list[flo
         )
         raise lines.error("sweep-range", message, key, "such as {from: 0.7, to: 0.9, step: 0.1}")
     _check_count(count, lines, key)
-    is_integer = isinstance(range_.first, int) and isinstance(range_.step, int)
-    numbers = [(int if is_integer else float)(first + step * n) for n in range(count)]
+    is_integer = isinstance(number_range.first, int) and isinstance(number_range.step, int)
+    numbers = [(int if is_integer else float)(first + step * index) for index in range(count)]
     if not is_integer:  # the last step may miss the end by a digit
         numbers[-1] = float(last)
     return numbers
@@ -164,8 +168,8 @@ def _count_steps(first: Decimal, last: Decimal, step: Decimal, lines: Lines, key
     if abs(ratio - count) > _STEP_TOLERANCE:
         reached = first + step * int(ratio)
         message = f"the steps of {step} from {first} do not end at {last}, but at {reached}"
-        evenly = f"'count: {max(count, 1) + 1}' instead of 'step' divides the range evenly"
-        hint = f"'to: {reached}' ends at a step; {evenly}"
+        even_count_hint = f"'count: {max(count, 1) + 1}' instead of 'step' divides the range evenly"
+        hint = f"'to: {reached}' ends at a step; {even_count_hint}"
         raise lines.error("sweep-range", message, key, hint)
     return count
 
@@ -197,14 +201,14 @@ def _fill_output(config: Config, values: dict[str, Any], lines: Lines) -> str | 
 def _fill_path(path: str, values: dict[str, Any], lines: Lines) -> str:
     """Replace the placeholders of a path by values; a value is a part of one name."""
 
-    def get_value(match: re.Match[str]) -> str:
-        name = match[1]
-        if name not in values:
-            message = f"'{{{name}}}' in the output is not a value of the sweep"
-            hint = nearest(name, values) or f"values: {_format_placeholders(values)}"
+    def get_value(placeholder: re.Match[str]) -> str:
+        value_name = placeholder[1]
+        if value_name not in values:
+            message = f"'{{{value_name}}}' in the output is not a value of the sweep"
+            hint = nearest(value_name, values) or f"values: {_format_placeholders(values)}"
             raise lines.error("sweep-output", message, ("output",), hint)
-        text = _UNSAFE_CHARACTER.sub("_", _format_value(values[name]))
-        return text if is_portable(text) else f"_{text}"
+        value_text = _UNSAFE_CHARACTER.sub("_", _format_value(values[value_name]))
+        return value_text if is_portable(value_text) else f"_{value_text}"
 
-    filled = _PLACEHOLDER.sub(get_value, expand(path, lines, ("output",)))
-    return f"./{filled}" if filled.startswith("~") else filled
+    filled_path = _PLACEHOLDER.sub(get_value, expand(path, lines, ("output",)))
+    return f"./{filled_path}" if filled_path.startswith("~") else filled_path

@@ -44,26 +44,27 @@ class LimitParameter(NamedTuple):
 
 def find_unreadable_limits(model: Mbs) -> list[str]:
     """Return a sentence for each limit of a joint that is not a number, and so is not drawn."""
-    numbers = model.numbers()
+    joint_numbers = model.numbers()
     return [
-        f"joint '{joint}': {user_model} is '{text}'; expected a number, and no stop is drawn"
-        for user_model, joint, text in _list_limit_parameters(model)
-        if joint in numbers
-        and _parse_finite(text) is None
-        and text.strip().lower().lstrip("+-") != "inf"
+        f"joint '{joint_name}': {user_model} is '{limit_text}'; expected a number, "
+        "and no stop is drawn"
+        for user_model, joint_name, limit_text in _list_limit_parameters(model)
+        if joint_name in joint_numbers
+        and _parse_finite(limit_text) is None
+        and limit_text.strip().lower().lstrip("+-") != "inf"
     ]
 
 
 def _find_limits(model: Mbs) -> dict[str, Limits]:
     """Return the limits of the joints that have some, in the order of the joints."""
-    limits: dict[str, dict[str, float | None]] = {name: {} for name in LIMIT_MODELS}
-    for user_model, joint, text in _list_limit_parameters(model):
-        limits[user_model][joint] = _parse_finite(text)
-    lower, upper = limits["q_min"], limits["q_max"]
+    limits: dict[str, dict[str, float | None]] = {model_name: {} for model_name in LIMIT_MODELS}
+    for user_model, joint_name, limit_text in _list_limit_parameters(model):
+        limits[user_model][joint_name] = _parse_finite(limit_text)
+    lower_limits, upper_limits = limits["q_min"], limits["q_max"]
     return {
-        joint: (lower.get(joint), upper.get(joint))
-        for joint in model.numbers()
-        if joint in lower or joint in upper
+        joint_name: (lower_limits.get(joint_name), upper_limits.get(joint_name))
+        for joint_name in model.numbers()
+        if joint_name in lower_limits or joint_name in upper_limits
     }
 
 
@@ -97,22 +98,25 @@ def list_marks(summary: Summary, model: Mbs) -> dict[str, Any]:
         ``points``: (body, point in the body's frame (m), kind, rotation or None);
         ``lines``: (kind, (body, point), (body, point)); ``stops``: (joint, limits).
     """
-    points: list[tuple[Any, ...]] = []
+    point_marks: list[tuple[Any, ...]] = []
     for (body, _), point in model.points().items():
         if point.sensor is not None:
             use = summary.uses.get(point.sensor.name)
-            points.append((body, point.coordinates, "sensors", use and use.rotation))
-        points += [(body, position, kind, None) for position, kind in _list_forces(summary, point)]
-    lines = [
+            point_marks.append((body, point.coordinates, "sensors", use and use.rotation))
+        point_marks += [
+            (body, position, force_kind, None)
+            for position, force_kind in _list_forces(summary, point)
+        ]
+    line_marks = [
         (
             connection.kind,
-            (connection.endpoint1[0], _locate(model, connection.endpoint1)),
-            (connection.endpoint2[0], _locate(model, connection.endpoint2)),
+            (connection.endpoint1[0], _get_position(model, connection.endpoint1)),
+            (connection.endpoint2[0], _get_position(model, connection.endpoint2)),
         )
         for connection in (*model.cuts, *model.links)
         if not connection.is_draft
     ]
-    return {"points": points, "lines": lines, "stops": list(_find_limits(model).items())}
+    return {"points": point_marks, "lines": line_marks, "stops": list(_find_limits(model).items())}
 
 
 def _list_forces(summary: Summary, point: Point) -> list[tuple[Vec, str]]:
@@ -120,12 +124,12 @@ def _list_forces(summary: Summary, point: Point) -> list[tuple[Vec, str]]:
     if point.extforce is None:
         return []
     use = summary.uses.get(point.extforce.name)
-    kind = "contacts" if use is not None and use.what == "contact" else "forces"
+    force_kind = "contacts" if use is not None and use.what == "contact" else "forces"
     positions = use.spots if use is not None and use.spots else (point.coordinates,)
-    return [(position, kind) for position in positions]
+    return [(position, force_kind) for position in positions]
 
 
-def _locate(model: Mbs, endpoint: Endpoint) -> Vec:
+def _get_position(model: Mbs, endpoint: Endpoint) -> Vec:
     """Return the position of an endpoint in its body's frame (m)."""
     point = model.points().get(endpoint)
     return ZERO if point is None else point.coordinates
@@ -149,12 +153,12 @@ def _make_point_table(summary: Summary, model: Mbs) -> PageTable:
     """Make the table of sensors and external forces; with their uses if passes made some."""
     rows = []
     for (body, _), point in model.points().items():
-        for element, kind in ((point.sensor, "sensor"), (point.extforce, "external force")):
+        for element, element_kind in ((point.sensor, "sensor"), (point.extforce, "external force")):
             if element is None:
                 continue
             cells: list[Cell] = [
                 element.name,
-                kind,
+                element_kind,
                 ", ".join(element.measures),
                 body or "base",
                 point.name,
@@ -175,17 +179,19 @@ def _make_loop_table(model: Mbs) -> PageTable:
     placed_bodies = compute_placement(model).bodies
 
     def compute_position(endpoint: Endpoint) -> Vec:
-        pose = placed_bodies[endpoint[0]]
-        return add(pose.xyz, rotate(pose.rot, _locate(model, endpoint)))
+        body_pose = placed_bodies[endpoint[0]]
+        return add(body_pose.xyz, rotate(body_pose.rot, _get_position(model, endpoint)))
 
     rows = []
     for connection in (*model.cuts, *model.links):
-        ends = connection.endpoint1, connection.endpoint2
-        distance = "not chosen yet" if connection.is_draft else dist(*map(compute_position, ends))
+        endpoints = connection.endpoint1, connection.endpoint2
+        distance = (
+            "not chosen yet" if connection.is_draft else dist(*map(compute_position, endpoints))
+        )
         cells = (
             connection.name,
             connection.kind,
-            *map(_format_endpoint, ends),
+            *map(_format_endpoint, endpoints),
             connection.length,
             distance,
         )
@@ -206,25 +212,34 @@ def _make_user_model_tables(model: Mbs) -> list[PageTable]:
     The first has a row for each joint, and a column for each user model whose parameters are
     joints; the second has all other parameters.
     """
-    numbers = model.numbers()
+    joint_numbers = model.numbers()
     values_by_model: dict[str, dict[str, str]] = {}
     other_rows: list[Row] = []
     for user_model in model.user_models:
-        values = {
+        parameter_values = {
             parameter.name: ", ".join(map(_shorten_number, parameter.values))
             for parameter in user_model.parameters
         }
-        if values and values.keys() <= numbers.keys():
-            values_by_model[user_model.name] = values
+        if parameter_values and parameter_values.keys() <= joint_numbers.keys():
+            values_by_model[user_model.name] = parameter_values
         else:
-            other_rows += [Row((user_model.name, name, value)) for name, value in values.items()]
+            other_rows += [
+                Row((user_model.name, parameter_name, parameter_value))
+                for parameter_name, parameter_value in parameter_values.items()
+            ]
     joint_rows = [
         Row(
-            (joint, *(values.get(joint) for values in values_by_model.values())),
-            {"data-joint": joint},
+            (
+                joint_name,
+                *(
+                    parameter_values.get(joint_name)
+                    for parameter_values in values_by_model.values()
+                ),
+            ),
+            {"data-joint": joint_name},
         )
-        for joint in numbers
-        if any(joint in values for values in values_by_model.values())
+        for joint_name in joint_numbers
+        if any(joint_name in parameter_values for parameter_values in values_by_model.values())
     ]
     columns = ("joint", *values_by_model)
     return [

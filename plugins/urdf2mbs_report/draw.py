@@ -140,11 +140,11 @@ def _require_positions(mbs: Mbs) -> None:
             if point.position is None and point.name != ORIGIN
         ]
     if missing:
-        more = f" and {len(missing) - 3} more" if len(missing) > 3 else ""
+        remainder = f" and {len(missing) - 3} more" if len(missing) > 3 else ""
         raise ConversionError(
             "no-drawing",
-            f"model '{mbs.name}' does not say where in the diagram {', '.join(missing[:3])}{more} "
-            f"{'is' if len(missing) == 1 else 'are'}",
+            f"model '{mbs.name}' does not say where in the diagram {', '.join(missing[:3])}"
+            f"{remainder} {'is' if len(missing) == 1 else 'are'}",
             hint="give them graphics/x2D: convert the robot with the pass 'layout', or draw and "
             "save the model in MBSysPad",
         )
@@ -164,15 +164,15 @@ class _Diagram:
             self.origins[body.name] = body.joints[-1].position or (0.0, 0.0)
             self.drawings[body.name] = body.drawing
         self.boxes = {
-            name: _compute_box(self.origins[name], drawing)
-            for name, drawing in self.drawings.items()
+            body_name: _compute_box(self.origins[body_name], drawing)
+            for body_name, drawing in self.drawings.items()
         }
         self.points: dict[tuple[str | None, str], XY] = {}
-        for name, owner in mbs.base_and_bodies():
+        for body_name, owner in mbs.base_and_bodies():
             for point in owner.points:
                 is_origin = point.name == ORIGIN and point.position is None
-                position = self.origins[name] if is_origin else point.position or (0.0, 0.0)
-                self.points[name, point.name] = position
+                position = self.origins[body_name] if is_origin else point.position or (0.0, 0.0)
+                self.points[body_name, point.name] = position
         self.occupied = [
             Box(x - DOT_SPACE, y - DOT_SPACE, x + DOT_SPACE, y + DOT_SPACE)
             for x, y in (*self.origins.values(), *self.points.values())
@@ -197,66 +197,66 @@ class _Diagram:
         ]
         for box in self.boxes.values():
             corners += [(box.left, box.top), (box.right, box.bottom)]
-        xs, ys = zip(*corners, strict=True)
-        return Box(min(xs), min(ys), max(xs), max(ys))
+        x_positions, y_positions = zip(*corners, strict=True)
+        return Box(min(x_positions), min(y_positions), max(x_positions), max(y_positions))
 
     def draw_boxes(self) -> Iterator[str]:
         """Draw the box of the base with its dot, then those of the bodies."""
         x, y = self.origins[None]
-        dot = _make_tag("circle", cx=x, cy=y, r=6)
+        base_dot = _make_tag("circle", cx=x, cy=y, r=6)
         title = _make_title(f"{self.mbs.base.name}: the base")
-        yield _make_tag("g", "body base", title + self._draw_box(None) + dot, data_body="")
+        yield _make_tag("g", "body base", title + self._draw_box(None) + base_dot, data_body="")
         for body in self.mbs.bodies:
             content = _make_title(_describe_body(body)) + self._draw_box(body.name)
             yield _make_tag("g", "body", content, data_body=body.name)
 
-    def _draw_box(self, name: str | None) -> str:
+    def _draw_box(self, body_name: str | None) -> str:
         """Draw the box of a body in its shape."""
-        drawing, box = self.drawings[name], self.boxes[name]
+        drawing, box = self.drawings[body_name], self.boxes[body_name]
         if drawing.shape in ("circle", "ellipse"):
             rx, ry = box.width / 2, box.height / 2
             return _make_tag("ellipse", "box", cx=box.left + rx, cy=box.top + ry, rx=rx, ry=ry)
         if drawing.shape == "polyline" and drawing.control_points:
-            x, y = self.origins[name]
+            x, y = self.origins[body_name]
             corners = " ".join(_format_point((x + dx, y + dy)) for dx, dy in drawing.control_points)
             return _make_tag("polygon", "box", points=corners)
         return _make_tag("rect", "box", x=box.left, y=box.top, width=box.width, height=box.height)
 
     def draw_arrows(self) -> Iterator[str]:
         """Draw an arrow from each body's origin to each of its points."""
-        for (name, _), point in self.points.items():
-            origin = self.origins[name]
+        for (body_name, _), point in self.points.items():
+            origin = self.origins[body_name]
             length = hypot(point[0] - origin[0], point[1] - origin[1])
             if length >= MIN_ARROW_LENGTH:
                 yield _make_tag("path", "arrow", d=_make_arrow(origin, point, length))
 
     def draw_body_names(self) -> Iterator[str]:
         """Draw the names of the bodies, over the arrows that cross them."""
-        for name, box in self.boxes.items():
-            css_class = "body-name base" if name is None else "body-name"
-            dx, dy = self.drawings[name].name_pos
+        for body_name, box in self.boxes.items():
+            css_class = "body-name base" if body_name is None else "body-name"
+            dx, dy = self.drawings[body_name].name_pos
             x, y = (box.left + box.right) / 2 + dx, (box.top + box.bottom) / 2 - 6 + dy
-            half_width = 4.5 * len(name or "Base")
+            half_width = 4.5 * len(body_name or "Base")
             self.occupied.append(Box(x - half_width, y - 12, x + half_width, y + 4))
-            text = _make_text("Base" if name is None else name, (x, y), "label")
-            yield _make_tag("g", css_class, text, data_body=name or "")
+            text = _make_text("Base" if body_name is None else body_name, (x, y), "label")
+            yield _make_tag("g", css_class, text, data_body=body_name or "")
 
     def draw_wires(self) -> Iterator[str]:
         """Draw wires from the parent's point through the joints of each body."""
         for body in self.mbs.bodies:
-            start = self._locate(body.parent, body.point)
+            wire_start = self._locate(body.parent, body.point)
             for joint in body.joints:
-                end, number = joint.position or (0.0, 0.0), self.numbers[joint.name]
-                middle = (start[0] + end[0]) / 2, (start[1] + end[1]) / 2
-                curve = f"M{_format_point(start)} {_make_curve(start, end)}"
+                wire_end, number = joint.position or (0.0, 0.0), self.numbers[joint.name]
+                middle = (wire_start[0] + wire_end[0]) / 2, (wire_start[1] + wire_end[1]) / 2
+                wire_path = f"M{_format_point(wire_start)} {_make_curve(wire_start, wire_end)}"
                 content = (
                     _make_title(_describe_joint(joint, number))
-                    + _make_tag("path", "wire", d=curve)
+                    + _make_tag("path", "wire", d=wire_path)
                     + self._draw_label(joint.type, f"q{number}", middle)
                 )
                 css_class = f"joint-label {joint.nature}"
                 yield _make_tag("g", css_class, content, data_joint=joint.name)
-                start = end
+                wire_start = wire_end
 
     def draw_connections(self) -> Iterator[str]:
         """Draw the cuts, then the links, with labels where they overlap others least."""
@@ -265,43 +265,54 @@ class _Diagram:
                 continue
             start = self._locate(*connection.endpoint1)
             end = self._locate(*connection.endpoint2)
-            kind, name = connection.kind, connection.name
-            line = f"M{_format_point(start)} L{_format_point(end)}"
+            kind, connection_name = connection.kind, connection.name
+            line_path = f"M{_format_point(start)} L{_format_point(end)}"
             content = (
                 _make_title(_describe_connection(connection))
-                + _make_tag("path", "cut" if kind in CUTS else "link", d=line)
-                + self._draw_label(kind, name, self._find_free_position(start, end, kind, name))
+                + _make_tag("path", "cut" if kind in CUTS else "link", d=line_path)
+                + self._draw_label(
+                    kind,
+                    connection_name,
+                    self._find_free_position(start, end, kind, connection_name),
+                )
             )
-            yield _make_tag("g", "connection", content, data_name=name)
+            yield _make_tag("g", "connection", content, data_name=connection_name)
 
-    def _find_free_position(self, start: XY, end: XY, upper: str, lower: str) -> XY:
+    def _find_free_position(self, start: XY, end: XY, upper_text: str, lower_text: str) -> XY:
         """Find the position on a line where a label overlaps dots and other labels least."""
 
         def compute_overlap(position: XY) -> float:
-            label = _compute_label_box(position, upper, lower)
-            return sum(label.compute_overlap(box) for box in self.occupied)
+            label_box = _compute_label_box(position, upper_text, lower_text)
+            return sum(label_box.compute_overlap(occupied_box) for occupied_box in self.occupied)
 
         (x1, y1), (x2, y2) = start, end
-        positions = [(x1 + share * (x2 - x1), y1 + share * (y2 - y1)) for share in LABEL_SHARES]
+        positions = [
+            (x1 + label_share * (x2 - x1), y1 + label_share * (y2 - y1))
+            for label_share in LABEL_SHARES
+        ]
         return min(positions, key=compute_overlap)
 
-    def _draw_label(self, upper: str, lower: str, position: XY) -> str:
+    def _draw_label(self, upper_text: str, lower_text: str, position: XY) -> str:
         """Draw a label of two lines around a position."""
-        self.occupied.append(_compute_label_box(position, upper, lower))
+        self.occupied.append(_compute_label_box(position, upper_text, lower_text))
         x, y = position
-        return _make_text(upper, (x, y - 3), "label") + _make_text(lower, (x, y + 12), "label")
+        return _make_text(upper_text, (x, y - 3), "label") + _make_text(
+            lower_text, (x, y + 12), "label"
+        )
 
     def draw_dots(self) -> Iterator[str]:
         """Draw the dots of points, marked S for a sensor and F for a force, then of joints."""
-        for name, owner in self.mbs.base_and_bodies():
+        for body_name, owner in self.mbs.base_and_bodies():
             for point in owner.points:
-                x, y = self.points[name, point.name]
+                x, y = self.points[body_name, point.name]
                 content = _make_title(_describe_point(point))
                 content += _make_tag("circle", cx=x, cy=y, r=5)
                 marks = "S" * (point.sensor is not None) + "F" * (point.extforce is not None)
                 for index, letter in enumerate(marks):
                     content += _make_text(letter, (x + 7 + 7 * index, y + 3), "mark")
-                yield _make_tag("g", "point", content, data_body=name or "", data_point=point.name)
+                yield _make_tag(
+                    "g", "point", content, data_body=body_name or "", data_point=point.name
+                )
         for body in self.mbs.bodies:
             for joint in body.joints:
                 x, y = joint.position or (0.0, 0.0)
@@ -325,22 +336,25 @@ def _compute_box(origin: XY, drawing: Drawing) -> Box:
     return Box(left, top, left + width, top + height)
 
 
-def _compute_label_box(position: XY, upper: str, lower: str) -> Box:
+def _compute_label_box(position: XY, upper_text: str, lower_text: str) -> Box:
     """Estimate the space of a label of two lines around a position."""
     x, y = position
-    half_width = 3.5 * max(len(upper), len(lower)) + 2
+    half_width = 3.5 * max(len(upper_text), len(lower_text)) + 2
     return Box(x - half_width, y - 14, x + half_width, y + 16)
 
 
 def _make_arrow(start: XY, end: XY, length: float) -> str:
     """Return the path of an arrow; its tip touches the dot at its end."""
     ux, uy = (end[0] - start[0]) / length, (end[1] - start[1]) / length
-    tip = end[0] - 5 * ux, end[1] - 5 * uy
-    left, right = [
-        (tip[0] - 10 * ux + sign * 4.5 * uy, tip[1] - 10 * uy - sign * 4.5 * ux) for sign in (1, -1)
+    arrow_tip = end[0] - 5 * ux, end[1] - 5 * uy
+    left_barb, right_barb = [
+        (arrow_tip[0] - 10 * ux + sign * 4.5 * uy, arrow_tip[1] - 10 * uy - sign * 4.5 * ux)
+        for sign in (1, -1)
     ]
-    head = f"M{_format_point(left)} L{_format_point(tip)} L{_format_point(right)}"
-    return f"M{_format_point(start)} L{_format_point(tip)} {head}"
+    head_path = (
+        f"M{_format_point(left_barb)} L{_format_point(arrow_tip)} L{_format_point(right_barb)}"
+    )
+    return f"M{_format_point(start)} L{_format_point(arrow_tip)} {head_path}"
 
 
 def _make_curve(start: XY, end: XY) -> str:
@@ -349,10 +363,10 @@ def _make_curve(start: XY, end: XY) -> str:
     length = hypot(dx, dy)
     if length == 0.0:
         return f"L{_format_point(end)}"
-    bend = min(BEND_SHARE * length, MAX_BEND) / length
-    first = (start[0] + dx / 3 + bend * dy, start[1] + dy / 3 - bend * dx)
-    second = (end[0] - dx / 3 - bend * dy, end[1] - dy / 3 + bend * dx)
-    return f"C{_format_point(first)} {_format_point(second)} {_format_point(end)}"
+    bend_ratio = min(BEND_SHARE * length, MAX_BEND) / length
+    first_control = (start[0] + dx / 3 + bend_ratio * dy, start[1] + dy / 3 - bend_ratio * dx)
+    second_control = (end[0] - dx / 3 - bend_ratio * dy, end[1] - dy / 3 + bend_ratio * dx)
+    return f"C{_format_point(first_control)} {_format_point(second_control)} {_format_point(end)}"
 
 
 # --- tooltips ---
@@ -360,47 +374,52 @@ def _make_curve(start: XY, end: XY) -> str:
 
 def _describe_body(body: Body) -> str:
     """Return the tooltip of a body."""
-    lines = [body.name]
+    tooltip_lines = [body.name]
     if body.mass is not None:
-        lines.append(f"mass {body.mass:.6g} kg")
+        tooltip_lines.append(f"mass {body.mass:.6g} kg")
     if body.com is not None:
-        lines.append(f"com ({', '.join(f'{value:.6g}' for value in body.com)}) m")
-    return "\n".join(lines)
+        tooltip_lines.append(f"com ({', '.join(f'{component:.6g}' for component in body.com)}) m")
+    return "\n".join(tooltip_lines)
 
 
 def _describe_joint(joint: MbsJoint, number: int) -> str:
     """Return the tooltip of a joint."""
-    unit = "rad" if joint.type.startswith("R") else "m"
-    start = "" if joint.q is None else f", q = {joint.q:.6g} {unit}"
-    return f"{joint.name}\n{joint.type}, q{number}, {joint.nature}{start}"
+    unit_name = "rad" if joint.type.startswith("R") else "m"
+    initial_value = "" if joint.q is None else f", q = {joint.q:.6g} {unit_name}"
+    return f"{joint.name}\n{joint.type}, q{number}, {joint.nature}{initial_value}"
 
 
 def _describe_point(point: Point) -> str:
     """Return the tooltip of a point."""
-    lines = [point.name, f"({', '.join(f'{value:.6g}' for value in point.coordinates)}) m"]
+    tooltip_lines = [
+        point.name,
+        f"({', '.join(f'{component:.6g}' for component in point.coordinates)}) m",
+    ]
     if point.sensor is not None:
-        lines.append(f"sensor {point.sensor.name}")
+        tooltip_lines.append(f"sensor {point.sensor.name}")
     if point.extforce is not None:
-        lines.append(f"external force {point.extforce.name}")
-    return "\n".join(lines)
+        tooltip_lines.append(f"external force {point.extforce.name}")
+    return "\n".join(tooltip_lines)
 
 
 def _describe_connection(connection: Connection) -> str:
     """Return the tooltip of a cut or a link."""
-    length = "" if connection.length is None else f", length {connection.length:.6g} m"
-    return f"{connection.name}\n{connection.kind}{length}"
+    length_text = "" if connection.length is None else f", length {connection.length:.6g} m"
+    return f"{connection.name}\n{connection.kind}{length_text}"
 
 
 # --- SVG ---
 
 
-def _make_tag(name: str, css_class: str = "", content: str = "", **attributes: str | float) -> str:
+def _make_tag(
+    tag_name: str, css_class: str = "", content: str = "", **attributes: str | float
+) -> str:
     """Return an SVG element; ``data_x`` is its attribute ``data-x``."""
-    text = f'<{name} class="{css_class}"' if css_class else f"<{name}"
-    for key, value in attributes.items():
+    element_text = f'<{tag_name} class="{css_class}"' if css_class else f"<{tag_name}"
+    for attribute_name, value in attributes.items():
         value_text = escape(value) if isinstance(value, str) else _format_number(value)
-        text += f' {key.replace("_", "-")}="{value_text}"'
-    return f"{text}>{content}</{name}>" if content else f"{text}/>"
+        element_text += f' {attribute_name.replace("_", "-")}="{value_text}"'
+    return f"{element_text}>{content}</{tag_name}>" if content else f"{element_text}/>"
 
 
 def _make_title(text: str) -> str:

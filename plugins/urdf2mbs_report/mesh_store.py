@@ -93,8 +93,8 @@ class MeshStore:
             The number of the mesh; None if it cannot be drawn.
         """
         # A file may have several names.
-        key = ("source", filename if path is None else str(path))
-        return self._add_once(filename, key, partial(self._read_mesh_file, path))
+        mesh_key = ("source", filename if path is None else str(path))
+        return self._add_once(filename, mesh_key, partial(self._read_mesh_file, path))
 
     def pack_arrays(self) -> str:
         """Return all arrays for the script: gzip, then base64."""
@@ -102,44 +102,46 @@ class MeshStore:
 
     def _add_once(
         self,
-        name: str,
-        key: tuple[str, str],
-        read: Callable[[], tuple[Mesh, FileReader]],
+        mesh_name: str,
+        mesh_key: tuple[str, str],
+        read_source: Callable[[], tuple[Mesh, FileReader]],
     ) -> int | None:
         """Return the number of a mesh, which is read when its key is first asked for."""
-        if key not in self._stored:
+        if mesh_key not in self._stored:
             try:
-                mesh, read_texture = read()
-                parts = [self._pack_part(part, read_texture) for part in _join_parts(mesh.parts)]
-                self.meshes.append(parts)
+                mesh, read_texture = read_source()
+                packed_parts = [
+                    self._pack_part(part, read_texture) for part in _join_parts(mesh.parts)
+                ]
+                self.meshes.append(packed_parts)
                 problems = "; ".join(dict.fromkeys(mesh.problems))
-                self._stored[key] = StoredMesh(len(self.meshes) - 1, problems)
+                self._stored[mesh_key] = StoredMesh(len(self.meshes) - 1, problems)
             except MeshError as error:
-                self._stored[key] = StoredMesh(None, str(error))
-        number, reason = self._stored[key]
+                self._stored[mesh_key] = StoredMesh(None, str(error))
+        mesh_number, reason = self._stored[mesh_key]
         if reason:
-            (self.missing if number is None else self.incomplete)[name] = reason
-        return number
+            (self.missing if mesh_number is None else self.incomplete)[mesh_name] = reason
+        return mesh_number
 
     def _read_wrl(self, url: str, read_file: FileReader) -> tuple[Mesh, FileReader]:
         """Read a .wrl; return the mesh and a reader of its textures."""
-        data = read_file(url)
-        if data is None:
+        vrml_data = read_file(url)
+        if vrml_data is None:
             raise MeshError("the .wrl is not there ('output: {project: DIR}' makes it)")
-        folder = PurePosixPath(url.replace("\\", "/")).parent
-        return read_vrml(data), lambda name: read_file(str(folder / name))
+        mesh_folder = PurePosixPath(url.replace("\\", "/")).parent
+        return read_vrml(vrml_data), lambda texture_name: read_file(str(mesh_folder / texture_name))
 
-    def _read_mesh_file(self, path: Path | None) -> tuple[Mesh, FileReader]:
+    def _read_mesh_file(self, mesh_file: Path | None) -> tuple[Mesh, FileReader]:
         """Read a mesh file of a URDF; return the mesh and a reader of its textures."""
-        if path is None:
+        if mesh_file is None:
             raise MeshError("the mesh file is not there")
-        if size(path) > self._bytes_left:
+        if size(mesh_file) > self._bytes_left:
             raise MeshError(
                 f"the files of all meshes are more than {self._max_mebibytes} MiB, "
                 "'at_most' of convert-meshes"
             )
         try:
-            mesh = read_mesh(path, up_axis=False)
+            mesh = read_mesh(mesh_file, up_axis=False)
             self._bytes_left -= mesh.size
         except ConversionError as error:
             raise MeshError(f"{error.message}; {error.hint}") from None
@@ -154,53 +156,55 @@ class MeshStore:
         # The sum with 0 turns -0 to 0, so that both are the same point.
         corners = part.points.astype(np.float32)[part.triangles].reshape(-1, 3) + np.float32(0.0)
         points, triangles = find_distinct_rows(corners)
-        rounded = _round_points(points)
-        packed: dict[str, Any] = {
-            "low": rounded.lowest_corner,
-            "step": rounded.step,
-            "points": self._add_array(rounded.differences),
+        rounded_points = _round_points(points)
+        packed_part: dict[str, Any] = {
+            "low": rounded_points.lowest_corner,
+            "step": rounded_points.step,
+            "points": self._add_array(rounded_points.differences),
             "triangles": self._add_array(_encode_indices(triangles)),
             "color": part.material.diffuse,
             "transparency": part.material.transparency,
         }
         if part.material.texture and part.uv is not None:
-            image = read_texture(part.material.texture) or b""
-            starts = (start for start in IMAGE_TYPES if image.startswith(start))
-            image_type = IMAGE_TYPES.get(next(starts, b""))
+            image_data = read_texture(part.material.texture) or b""
+            signatures = (
+                signature for signature in IMAGE_TYPES if image_data.startswith(signature)
+            )
+            image_type = IMAGE_TYPES.get(next(signatures, b""))
             if image_type is not None:
-                uv = part.uv.astype(np.float32).reshape(-1, 2)
-                packed["texture"] = self._add_texture(image, image_type)
-                packed["uv"] = self._add_array(uv.view(np.uint32))
+                texture_coordinates = part.uv.astype(np.float32).reshape(-1, 2)
+                packed_part["texture"] = self._add_texture(image_data, image_type)
+                packed_part["uv"] = self._add_array(texture_coordinates.view(np.uint32))
         if part.colors is not None:
             colors = np.asarray(part.colors)
             if colors.ndim == 2:  # of faces: each corner has that of its face
                 colors = np.repeat(colors[:, None, :], 3, axis=1)
             if colors.shape[-1] == 4 and part.material.transparency is None:
-                packed["transparency"] = 1.0 - float(colors[..., 3].mean()) / 255
-            rgba = np.full((len(corners), 4), 255, np.uint8)
-            rgba[:, :3] = colors[..., :3].reshape(-1, 3)
-            packed["colors"] = self._add_array(rgba.view("<u4"))
-        return packed
+                packed_part["transparency"] = 1.0 - float(colors[..., 3].mean()) / 255
+            rgba_colors = np.full((len(corners), 4), 255, np.uint8)
+            rgba_colors[:, :3] = colors[..., :3].reshape(-1, 3)
+            packed_part["colors"] = self._add_array(rgba_colors.view("<u4"))
+        return packed_part
 
-    def _add_array(self, values: NDArray[np.uint32]) -> tuple[int, int]:
+    def _add_array(self, word_array: NDArray[np.uint32]) -> tuple[int, int]:
         """Keep an array of 32-bit words; return its first byte and its number of words.
 
         The lowest bytes of all words come first, then the next ones: in this order they pack best.
         """
         import numpy as np
 
-        data = values.astype("<u4").view(np.uint8).reshape(-1, 4).T.tobytes()
-        if data not in self._offsets:
-            self._offsets[data] = self._size
-            self._size += len(data)
-        return self._offsets[data], values.size
+        array_bytes = word_array.astype("<u4").view(np.uint8).reshape(-1, 4).T.tobytes()
+        if array_bytes not in self._offsets:
+            self._offsets[array_bytes] = self._size
+            self._size += len(array_bytes)
+        return self._offsets[array_bytes], word_array.size
 
-    def _add_texture(self, data: bytes, image_type: str) -> int:
+    def _add_texture(self, image_data: bytes, image_type: str) -> int:
         """Keep an image, and return its number."""
-        url = f"data:{image_type};base64,{base64.b64encode(data).decode()}"
-        if url not in self.textures:
-            self.textures.append(url)
-        return self.textures.index(url)
+        data_url = f"data:{image_type};base64,{base64.b64encode(image_data).decode()}"
+        if data_url not in self.textures:
+            self.textures.append(data_url)
+        return self.textures.index(data_url)
 
 
 class RoundedPoints(NamedTuple):
@@ -249,19 +253,24 @@ def _join_parts(parts: list[Part]) -> list[Part]:
     """Join the parts that look the same: a browser draws a few large ones faster."""
     import numpy as np
 
-    groups: dict[Any, list[Part]] = {}
-    for number, part in enumerate(parts):
+    part_groups: dict[Any, list[Part]] = {}
+    for part_index, part in enumerate(parts):
         can_join = part.uv is None and part.colors is None
-        groups.setdefault((part.material, part.smooth) if can_join else number, []).append(part)
+        part_groups.setdefault((part.material, part.smooth) if can_join else part_index, []).append(
+            part
+        )
     joined_parts = []
-    for group in groups.values():
+    for group in part_groups.values():
         first_points = np.cumsum([0, *(len(part.points) for part in group)])
-        joined = msgspec.structs.replace(
+        joined_part = msgspec.structs.replace(
             group[0],
             points=np.concatenate([part.points for part in group]),
             triangles=np.concatenate(
-                [part.triangles + first for part, first in zip(group, first_points, strict=False)]
+                [
+                    part.triangles + first_point
+                    for part, first_point in zip(group, first_points, strict=False)
+                ]
             ),
         )
-        joined_parts.append(joined if len(group) > 1 else group[0])
+        joined_parts.append(joined_part if len(group) > 1 else group[0])
     return joined_parts

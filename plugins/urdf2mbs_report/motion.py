@@ -66,36 +66,46 @@ def read_motion(model: Mbs, project: Path, file: str = "dirdyn.csv") -> dict[str
     if results is None:
         return None
     columns, rows = results
-    joints = list(model.numbers())
-    if {name for name in columns if name.startswith("q.")} != {f"q.{name}" for name in joints}:
+    joint_names = list(model.numbers())
+    if {column_name for column_name in columns if column_name.startswith("q.")} != {
+        f"q.{joint_name}" for joint_name in joint_names
+    }:
         raise MotionError("its joints are not those of the model")
     forces = _list_forces(model, columns)
-    force_columns = [f"{force.name}.{part}" for force in forces for part in FORCE_COLUMNS]
-    missing = [name for name in ("time", *force_columns) if name not in columns]
-    if missing:
-        raise MotionError(f"it has no column {some([repr(name) for name in missing], 3)}")
+    force_columns = [f"{force.name}.{component}" for force in forces for component in FORCE_COLUMNS]
+    missing_columns = [
+        column_name for column_name in ("time", *force_columns) if column_name not in columns
+    ]
+    if missing_columns:
+        raise MotionError(
+            f"it has no column {some([repr(column_name) for column_name in missing_columns], 3)}"
+        )
     time_column = columns["time"]
     if not np.isfinite(rows[:, time_column]).all():
         raise MotionError("a time is not a finite number")
     frames = _select_frames(rows, time_column)
-    energies = [name for name in ("energy.kinetic", "energy.potential") if name in columns]
+    energy_columns = [
+        column_name
+        for column_name in ("energy.kinetic", "energy.potential")
+        if column_name in columns
+    ]
     return {
-        "joints": joints,
+        "joints": joint_names,
         "forces": forces,
-        "time": _pack(frames[:, [time_column]]),
-        "q": _pack(frames[:, [columns[f"q.{name}"] for name in joints]]),
-        "F": _pack(frames[:, [columns[name] for name in force_columns]]),
-        "E": _pack(frames[:, [columns[name] for name in energies]]),
+        "time": _pack_numbers(frames[:, [time_column]]),
+        "q": _pack_numbers(frames[:, [columns[f"q.{joint_name}"] for joint_name in joint_names]]),
+        "F": _pack_numbers(frames[:, [columns[column_name] for column_name in force_columns]]),
+        "E": _pack_numbers(frames[:, [columns[column_name] for column_name in energy_columns]]),
     }
 
 
-def _read_results(file: Path) -> Results | None:
+def _read_results(results_file: Path) -> Results | None:
     """Read a file of results; return None if there is no file."""
     try:
-        with file.open(encoding="utf-8", newline="") as text:
-            lines = csv.reader(text)
-            columns = {name: index for index, name in enumerate(next(lines, []))}
-            rows = [[float(cell) for cell in line] for line in lines]
+        with results_file.open(encoding="utf-8", newline="") as results_stream:
+            csv_lines = csv.reader(results_stream)
+            columns = {column_name: index for index, column_name in enumerate(next(csv_lines, []))}
+            rows = [[float(cell) for cell in csv_line] for csv_line in csv_lines]
     except (FileNotFoundError, NotADirectoryError):
         return None
     except (OSError, ValueError, csv.Error) as error:
@@ -116,20 +126,24 @@ def _list_forces(model: Mbs, columns: dict[str, int]) -> list[Force]:
         for point in body.points
         if point.extforce is not None and f"{point.extforce.name}.Fx" in columns
     ]
-    pushes = (re.fullmatch(r"(push\d+\.(.+))\.Fx", name) for name in columns)
-    return forces + [Force(push[2], push[1], is_push=True) for push in pushes if push]
+    push_matches = (re.fullmatch(r"(push\d+\.(.+))\.Fx", column_name) for column_name in columns)
+    return forces + [
+        Force(push_match[2], push_match[1], is_push=True)
+        for push_match in push_matches
+        if push_match
+    ]
 
 
 def _select_frames(rows: Rows, time_column: int) -> Rows:
     """Select the rows that are at least a frame apart, and the last row."""
-    indices, last_time = [], -np.inf
-    for index, time in enumerate(rows[:, time_column]):
-        if time - last_time >= 1.0 / FRAME_RATE - 1e-9 or index == len(rows) - 1:
-            indices.append(index)
-            last_time = time
-    return rows[indices]
+    row_indices, last_time = [], -np.inf
+    for row_index, frame_time in enumerate(rows[:, time_column]):
+        if frame_time - last_time >= 1.0 / FRAME_RATE - 1e-9 or row_index == len(rows) - 1:
+            row_indices.append(row_index)
+            last_time = frame_time
+    return rows[row_indices]
 
 
-def _pack(values: Rows) -> str:
+def _pack_numbers(values: Rows) -> str:
     """Return numbers as float32 in base64."""
     return b64encode(np.ascontiguousarray(values, dtype="<f4").tobytes()).decode()

@@ -4,7 +4,7 @@ The page is self-contained: it loads nothing, from no network, and its own secur
 not let it.  Its .mbs side is read back from the file's bytes.  three.js comes from the installed
 package jupyter-threejs-sage, which has nothing else in it.
 
-``templates/page.html`` is the page; ``_render`` fills it with the data of ``sections``,
+``templates/page.html`` is the page; ``_render_page`` fills it with the data of ``sections``,
 ``connections``, ``scene``, ``motion`` and ``script``.
 """
 
@@ -109,14 +109,14 @@ def make_robot_page(conversion: Conversion) -> Page:
         ConfigError: No .mbs was made.
     """
     settings = conversion.settings
-    output = conversion.written
-    if output not in conversion.files:
+    output_file = conversion.written
+    if output_file not in conversion.files:
         message = "there is no .mbs to report on: no pass has made it"
         raise ConfigError("no-mbs", message, hint="put 'emit' in the pipeline")
-    model = read_mbs(conversion.files[output], str(output))
-    store = MeshStore(conversion.state(MeshLimit).mebibytes)
+    model = read_mbs(conversion.files[output_file], str(output_file))
+    mesh_store = MeshStore(conversion.state(MeshLimit).mebibytes)
     stand_ins: set[str] = set()
-    data = _describe_both_sides(conversion, model, store, stand_ins)
+    scene_data = _describe_both_sides(conversion, model, mesh_store, stand_ins)
     contents = Contents(
         name=conversion.robot.name,
         title=f"{conversion.robot.name}: URDF and .mbs",
@@ -129,20 +129,20 @@ def make_robot_page(conversion: Conversion) -> Page:
         stand_ins=stand_ins,
         robot=sections.describe_robot(conversion),
     )
-    page = _render(model, store, data, contents)
-    page.diagnostics = _warn_of_limits(model, str(output))
+    page = _render_page(model, mesh_store, scene_data, contents)
+    page.diagnostics = _warn_of_limits(model, str(output_file))
     return page
 
 
 def _describe_both_sides(
-    conversion: Conversion, model: Mbs, store: MeshStore, stand_ins: set[str]
+    conversion: Conversion, model: Mbs, mesh_store: MeshStore, stand_ins: set[str]
 ) -> dict[str, Any]:
     """Describe the 3D model of the .mbs and the URDF.
 
     Args:
         conversion: The conversion.
         model: The .mbs, read back.
-        store: The meshes of both are added to this.
+        mesh_store: The meshes of both are added to this.
         stand_ins: The urls of .wrl files that do not exist yet are added to this.
 
     Returns:
@@ -150,7 +150,7 @@ def _describe_both_sides(
     """
     settings = conversion.settings
     read_file = make_file_reader(conversion.files, settings.project or settings.output.parent)
-    filenames = {stem: filename for filename, stem in conversion.meshes.items()}
+    filenames = {mesh_stem: filename for filename, mesh_stem in conversion.meshes.items()}
     mesh_files = get_mesh_files(conversion)
 
     def find_stand_in(url: str) -> Path | None:
@@ -160,43 +160,43 @@ def _describe_both_sides(
         stand_ins.add(url)
         return mesh_files.find(filename)
 
-    mbs = describe_mbs(model, store, read_file, find_stand_in)
-    data = _describe_model(model, store, mbs, of_plugins(conversion)) | {
-        "urdf": describe_urdf(conversion.robot, store, mesh_files.find),
+    mbs_description = describe_mbs(model, mesh_store, read_file, find_stand_in)
+    scene_data = _describe_model(model, mesh_store, mbs_description, of_plugins(conversion)) | {
+        "urdf": describe_urdf(conversion.robot, mesh_store, mesh_files.find),
         "frames": [
             (
-                link,
+                link_name,
                 {
                     "body": frame.body,
                     "joint": frame.joint,
                     "pose": (*frame.pose.rot, *frame.pose.xyz),
                 },
             )
-            for link, frame in conversion.frames.items()
+            for link_name, frame in conversion.frames.items()
         ],
         "coordinates": list(conversion.names.coordinates.items()),
         "joints": list(conversion.names.joints.items()),
     }
-    for reasons in (store.missing, store.incomplete):
+    for reasons in (mesh_store.missing, mesh_store.incomplete):
         for url in list(reasons):  # a mesh that neither side has is a single mesh
             filename = filenames.get(PurePosixPath(url).stem, url)
             if filename != url and filename in reasons:
                 del reasons[url]
     if model.view:
-        data |= {"size": FRAMES_IN_SIZE * model.view.frame, "frame": model.view.frame}
-    return data
+        scene_data |= {"size": FRAMES_IN_SIZE * model.view.frame, "frame": model.view.frame}
+    return scene_data
 
 
 def _list_robot_facts(conversion: Conversion) -> list[str]:
     """List the facts below the title of the page of a conversion."""
-    result = report(conversion)
-    warnings = sum(diagnostic.level == "warning" for diagnostic in conversion.diagnostics)
+    conversion_report = report(conversion)
+    n_warnings = sum(diagnostic.level == "warning" for diagnostic in conversion.diagnostics)
     return [
-        f"{counted(result.links, 'link')} → {counted(result.bodies, 'body')}",
-        f"{counted(result.joints.urdf, 'URDF joint')} → {result.joints}",
-        f"{result.mass:.6g} kg",
-        result.base_in_words,
-        counted(warnings, "warning"),
+        f"{counted(conversion_report.links, 'link')} → {counted(conversion_report.bodies, 'body')}",
+        f"{counted(conversion_report.joints.urdf, 'URDF joint')} → {conversion_report.joints}",
+        f"{conversion_report.mass:.6g} kg",
+        conversion_report.base_in_words,
+        counted(n_warnings, "warning"),
     ]
 
 
@@ -216,15 +216,15 @@ def make_model_page(
         live: The robot that is simulated in the page, or why there is none.
     """
     project = project_of(file.absolute())
-    store = MeshStore()
+    mesh_store = MeshStore()
     read_file = make_file_reader({}, project)
-    mbs = describe_mbs(model, store, read_file, lambda url: find_url(url, project))
-    data = _describe_model(model, store, mbs, Summary())
+    mbs_description = describe_mbs(model, mesh_store, read_file, lambda url: find_url(url, project))
+    scene_data = _describe_model(model, mesh_store, mbs_description, Summary())
     diagnostics: list[Diagnostic] = []
     try:
-        data["motion"] = read_motion(model, project, results)
+        scene_data["motion"] = read_motion(model, project, results)
     except MotionError as error:
-        data["motion"] = None
+        scene_data["motion"] = None
         diagnostics.append(
             Diagnostic(
                 "warning",
@@ -245,11 +245,11 @@ def make_model_page(
         body_table=sections.make_body_table(model, None),
     )
     if isinstance(live, Script):
-        data["live"] = live.data
+        scene_data["live"] = live.data
         contents.live_script = live.text
     elif live:
         contents.why_not_live = live
-    page = _render(model, store, data, contents)
+    page = _render_page(model, mesh_store, scene_data, contents)
     page.diagnostics = diagnostics + _warn_of_limits(model, str(file))
     return page
 
@@ -258,8 +258,8 @@ def _list_model_facts(model: Mbs) -> list[str]:
     """List the facts below the title of the page of an .mbs alone."""
     natures = Counter(joint.nature for body in model.bodies for joint in body.joints)
     facts = [counted(len(model.bodies), "body")]
-    counts = ", ".join(f"{count} {nature}" for nature, count in natures.items())
-    facts.append(f"{counted(natures.total(), 'joint')} ({counts})" if natures else "")
+    nature_counts = ", ".join(f"{n_joints} {nature}" for nature, n_joints in natures.items())
+    facts.append(f"{counted(natures.total(), 'joint')} ({nature_counts})" if natures else "")
     facts.append(f"{sum(body.mass or 0.0 for body in model.bodies):.6g} kg")
     if model.cuts:
         facts.append(counted(len(model.cuts), "cut"))
@@ -272,35 +272,39 @@ def _list_model_facts(model: Mbs) -> list[str]:
 
 
 def _describe_model(
-    model: Mbs, store: MeshStore, mbs: dict[str, Any], summary: Summary
+    model: Mbs, mesh_store: MeshStore, mbs_description: dict[str, Any], summary: Summary
 ) -> dict[str, Any]:
     """Return the data for the script of the page, with an empty URDF side."""
-    size = compute_extent(model)
+    extent = compute_extent(model)
     return {
         "name": model.name,
-        "mbs": mbs,
+        "mbs": mbs_description,
         "urdf": {"root": None, "links": [], "joints": []},
         "frames": [],
         "coordinates": [],
         "joints": [],
-        "meshes": store.meshes,
-        "textures": store.textures,
-        "size": size,
-        "frame": size / FRAMES_IN_SIZE,
+        "meshes": mesh_store.meshes,
+        "textures": mesh_store.textures,
+        "size": extent,
+        "frame": extent / FRAMES_IN_SIZE,
         "marks": list_marks(summary, model),
     }
 
 
 def _warn_of_limits(model: Mbs, file: str) -> list[Diagnostic]:
     """Return a warning of the limits that are not numbers, if there are any."""
-    limits = find_unreadable_limits(model)
-    if not limits:
+    unreadable_limits = find_unreadable_limits(model)
+    if not unreadable_limits:
         return []
     hint = "write a number into the .mbs"
-    return [Diagnostic("warning", "limit-unreadable", some(limits, 3), file=file, hint=hint)]
+    return [
+        Diagnostic("warning", "limit-unreadable", some(unreadable_limits, 3), file=file, hint=hint)
+    ]
 
 
-def _render(model: Mbs, store: MeshStore, data: dict[str, Any], contents: Contents) -> Page:
+def _render_page(
+    model: Mbs, mesh_store: MeshStore, scene_data: dict[str, Any], contents: Contents
+) -> Page:
     """Render the template of the page.
 
     Texts are escaped by the template, but for those that are HTML, a script or a style already.
@@ -316,34 +320,34 @@ def _render(model: Mbs, store: MeshStore, data: dict[str, Any], contents: Conten
         lstrip_blocks=True,
     )
     environment.filters["format_cell"] = format_cell
-    viewer = script.read_viewer()
-    arrays = store.pack_arrays()
-    mesh_size = len(arrays) + sum(len(url) for url in store.textures)
+    viewer_script = script.read_viewer()
+    packed_arrays = mesh_store.pack_arrays()
+    mesh_size = len(packed_arrays) + sum(len(url) for url in mesh_store.textures)
     try:
         diagram, no_diagram = Markup(draw(model)), None
     except ConversionError as error:
         diagram, no_diagram = Markup(), f"{error.message}; {error.hint or ''}"
-    text = environment.get_template("page.html").render(
+    page_html = environment.get_template("page.html").render(
         contents=contents,
         robot=contents.robot,
         connection_tables=make_connection_tables(contents.summary, model),
-        notices=_list_notices(store, contents.stand_ins),
+        notices=_list_notices(mesh_store, contents.stand_ins),
         diagram=diagram,
         no_diagram=no_diagram,
         css=Markup(script.read_resource("page.css")),
-        data=Markup(script.encode_data(data)),
-        arrays=Markup(arrays),
-        viewer=Markup(script.escape_script(viewer)),
+        data=Markup(script.encode_data(scene_data)),
+        arrays=Markup(packed_arrays),
+        viewer=Markup(script.escape_script(viewer_script)),
         script=Markup(script.bundle_modules(contents.live_script or "")),
-        megabytes={"viewer": len(viewer) / 1e6, "meshes": mesh_size / 1e6},
+        megabytes={"viewer": len(viewer_script) / 1e6, "meshes": mesh_size / 1e6},
         viewer_license=script.read_resource("LICENSE.three.txt"),
     )
-    page = text.encode()
-    sizes = {"viewer": len(viewer), "meshes": mesh_size, "all": len(page)}
-    return Page(page, sizes, list(store.missing))
+    page_data = page_html.encode()
+    sizes = {"viewer": len(viewer_script), "meshes": mesh_size, "all": len(page_data)}
+    return Page(page_data, sizes, list(mesh_store.missing))
 
 
-def _list_notices(store: MeshStore, stand_ins: set[str]) -> list[Notice]:
+def _list_notices(mesh_store: MeshStore, stand_ins: set[str]) -> list[Notice]:
     """List the notices about meshes that are not drawn as they are."""
     notices = []
     if stand_ins:
@@ -354,13 +358,13 @@ def _list_notices(store: MeshStore, stand_ins: set[str]) -> list[Notice]:
             )
         )
     for reasons, consequence in (
-        (store.missing, "cannot be drawn; a small frame shows its place"),
-        (store.incomplete, "drawn in part"),
+        (mesh_store.missing, "cannot be drawn; a small frame shows its place"),
+        (mesh_store.incomplete, "drawn in part"),
     ):
         meshes_by_reason: dict[str, list[str]] = {}
-        for name, reason in reasons.items():
-            meshes_by_reason.setdefault(reason, []).append(name)
+        for mesh_name, reason in reasons.items():
+            meshes_by_reason.setdefault(reason, []).append(mesh_name)
         if meshes_by_reason:
-            text = f"{counted(len(reasons), 'mesh')} {consequence}:"
-            notices.append(Notice(text, meshes_by_reason))
+            notice_text = f"{counted(len(reasons), 'mesh')} {consequence}:"
+            notices.append(Notice(notice_text, meshes_by_reason))
     return notices

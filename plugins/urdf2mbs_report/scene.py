@@ -40,12 +40,12 @@ def describe_mbs(
             description["mesh"] = store.add_mbs_mesh(shape.url, read_file, find_file(shape.url))
         return description
 
-    points = model.points()
+    model_points = model.points()
 
     def describe_body(body: mbs.Body) -> dict[str, Any]:
         origin = (0.0, 0.0, 0.0)
         if body.point is not None:
-            origin = points[body.parent, body.point].coordinates or origin
+            origin = model_points[body.parent, body.point].coordinates or origin
         return _pick(body, "name", "parent", "mass", "com", "inertia") | {
             "at": origin,
             "joints": [_pick(joint, "name", "type", "nature", "q") for joint in body.joints],
@@ -110,9 +110,9 @@ def _describe_joint(joint: urdf.Joint) -> dict[str, Any]:
     }
 
 
-def _pick(element: Any, *names: str) -> dict[str, Any]:
+def _pick(element: Any, *attribute_names: str) -> dict[str, Any]:
     """Return some attributes of an object by their names."""
-    return {name: getattr(element, name) for name in names}
+    return {attribute_name: getattr(element, attribute_name) for attribute_name in attribute_names}
 
 
 def find_url(url: str, project: Path) -> Path:
@@ -122,9 +122,9 @@ def find_url(url: str, project: Path) -> Path:
     ``PRJPATH``.
     """
     plain_url = url.replace("\\", "/")
-    path = Path(plain_url.replace("PRJPATH", str(project), 1))
+    path_inside = Path(plain_url.replace("PRJPATH", str(project), 1))
     path_around = Path(plain_url.replace("PRJPATH", str(project.absolute().parent), 1))
-    return path_around if not is_file(path) and is_file(path_around) else path
+    return path_around if not is_file(path_inside) and is_file(path_around) else path_inside
 
 
 def make_file_reader(files: Mapping[Path, bytes], project: Path) -> FileReader:
@@ -136,11 +136,11 @@ def make_file_reader(files: Mapping[Path, bytes], project: Path) -> FileReader:
     """
 
     def read_file(url: str) -> bytes | None:
-        path = find_url(url, project)
-        if path in files:
-            return files[path]
+        file_path = find_url(url, project)
+        if file_path in files:
+            return files[file_path]
         try:
-            return read_bytes(path)
+            return read_bytes(file_path)
         except (OSError, ValueError):
             return None
 
@@ -152,12 +152,15 @@ def compute_extent(model: mbs.Mbs) -> float:
 
     The model is in its initial position; a model without extent has 1 m.
     """
-    poses = compute_placement(model).bodies
+    body_poses = compute_placement(model).bodies
     positions = [point.coordinates for point in model.base.points]
     for body in model.bodies:
-        pose = poses[body.name]
+        body_pose = body_poses[body.name]
         points_in_body = [(0.0, 0.0, 0.0), *(point.coordinates for point in body.points)]
         points_in_body += [shape.position for shape in body.shapes]
-        positions += [add(pose.xyz, rotate(pose.rot, point)) for point in points_in_body]
-    sides = [max(column) - min(column) for column in zip(*positions, strict=True)]
-    return max(sides, default=0.0) or 1.0
+        positions += [add(body_pose.xyz, rotate(body_pose.rot, point)) for point in points_in_body]
+    side_lengths = [
+        max(axis_coordinates) - min(axis_coordinates)
+        for axis_coordinates in zip(*positions, strict=True)
+    ]
+    return max(side_lengths, default=0.0) or 1.0

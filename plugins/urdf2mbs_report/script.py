@@ -59,11 +59,11 @@ def bundle_modules(last_module: str) -> str:
     All modules share one scope, but for the last one, another plugin's.  Import and export
     statements are removed: names are unique in all modules, and ``MODULES`` is in their order.
     """
-    modules = [read_resource(f"js/{name}.js") for name in MODULES]
-    text = "\n\n".join([*modules, f"{{\n{last_module}}}"])
-    text = re.sub(r"^import .*?;\n+", "", text, flags=re.DOTALL | re.MULTILINE)
-    text = re.sub(r"^export ", "", text, flags=re.MULTILINE)
-    return f'"use strict";\n(() => {{\n{text}\n}})();'
+    modules = [read_resource(f"js/{module_name}.js") for module_name in MODULES]
+    bundled_script = "\n\n".join([*modules, f"{{\n{last_module}}}"])
+    bundled_script = re.sub(r"^import .*?;\n+", "", bundled_script, flags=re.DOTALL | re.MULTILINE)
+    bundled_script = re.sub(r"^export ", "", bundled_script, flags=re.MULTILINE)
+    return f'"use strict";\n(() => {{\n{bundled_script}\n}})();'
 
 
 def read_viewer() -> str:
@@ -77,15 +77,15 @@ def read_viewer() -> str:
         raise ConfigError("viewer-missing", message, hint=hint) from None
 
 
-def escape_script(text: str) -> str:
+def escape_script(script_text: str) -> str:
     """Escape what would end the script element of a script."""
-    text = re.sub(r"</(script)", r"<\\/\1", text, flags=re.IGNORECASE)
-    return text.replace("<!--", "<\\!--")
+    script_text = re.sub(r"</(script)", r"<\\/\1", script_text, flags=re.IGNORECASE)
+    return script_text.replace("<!--", "<\\!--")
 
 
 def encode_data(data: Any) -> str:
     """Encode data as JSON in which no name can end the script element."""
-    text = json.dumps(msgspec.to_builtins(data), ensure_ascii=False, separators=(",", ":"))
-    for sign in "<>&\u2028\u2029":
-        text = text.replace(sign, f"\\u{ord(sign):04x}")
-    return text
+    json_text = json.dumps(msgspec.to_builtins(data), ensure_ascii=False, separators=(",", ":"))
+    for character in "<>&\u2028\u2029":
+        json_text = json_text.replace(character, f"\\u{ord(character):04x}")
+    return json_text

@@ -1,4 +1,4 @@
-"""The sections of the page about a robot: joints, bodies, names, what is left out, the proof."""
+"""The sections of the page about a robot: joints, bodies, names, omitted values, the proof."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ MAX_VALUE_LENGTH = 80
 def make_joint_table(model: Mbs, conversion: Conversion | None) -> PageTable:
     """Make the table of joints; with a conversion, also of what the URDF says of each."""
     urdf_cells = {} if conversion is None else _describe_urdf_joints(conversion, model)
-    numbers = model.numbers()
+    coordinate_numbers = model.numbers()
     rows = []
     for body in model.bodies:
         for joint in body.joints:
             cells: list[Cell] = [
-                f"q{numbers[joint.name]}",
+                f"q{coordinate_numbers[joint.name]}",
                 joint.name,
                 joint.type,
                 joint.nature,
@@ -45,32 +45,38 @@ def _describe_urdf_joints(conversion: Conversion, model: Mbs) -> dict[str, list[
 
     A limit is shown only for a URDF joint that became a single coordinate.
     """
-    origins = {name: urdf for urdf, names in conversion.names.joints.items() for name in names}
-    single_coordinates = {
-        names[0]: urdf for urdf, names in conversion.names.coordinates.items() if len(names) == 1
+    origins = {
+        mbs_name: urdf_name
+        for urdf_name, mbs_names in conversion.names.joints.items()
+        for mbs_name in mbs_names
     }
-    cells: dict[str, list[Cell]] = {}
-    for name in model.numbers():
-        joint = conversion.robot.joints.get(single_coordinates.get(name, ""))
+    single_coordinates = {
+        mbs_names[0]: urdf_name
+        for urdf_name, mbs_names in conversion.names.coordinates.items()
+        if len(mbs_names) == 1
+    }
+    cells_by_joint: dict[str, list[Cell]] = {}
+    for mbs_name in model.numbers():
+        joint = conversion.robot.joints.get(single_coordinates.get(mbs_name, ""))
         limit = joint.limit if joint else None
         mimic = joint.mimic if joint else None
         is_limited = limit and joint and joint.type != "continuous"
-        cells[name] = [
-            origins.get(name),
+        cells_by_joint[mbs_name] = [
+            origins.get(mbs_name),
             (limit.lower, limit.upper) if limit and is_limited else None,
             limit.velocity if limit else None,
             limit.effort if limit else None,
             str(mimic) if mimic else None,
         ]
-    return cells
+    return cells_by_joint
 
 
 def make_body_table(model: Mbs, conversion: Conversion | None) -> PageTable:
     """Make the table of bodies; with a conversion, also of the URDF links of each."""
-    links: dict[str | None, list[str]] = {}
-    for link, frame in conversion.frames.items() if conversion else ():
+    links_by_body: dict[str | None, list[str]] = {}
+    for link_name, frame in conversion.frames.items() if conversion else ():
         if frame.joint is None:
-            links.setdefault(frame.body, []).append(link)
+            links_by_body.setdefault(frame.body, []).append(link_name)
     columns = [
         "body",
         "parent",
@@ -96,7 +102,7 @@ def make_body_table(model: Mbs, conversion: Conversion | None) -> PageTable:
             len(body.shapes),
         ]
         if conversion is not None:
-            cells.append(", ".join(links.get(body.name, ())))
+            cells.append(", ".join(links_by_body.get(body.name, ())))
         rows.append(Row(cells, {"data-body": body.name}))
     total_mass = sum(body.mass or 0.0 for body in model.bodies)
     footer: list[Cell] = ["total", "", "", total_mass, *[""] * (len(columns) - 4)]
@@ -112,40 +118,43 @@ def make_name_tables(conversion: Conversion) -> list[PageTable]:
     return [
         PageTable(
             ("URDF link", "in the .mbs", "shifted by [m]"),
-            [_make_link_row(conversion, link) for link in conversion.robot.links],
+            [_make_link_row(conversion, link_name) for link_name in conversion.robot.links],
             numeric_columns=(2,),
             title="Links",
         ),
         PageTable(
             joint_columns,
-            [_make_joint_name_row(conversion, joint) for joint in conversion.robot.joints],
+            [
+                _make_joint_name_row(conversion, joint_name)
+                for joint_name in conversion.robot.joints
+            ],
             title="Joints",
         ),
     ]
 
 
-def _make_link_row(conversion: Conversion, link: str) -> Row:
+def _make_link_row(conversion: Conversion, link_name: str) -> Row:
     """Make a row of a link: its body or joint in the .mbs, and its origin there."""
-    frame = conversion.frames.get(link)
-    holder, shift = "-", None
+    frame = conversion.frames.get(link_name)
+    mbs_element, frame_shift = "-", None
     if frame is not None:
-        holder = "base" if frame.body is None else f"body {frame.body}"
-        holder = holder if frame.joint is None else f"after joint {frame.joint}"
-        shift = None if frame.pose == HERE else frame.pose.xyz
-    return Row((link, holder, shift), {"data-link": link})
+        mbs_element = "base" if frame.body is None else f"body {frame.body}"
+        mbs_element = mbs_element if frame.joint is None else f"after joint {frame.joint}"
+        frame_shift = None if frame.pose == HERE else frame.pose.xyz
+    return Row((link_name, mbs_element, frame_shift), {"data-link": link_name})
 
 
-def _make_joint_name_row(conversion: Conversion, name: str) -> Row:
+def _make_joint_name_row(conversion: Conversion, joint_name: str) -> Row:
     """Make a row of a URDF joint: its type, and what became of it."""
-    joint = conversion.robot.joints[name]
-    result = ", ".join(conversion.names.joints.get(name, ()))
-    result = result or f"none: '{joint.child}' is rigid with the body that carries it"
-    if name in conversion.frozen:
-        result = f"left out, held at 0: {conversion.frozen[name]}"
-    return Row((name, joint.type, result), {"data-urdf-joint": name})
+    joint = conversion.robot.joints[joint_name]
+    outcome = ", ".join(conversion.names.joints.get(joint_name, ()))
+    outcome = outcome or f"none: '{joint.child}' is rigid with the body that carries it"
+    if joint_name in conversion.frozen:
+        outcome = f"left out, held at 0: {conversion.frozen[joint_name]}"
+    return Row((joint_name, joint.type, outcome), {"data-urdf-joint": joint_name})
 
 
-# --- what is left out ---
+# --- omitted values ---
 
 
 class LeftOut(msgspec.Struct):
@@ -164,26 +173,28 @@ def list_left_out(conversion: Conversion) -> LeftOut:
         if diagnostic.code in LEFT_OUT_CODES
     ]
     rows = []
-    for joint, parts in left_out(conversion).items():
-        for part, values in parts.items():
-            text = ", ".join(_format_left_out_value(key, value) for key, value in values.items())
-            rows.append(Row((joint, part.replace("_", " "), text)))
+    for joint_name, parts in left_out(conversion).items():
+        for part_name, values in parts.items():
+            values_text = ", ".join(
+                _format_left_out_value(value_name, value) for value_name, value in values.items()
+            )
+            rows.append(Row((joint_name, part_name.replace("_", " "), values_text)))
     columns = ("URDF joint", "part", "values [as in the URDF: rad, m, N m, N, s]")
     return LeftOut(messages, PageTable(columns, rows))
 
 
-def _format_left_out_value(key: str, value: Any) -> str:
+def _format_left_out_value(value_name: str, value: Any) -> str:
     """Return a value with its name; the name of a joint has no quotes."""
     if value is None:
-        return f"{key} none"
-    return f"{key} {value if key == 'joint' else repr(value)}"
+        return f"{value_name} none"
+    return f"{value_name} {value if value_name == 'joint' else repr(value)}"
 
 
 # --- proof and messages ---
 
 
 class ProofSection(msgspec.Struct):
-    """What was compared, and what differs."""
+    """The quantities that the proof compared, and their differences."""
 
     verdict: str
     is_checked: bool
@@ -200,8 +211,10 @@ def describe_proof(conversion: Conversion) -> ProofSection:
     proof = conversion.checked.proof
     if proof is None:
         return ProofSection(verdict(conversion), is_checked=False)
-    rejected = conversion.checked.rejected
-    deviations = [Row((kind, f"{size:.2e}")) for kind, size in proof.largest.items()]
+    rejected_file = conversion.checked.rejected
+    deviations = [
+        Row((quantity, f"{deviation:.2e}")) for quantity, deviation in proof.largest.items()
+    ]
     differences = [
         Row((difference.kind, f"{difference.size:.2e}", difference.message))
         for difference in proof.differences
@@ -233,7 +246,7 @@ def describe_proof(conversion: Conversion) -> ProofSection:
         verdict(conversion),
         is_checked=True,
         is_same=proof.same,
-        rejected_name=rejected.name if rejected else "",
+        rejected_name=rejected_file.name if rejected_file else "",
         positions=proof.positions,
         groups=proof.groups,
         tables=[
@@ -281,10 +294,10 @@ def list_messages(conversion: Conversion) -> list[Message]:
             attributes = {"data-urdf-joint": diagnostic.joint}
         elif diagnostic.link is not None:
             attributes = {"data-link": diagnostic.link}
-        place = ""
+        location = ""
         if diagnostic.file and diagnostic.line:
-            place = f"{Path(diagnostic.file).name}:{diagnostic.line}"
-        messages.append(Message(diagnostic, place, attributes))
+            location = f"{Path(diagnostic.file).name}:{diagnostic.line}"
+        messages.append(Message(diagnostic, location, attributes))
     return messages
 
 
@@ -302,13 +315,13 @@ class RobotSections(msgspec.Struct):
 
 def describe_robot(conversion: Conversion) -> RobotSections:
     """Describe a conversion for its page."""
-    result = report(conversion)
-    kind = "unknown"
-    if result.proof is not None:
-        kind = "same" if result.proof.same else "other"
+    conversion_report = report(conversion)
+    verdict_kind = "unknown"
+    if conversion_report.proof is not None:
+        verdict_kind = "same" if conversion_report.proof.same else "other"
     return RobotSections(
-        verdict=Verdict(result.verdict, kind),
-        no_dynamics=result.no_dynamics,
+        verdict=Verdict(conversion_report.verdict, verdict_kind),
+        no_dynamics=conversion_report.no_dynamics,
         name_tables=make_name_tables(conversion),
         left_out=list_left_out(conversion),
         proof=describe_proof(conversion),

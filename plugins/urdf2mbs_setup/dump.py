@@ -47,9 +47,9 @@ class Dump:
         self._conversion: Conversion | None = None
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            for file in (*folder.glob("[0-9]*-*.yaml"), *folder.glob(EXPANDED)):
-                if file.is_file() and is_ours(file):
-                    file.unlink()
+            for dumped_file in (*folder.glob("[0-9]*-*.yaml"), *folder.glob(EXPANDED)):
+                if dumped_file.is_file() and is_ours(dumped_file):
+                    dumped_file.unlink()
         except (OSError, ValueError) as error:
             raise ConfigError("output-unwritable", f"cannot write in '{folder}': {error}") from None
 
@@ -63,7 +63,7 @@ class Dump:
         """Write the state."""
         self._pass_count += 1
         pass_name = re.sub(r"[^A-Za-z0-9_.-]", "_", pass_.name)
-        text = yaml.dump(
+        state_yaml = yaml.dump(
             make_state(conversion),
             Dumper=getattr(yaml, "CSafeDumper", yaml.SafeDumper),
             allow_unicode=True,
@@ -71,16 +71,16 @@ class Dump:
             sort_keys=False,
             width=10**9,
         )
-        data = f"# urdf2mbs, the state after pass '{pass_.name}'\n{text}".encode()
-        self._write(f"{self._pass_count:02}-{pass_name}.yaml", data)
+        file_content = f"# urdf2mbs, the state after pass '{pass_.name}'\n{state_yaml}".encode()
+        self._write(f"{self._pass_count:02}-{pass_name}.yaml", file_content)
 
     def finish(self) -> None:
         """Write the URDF from xacro, even if it could not be read."""
         if self._conversion is not None and self._conversion.expanded is not None:
             self._write(EXPANDED, self._conversion.expanded)
 
-    def _write(self, name: str, data: bytes) -> None:
-        write_files({self._folder / name: data}, force=self._force)
+    def _write(self, file_name: str, file_content: bytes) -> None:
+        write_files({self._folder / file_name: file_content}, force=self._force)
 
 
 def make_state(conversion: Conversion) -> dict[str, Any]:
@@ -97,32 +97,47 @@ def make_state(conversion: Conversion) -> dict[str, Any]:
         "meshes": conversion.meshes,
         "files": {
             # the name of a file may contain bytes that are not text
-            path.name.encode("utf-8", "backslashreplace").decode(): f"{len(data)} bytes"
-            for path, data in conversion.files_of("ours", "base").items()
+            file_path.name.encode(
+                "utf-8", "backslashreplace"
+            ).decode(): f"{len(file_content)} bytes"
+            for file_path, file_content in conversion.files_of("ours", "base").items()
         },
         "changed": checked.changed,
         "proof": checked.proof,
         "report": conversion.report,
         "diagnostics": conversion.diagnostics,
     }
-    plain = {name: _make_plain(value) for name, value in state.items()}
-    return {name: value for name, value in plain.items() if value}
+    plain_state = {
+        section_name: _make_plain(section_value) for section_name, section_value in state.items()
+    }
+    return {
+        section_name: section_value
+        for section_name, section_value in plain_state.items()
+        if section_value
+    }
 
 
 def _make_plain(value: Any) -> Any:
     """Return a value as lists, dicts, numbers and texts."""
     if isinstance(value, Step):  # its joints are part of the robot and of the body
-        lists = {"joints": value.joints, "coordinates": value.coordinates}
-        names = {field: [joint.name for joint in joints] for field, joints in lists.items()}
-        return {"joint": value.joint.name, **_list_fields(value, ("joint", *lists)), **names}
+        joint_lists = {"joints": value.joints, "coordinates": value.coordinates}
+        joint_names = {
+            field_name: [joint.name for joint in joints]
+            for field_name, joints in joint_lists.items()
+        }
+        return {
+            "joint": value.joint.name,
+            **_list_fields(value, ("joint", *joint_lists)),
+            **joint_names,
+        }
     if isinstance(value, msgspec.Struct):
         return _list_fields(value, _SKIPPED_FIELDS.get(type(value), ()))
     if isinstance(value, Pose):
         return {"xyz": list(value.xyz)} | ({} if value.rot == IDENTITY else {"rot": value.rot})
     if isinstance(value, dict):
-        return {str(key): _make_plain(inner) for key, inner in value.items()}
+        return {str(key): _make_plain(element) for key, element in value.items()}
     if isinstance(value, (list, tuple)):
-        return [_make_plain(inner) for inner in value]
+        return [_make_plain(element) for element in value]
     if value is None or isinstance(value, (bool, int, float, str)):
         return value
     return str(value)
@@ -131,11 +146,11 @@ def _make_plain(value: Any) -> Any:
 def _list_fields(struct: msgspec.Struct, skipped: tuple[str, ...]) -> dict[str, Any]:
     """Return the fields of a struct that are not skipped and have no default value."""
     tag = struct.__struct_config__.tag
-    fields = {} if tag is None else {"kind": tag}
+    field_values = {} if tag is None else {"kind": tag}
     for field in msgspec.structs.fields(struct):
-        value, default = getattr(struct, field.name), field.default
+        field_value, default = getattr(struct, field.name), field.default
         if field.default_factory is not msgspec.NODEFAULT:
             default = field.default_factory()
-        if value != default and field.name not in skipped:
-            fields[field.name] = _make_plain(value)
-    return fields
+        if field_value != default and field.name not in skipped:
+            field_values[field.name] = _make_plain(field_value)
+    return field_values

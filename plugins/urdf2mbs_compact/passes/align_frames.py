@@ -70,17 +70,19 @@ class AlignFrames(Pass):
     def run(self, conversion: Conversion) -> None:
         """Choose the frames, and write all that is constant in a body in its new frame."""
         placed_steps = _place_steps(conversion, self.tolerance)
-        frames = [placed.frame for placed in placed_steps if placed.step.joint.moves]
-        for frame in reversed(frames):
-            frame.count_turns()
-        for placed in placed_steps:
-            placed.step.turns = ()
-        for frame in frames:
-            frame.choose()
-            if frame.step.joint.type != "floating":
-                _align_axis(conversion, frame)
+        joint_frames = [
+            placed_step.frame for placed_step in placed_steps if placed_step.step.joint.moves
+        ]
+        for joint_frame in reversed(joint_frames):
+            joint_frame.count_turns()
+        for placed_step in placed_steps:
+            placed_step.step.turns = ()
+        for joint_frame in joint_frames:
+            joint_frame.choose_candidate()
+            if joint_frame.step.joint.type != "floating":
+                _align_axis(conversion, joint_frame)
         conversion.aligned = True
-        n_driven = sum(len(frame.step.turns) for frame in frames)
+        n_driven = sum(len(joint_frame.step.turns) for joint_frame in joint_frames)
         conversion.report["align-frames"] = {"driven": n_driven}
         _write_frames(conversion, placed_steps)
 
@@ -122,48 +124,53 @@ class JointFrame:
         """
         parent_axes = multiply(transpose(self.rotation), self.parent.candidates[0])
         r11, r12, _, r21, r22, _, r31, r32, _ = parent_axes
-        y_axis = _reject((r11, r21, r31), axis, self.tolerance)
-        y_axis = y_axis or _reject((r12, r22, r32), axis, self.tolerance)
+        y_axis = _compute_rejection((r11, r21, r31), axis, self.tolerance)
+        y_axis = y_axis or _compute_rejection((r12, r22, r32), axis, self.tolerance)
         assert y_axis is not None  # the joint is parallel to one of the two axes at most
         y, z = y_axis, cross(axis, y_axis)
         minus_y, minus_z = (-y[0], -y[1], -y[2]), (-z[0], -z[1], -z[2])
-        pairs = ((y, z), (z, minus_y), (minus_y, minus_z), (minus_z, y))
-        return [transpose((*axis, *second, *third)) for second, third in pairs]
+        axis_pairs = ((y, z), (z, minus_y), (minus_y, minus_z), (minus_z, y))
+        return [
+            transpose((*axis, *second_axis, *third_axis)) for second_axis, third_axis in axis_pairs
+        ]
 
     def count_turns(self) -> None:
         """Add to each candidate of the parent the fewest turns of this branch."""
-        for index, parent_candidate in enumerate(self.parent.candidates):
+        for parent_index, parent_candidate in enumerate(self.parent.candidates):
             rotation = multiply(transpose(parent_candidate), self.rotation)
-            counts = [
-                cost + self._count_joint_turns(multiply(rotation, candidate))
-                for candidate, cost in zip(self.candidates, self.costs, strict=True)
+            turn_counts = [
+                later_turns + self._count_joint_turns(multiply(rotation, candidate))
+                for candidate, later_turns in zip(self.candidates, self.costs, strict=True)
             ]
-            self.parent.costs[index] += min(counts)
-            self.best_candidates.append(counts.index(min(counts)))
+            self.parent.costs[parent_index] += min(turn_counts)
+            self.best_candidates.append(turn_counts.index(min(turn_counts)))
 
     def _count_joint_turns(self, rotation: Rot) -> int:
         """Count the turns of a rotation, after which the axes may be renumbered."""
         if self.step.joint.type == "floating":
             return len(fewest_turns(rotation))
         # Two turns leave some element zero; one turn leaves one axis where it is.
-        rows = rotation[:3], rotation[3:6], rotation[6:]
-        n_zeros = [sum(abs(element) <= self.tolerance for element in row) for row in rows]
+        axis_rows = rotation[:3], rotation[3:6], rotation[6:]
+        n_zeros = [
+            sum(abs(element) <= self.tolerance for element in axis_row) for axis_row in axis_rows
+        ]
         if not any(n_zeros):
             return 3
         n_kept_axes = sum(
-            zeros == 2 and sum(row) > 0.0 for zeros, row in zip(n_zeros, rows, strict=True)
+            zeros == 2 and sum(axis_row) > 0.0
+            for zeros, axis_row in zip(n_zeros, axis_rows, strict=True)
         )
         return (2, 1, 1, 0)[n_kept_axes]
 
-    def choose(self) -> None:
+    def choose_candidate(self) -> None:
         """Choose the best candidate, and give the joint its turns; the parent has to be chosen."""
         self.chosen = self.best_candidates[self.parent.chosen]
         rotation = multiply(self.parent.link_rotation, self.rotation)
-        frame = multiply(rotation, self.candidates[self.chosen])
+        frame_rotation = multiply(rotation, self.candidates[self.chosen])
         if self.step.joint.type == "floating":  # its axes are those of the URDF
-            self.step.turns = fewest_turns(frame)
+            self.step.turns = fewest_turns(frame_rotation)
         else:
-            renumbered = (_renumber_axes(frame, by) for by in range(3))
+            renumbered = (_renumber_axes(frame_rotation, axis_shift) for axis_shift in range(3))
             self.step.turns = min(
                 (fewest_turns(candidate, self.tolerance) for candidate in renumbered), key=len
             )
@@ -187,22 +194,22 @@ class PlacedStep(NamedTuple):
 def _place_steps(conversion: Conversion, tolerance: float) -> list[PlacedStep]:
     """Return all steps with their frames, from the ground outwards."""
     ground_joint = UrdfJoint("", "fixed", "", conversion.ground.link)
-    ground = JointFrame(Step.of(ground_joint), None, IDENTITY, tolerance)
-    ends = {conversion.ground.link: (ground, IDENTITY)}
+    ground_frame = JointFrame(Step.of(ground_joint), None, IDENTITY, tolerance)
+    segment_ends = {conversion.ground.link: (ground_frame, IDENTITY)}
     placed_steps: list[PlacedStep] = []
     for link, segment in conversion.segments.items():
         if segment.parent is None:
             continue
-        frame, rotation = ends[segment.parent]
+        frame, rotation = segment_ends[segment.parent]
         for step in segment.steps:
             frame_before, rotation_before = frame, rotation
             rotation = multiply(rotation, from_turns(step.turns))
             if step.joint.moves:
                 frame = JointFrame(step, frame_before, rotation, tolerance)
                 rotation = IDENTITY
-            placed = PlacedStep(step, frame, rotation, frame_before, rotation_before)
-            placed_steps.append(placed)
-        ends[link] = frame, rotation
+            placed_step = PlacedStep(step, frame, rotation, frame_before, rotation_before)
+            placed_steps.append(placed_step)
+        segment_ends[link] = frame, rotation
     return placed_steps
 
 
@@ -210,8 +217,8 @@ def _write_frames(conversion: Conversion, placed_steps: list[PlacedStep]) -> Non
     """Write all that is constant in a body in its new frame."""
     rotations: dict[int, Rot] = {}  # of the URDF's frame after each step, in the new one
     for step, frame, rotation, frame_before, rotation_before in placed_steps:
-        before = multiply(frame_before.link_rotation, rotation_before)
-        step.xyz = drop_rounding(rotate(before, step.xyz))
+        new_rotation_before = multiply(frame_before.link_rotation, rotation_before)
+        step.xyz = drop_rounding(rotate(new_rotation_before, step.xyz))
         rotations[id(step)] = multiply(frame.link_rotation, rotation)
         step.frames = _rotate_poses(rotations[id(step)], step.frames)
     for segment in conversion.segments.values():
@@ -227,12 +234,15 @@ def _rotate_poses(rotation: Rot, poses: dict[str, Pose]) -> dict[str, Pose]:
     }
 
 
-def _align_axis(conversion: Conversion, frame: JointFrame) -> None:
+def _align_axis(conversion: Conversion, joint_frame: JointFrame) -> None:
     """Replace a joint's axis by the nearest coordinate axis, and note how far off it is."""
-    step = frame.step
-    axis = rotate(frame.link_rotation, unit(step.axis))
+    step = joint_frame.step
+    axis = rotate(joint_frame.link_rotation, unit(step.axis))
     step.axis = max(AXES, key=lambda coordinate_axis: dot(coordinate_axis, axis))
-    deviation = max(abs(a - b) for a, b in zip(axis, step.axis, strict=True))
+    deviation = max(
+        abs(component - exact_component)
+        for component, exact_component in zip(axis, step.axis, strict=True)
+    )
     if deviation > ROUNDING:
         conversion.note(
             "axis-aligned",
@@ -242,23 +252,26 @@ def _align_axis(conversion: Conversion, frame: JointFrame) -> None:
         )
 
 
-def _reject(vector: Vec, axis: Vec, tolerance: float) -> Vec | None:
+def _compute_rejection(vector: Vec, axis: Vec, tolerance: float) -> Vec | None:
     """Return the direction of a unit vector's part across an axis; None if it is along the axis."""
     for _ in range(2):  # if the vector is nearly along the axis, the second round removes rounding
         length_along = dot(vector, axis)
-        x, y, z = (part - length_along * a for part, a in zip(vector, axis, strict=True))
-        length = hypot(x, y, z)
-        if length <= tolerance:
+        x, y, z = (
+            vector_component - length_along * axis_component
+            for vector_component, axis_component in zip(vector, axis, strict=True)
+        )
+        length_across = hypot(x, y, z)
+        if length_across <= tolerance:
             return None
-        vector = (x / length, y / length, z / length)
+        vector = (x / length_across, y / length_across, z / length_across)
     return vector
 
 
-def _renumber_axes(rotation: Rot, by: int) -> Rot:
+def _renumber_axes(rotation: Rot, axis_shift: int) -> Rot:
     """Return the same frame with renumbered axes: for 1, x, y, z become y, z, x, and so on."""
     r11, r12, r13, r21, r22, r23, r31, r32, r33 = rotation
     return (
         rotation,
         (r13, r11, r12, r23, r21, r22, r33, r31, r32),
         (r12, r13, r11, r22, r23, r21, r32, r33, r31),
-    )[by]
+    )[axis_shift]

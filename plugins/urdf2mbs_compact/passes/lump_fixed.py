@@ -37,22 +37,24 @@ class LumpFixed(Pass):
         """Lump each segment, parents first, unless it moves or has to stay."""
         nothing_moves = not any(step.joint.moves for step in conversion.steps())
         segments: dict[str, Segment] = {}
-        lumped: dict[str, Lumped] = {}
+        lumped_segments: dict[str, LumpedSegment] = {}
         for segment in conversion.segments.values():
             if segment.parent is None:
                 segments[segment.link] = segment
-                lumped[segment.link] = Lumped(segment, HERE)
+                lumped_segments[segment.link] = LumpedSegment(segment, HERE)
                 continue
             is_only_body = nothing_moves and len(segments) == 1
             must_stay = is_only_body or fits(segment.link, self.keep)
-            target, offset = _lump(segment, lumped[segment.parent], must_stay=must_stay)
-            lumped[segment.link] = Lumped(target, offset)
+            target, offset = _lump_segment(
+                segment, lumped_segments[segment.parent], must_stay=must_stay
+            )
+            lumped_segments[segment.link] = LumpedSegment(target, offset)
             if target is segment:
                 segments[segment.link] = segment
         conversion.regroup(segments)
 
 
-class Lumped(NamedTuple):
+class LumpedSegment(NamedTuple):
     """Where the frame of a former segment is."""
 
     segment: Segment
@@ -60,35 +62,39 @@ class Lumped(NamedTuple):
     """Of the former segment's frame in this segment's frame."""
 
 
-def _lump(segment: Segment, parent: Lumped, *, must_stay: bool) -> Lumped:
+def _lump_segment(
+    segment: Segment, lumped_parent: LumpedSegment, *, must_stay: bool
+) -> LumpedSegment:
     """Remove the fixed joints of a segment, and lump it with its parent if none remains.
 
     Args:
         segment: The segment, which is changed.
-        parent: Where the frame of its parent is.
+        lumped_parent: Where the frame of its parent is.
         must_stay: True if the last joint must remain.
 
     Returns:
         Where the frame of the segment is: in itself, or in the segment that it is lumped with.
     """
-    target, offset = parent
-    steps: list[Step] = []
+    target_segment, offset = lumped_parent
+    kept_steps: list[Step] = []
     for step in segment.steps:
-        pose = compose(offset, Pose(step.xyz, from_turns(step.turns)))
-        is_last_chance = not steps and step is segment.steps[-1]
+        step_pose = compose(offset, Pose(step.xyz, from_turns(step.turns)))
+        is_last_chance = not kept_steps and step is segment.steps[-1]
         if step.joint.moves or step.measured or (is_last_chance and must_stay):
             if offset is not HERE:
-                step.xyz, step.turns = pose.xyz, fewest_turns(pose.rot)
-            steps.append(step)
+                step.xyz, step.turns = step_pose.xyz, fewest_turns(step_pose.rot)
+            kept_steps.append(step)
             offset = HERE
         else:
             # The links after a fixed joint are rigid with those before it.
-            rigid_links = steps[-1].frames if steps else target.parts
-            rigid_links.update((link, compose(pose, frame)) for link, frame in step.frames.items())
-            offset = pose
-    parts = {link: compose(offset, pose) for link, pose in segment.parts.items()}
-    if not steps:
-        target.parts.update(parts)
-        return Lumped(target, offset)
-    segment.steps, segment.parts, segment.parent = steps, parts, target.link
-    return Lumped(segment, offset)
+            rigid_links = kept_steps[-1].frames if kept_steps else target_segment.parts
+            rigid_links.update(
+                (link, compose(step_pose, frame_pose)) for link, frame_pose in step.frames.items()
+            )
+            offset = step_pose
+    link_poses = {link: compose(offset, link_pose) for link, link_pose in segment.parts.items()}
+    if not kept_steps:
+        target_segment.parts.update(link_poses)
+        return LumpedSegment(target_segment, offset)
+    segment.steps, segment.parts, segment.parent = kept_steps, link_poses, target_segment.link
+    return LumpedSegment(segment, offset)

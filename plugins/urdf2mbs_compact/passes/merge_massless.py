@@ -53,20 +53,22 @@ class MergeMassless(Pass):
         for segment in conversion.segments.values():
             if segment.parent is not None:
                 children[segment.parent][segment.link] = segment
-        merged: set[str] = set()
+        merged_links: set[str] = set()
         for segment in conversion.segments.values():
             if segment.parent is None or len(children[segment.link]) != 1:
                 continue
             (body,) = children[segment.link].values()
-            if _is_bare(segment, conversion) and _merge(segment, body, children[body.link]):
+            if _is_bare(segment, conversion) and _merge_segment(segment, body, children[body.link]):
                 siblings = children[segment.parent]
                 del siblings[segment.link]
                 siblings[body.link] = body
                 body.parent = segment.parent
-                merged.add(segment.link)
-        if merged:
+                merged_links.add(segment.link)
+        if merged_links:
             segments = conversion.segments.items()
-            conversion.regroup({link: segment for link, segment in segments if link not in merged})
+            conversion.regroup(
+                {link: segment for link, segment in segments if link not in merged_links}
+            )
 
 
 def _is_bare(segment: Segment, conversion: Conversion) -> bool:
@@ -75,7 +77,7 @@ def _is_bare(segment: Segment, conversion: Conversion) -> bool:
     return list(segment.parts) == [segment.link] and link.massless and not link.visuals
 
 
-def _merge(segment: Segment, body: Segment, children: dict[str, Segment]) -> bool:
+def _merge_segment(segment: Segment, body: Segment, children: dict[str, Segment]) -> bool:
     """Put the joints of a segment before those of a body, if the shift between can be moved.
 
     Args:
@@ -86,24 +88,24 @@ def _merge(segment: Segment, body: Segment, children: dict[str, Segment]) -> boo
     Returns:
         False if the shift cannot be moved; then nothing is changed.
     """
-    last, first = segment.steps[-1], body.steps[0]
+    last_step, first_step = segment.steps[-1], body.steps[0]
     split = _choose_split(segment, body)
     if split is None:
         return False
     if split.before != ZERO:
-        last.xyz = add(last.xyz, rotate(from_turns(last.turns), split.before))
+        last_step.xyz = add(last_step.xyz, rotate(from_turns(last_step.turns), split.before))
     if split.after != ZERO:
-        shift = rotate(transpose(from_turns(first.turns)), split.after)
+        shift = rotate(transpose(from_turns(first_step.turns)), split.after)
         body.parts = {
             link: Pose(add(shift, pose.xyz), pose.rot) for link, pose in body.parts.items()
         }
         for child in children.values():
             child.steps[0].xyz = add(shift, child.steps[0].xyz)
-    first.xyz = ZERO
+    first_step.xyz = ZERO
     # The frame after the last joint was displaced by ``split.before``, but not the link's frame.
-    (pose,) = segment.parts.values()
+    (link_pose,) = segment.parts.values()
     x, y, z = split.before
-    last.frames = {segment.link: Pose(add(pose.xyz, (-x, -y, -z)), pose.rot)}
+    last_step.frames = {segment.link: Pose(add(link_pose.xyz, (-x, -y, -z)), link_pose.rot)}
     segment.steps.extend(body.steps)
     body.steps = segment.steps
     return True
@@ -123,10 +125,10 @@ def _choose_split(segment: Segment, body: Segment) -> Split | None:
 
     A part goes out to the anchor point, or into the body itself, and never between two joints.
     """
-    last, first = segment.steps[-1], body.steps[0]
-    if first.xyz == ZERO:
+    last_step, first_step = segment.steps[-1], body.steps[0]
+    if first_step.xyz == ZERO:
         return Split(ZERO, ZERO)
-    for split in _list_splits(last, first):
+    for split in _list_splits(last_step, first_step):
         fits_before = split.before == ZERO or len(segment.steps) == 1
         fits_after = split.after == ZERO or len(body.steps) == 1
         if fits_before and fits_after:
@@ -134,7 +136,7 @@ def _choose_split(segment: Segment, body: Segment) -> Split | None:
     return None
 
 
-def _list_splits(last: Step, first: Step) -> Iterator[Split]:
+def _list_splits(last_step: Step, first_step: Step) -> Iterator[Split]:
     """List the splits of the shift between two joints.
 
     With u and v the axes of the joints, both parts are found by least squares for
@@ -142,25 +144,31 @@ def _list_splits(last: Step, first: Step) -> Iterator[Split]:
     ``(u.v) a + b = shift.v``.
 
     Args:
-        last: The joint before the shift.
-        first: The joint after it, which begins with the shift.
+        last_step: The joint before the shift.
+        first_step: The joint after it, which begins with the shift.
     """
-    shift = first.xyz
-    u = direction(last.axis)
-    v = rotate(from_turns(first.turns), direction(first.axis))
-    if _commutes(shift, first, v):
+    shift = first_step.xyz
+    u = direction(last_step.axis)
+    v = rotate(from_turns(first_step.turns), direction(first_step.axis))
+    if _commutes(shift, first_step, v):
         yield Split(ZERO, shift)
-    if _commutes(shift, last, u):
+    if _commutes(shift, last_step, u):
         yield Split(shift, ZERO)
-    if {last.joint.type, first.joint.type} & {"prismatic", "floating"}:
+    if {last_step.joint.type, first_step.joint.type} & {"prismatic", "floating"}:
         return
-    uv, su, sv = dot(u, v), dot(shift, u), dot(shift, v)
-    determinant = 1.0 - uv * uv
+    u_dot_v, shift_dot_u, shift_dot_v = dot(u, v), dot(shift, u), dot(shift, v)
+    determinant = 1.0 - u_dot_v * u_dot_v
     if determinant < PARALLEL:
         return
-    a, b = (su - uv * sv) / determinant, (sv - uv * su) / determinant
-    x, y, z = (s - a * p - b * q for s, p, q in zip(shift, u, v, strict=True))
-    if max(abs(x), abs(y), abs(z)) <= ROUNDING * max(map(abs, shift)):
+    a, b = (
+        (shift_dot_u - u_dot_v * shift_dot_v) / determinant,
+        (shift_dot_v - u_dot_v * shift_dot_u) / determinant,
+    )
+    residual = (
+        shift_component - a * u_component - b * v_component
+        for shift_component, u_component, v_component in zip(shift, u, v, strict=True)
+    )
+    if max(map(abs, residual)) <= ROUNDING * max(map(abs, shift)):
         yield Split((a * u[0], a * u[1], a * u[2]), (b * v[0], b * v[1], b * v[2]))
 
 

@@ -53,24 +53,33 @@ class Rotors(Pass):
     def _collect_inertias(self, conversion: Conversion) -> dict[str, float]:
         """Return the inertia (kg m^2 or kg) of each rotor, by joint; warn of those left out."""
         robot = conversion.robot
-        joints = [name for name, joint in robot.joints.items() if JOINT_TYPES[joint.type] == 1]
-        stated = {
-            name: inertia
+        joint_names = [
+            joint_name for joint_name, joint in robot.joints.items() if JOINT_TYPES[joint.type] == 1
+        ]
+        stated_inertias = {
+            joint_name: inertia
             for extension in robot.extensions
-            for name, inertia in extension.rotors.items()
-            if name in joints
+            for joint_name, inertia in extension.rotors.items()
+            if joint_name in joint_names
         }
-        inertias = dict(stated) if self.from_urdf else {}
+        inertias = dict(stated_inertias) if self.from_urdf else {}
         for pattern, inertia in self.armature.items():
             label = "rotors: no joint that moves by one coordinate"
-            names = choose([pattern], joints, "rotors-joints", label)
-            inertias |= dict.fromkeys(names, inertia)
-        left_out = {name: inertia for name, inertia in stated.items() if name not in inertias}
-        if left_out:
-            listed = some(f"joint '{name}' {inertia:.3g}" for name, inertia in left_out.items())
+            selected_joints = choose([pattern], joint_names, "rotors-joints", label)
+            inertias |= dict.fromkeys(selected_joints, inertia)
+        unused_inertias = {
+            joint_name: inertia
+            for joint_name, inertia in stated_inertias.items()
+            if joint_name not in inertias
+        }
+        if unused_inertias:
+            unused_list = some(
+                f"joint '{joint_name}' {inertia:.3g}"
+                for joint_name, inertia in unused_inertias.items()
+            )
             conversion.warn(
                 "rotors-left-out",
-                f"joints feel the inertia of rotors, which is left out: {listed} kg m^2",
+                f"joints feel the inertia of rotors, which is left out: {unused_list} kg m^2",
                 hint="a project adds it: 'passes: {rotors: {from_urdf: true}}'",
             )
         return inertias
@@ -79,14 +88,21 @@ class Rotors(Pass):
 def _add_rotors(conversion: Conversion, inertias: dict[str, float]) -> None:
     """Add a link and a joint for the rotor of each of these joints."""
     robot = conversion.robot
-    base, names = robot.root(), {*robot.links, *robot.joints}
+    base_link, used_names = robot.root(), {*robot.links, *robot.joints}
     links, joints = dict(robot.links), dict(robot.joints)
-    for leader, inertia in inertias.items():
-        rotor = free_name(f"{leader}_rotor", names)
-        turn = free_name(f"{rotor}_turn", names)
-        names |= {rotor, turn}
-        links[rotor] = Link(rotor, Inertial(0.0, (inertia, 0.0, 0.0, inertia, 0.0, inertia)))
-        joints[turn] = UrdfJoint(
-            turn, "continuous", base, rotor, axis=(0.0, 0.0, 1.0), mimic=Mimic(leader)
+    for leader_joint, inertia in inertias.items():
+        rotor_link = free_name(f"{leader_joint}_rotor", used_names)
+        rotor_joint = free_name(f"{rotor_link}_turn", used_names)
+        used_names |= {rotor_link, rotor_joint}
+        links[rotor_link] = Link(
+            rotor_link, Inertial(0.0, (inertia, 0.0, 0.0, inertia, 0.0, inertia))
+        )
+        joints[rotor_joint] = UrdfJoint(
+            rotor_joint,
+            "continuous",
+            base_link,
+            rotor_link,
+            axis=(0.0, 0.0, 1.0),
+            mimic=Mimic(leader_joint),
         )
     conversion.robot = msgspec.structs.replace(robot, links=links, joints=joints)

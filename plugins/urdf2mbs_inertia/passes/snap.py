@@ -47,32 +47,36 @@ class Snap(Pass):
         tip_distances = _compute_tip_distances(robot)
         # Of each link: how far (m) all joints before it move it at most.
         displacements = {robot.root(): 0.0}
-        snapped: dict[str, dict[str, Any]] = {}
+        snapped_joints: dict[str, dict[str, Any]] = {}
         for joint in robot.depth_first():
-            stated = msgspec.structs.replace(joint)
-            changes = _snap(joint, self.angle)
-            displacement = _bound_displacement(stated, joint, tip_distances[joint.child])
+            stated_joint = msgspec.structs.replace(joint)
+            changes = _snap_joint(joint, self.angle)
+            displacement = _bound_displacement(stated_joint, joint, tip_distances[joint.child])
             displacements[joint.child] = displacements[joint.parent] + displacement
             if changes:
-                snapped[joint.name] = {"numbers": changes, "moves": displacement}
+                snapped_joints[joint.name] = {"numbers": changes, "moves": displacement}
                 conversion.note(
                     "snapped",
                     f"joint '{joint.name}': {', '.join(changes)}; this moves no tip by more than "
                     f"{displacement:.2g} m",
                     joint=joint.name,
                 )
-        if snapped:
-            largest = max(displacements.values())
+        if snapped_joints:
+            largest_displacement = max(displacements.values())
             conversion.note(
                 "snapped",
-                f"the numbers of {counted(len(snapped), 'joint')} are taken for exact angles; all "
-                f"together this moves no tip by more than {largest:.2g} m",
+                f"the numbers of {counted(len(snapped_joints), 'joint')} are taken for exact "
+                f"angles; all together this moves no tip by more than {largest_displacement:.2g} m",
             )
-            report = {"angle": self.angle, "joints": snapped, "moves": largest}
-            conversion.report["snap"] = report
+            snap_report = {
+                "angle": self.angle,
+                "joints": snapped_joints,
+                "moves": largest_displacement,
+            }
+            conversion.report["snap"] = snap_report
 
 
-def _snap(joint: UrdfJoint, max_deviation: float) -> list[str]:
+def _snap_joint(joint: UrdfJoint, max_deviation: float) -> list[str]:
     """Replace a joint's angles and axis by exact ones that are near.
 
     Args:
@@ -84,55 +88,64 @@ def _snap(joint: UrdfJoint, max_deviation: float) -> list[str]:
     """
     changes: list[str] = []
     angles: list[float] = []
-    for name, angle in zip(("roll", "pitch", "yaw"), joint.origin.rpy, strict=True):
-        exact = round(angle / (pi / 4)) * pi / 4
-        if ROUNDING < abs(angle - exact) <= max_deviation:
-            changes.append(f"{name} {angle!r} is taken for {degrees(exact):.0f} degrees")
-            angles.append(exact)
+    for angle_name, angle in zip(("roll", "pitch", "yaw"), joint.origin.rpy, strict=True):
+        exact_angle = round(angle / (pi / 4)) * pi / 4
+        if ROUNDING < abs(angle - exact_angle) <= max_deviation:
+            changes.append(
+                f"{angle_name} {angle!r} is taken for {degrees(exact_angle):.0f} degrees"
+            )
+            angles.append(exact_angle)
         else:
             angles.append(angle)
     if changes:
         roll, pitch, yaw = angles
         joint.origin = msgspec.structs.replace(joint.origin, rpy=(roll, pitch, yaw))
-    largest = max(map(abs, joint.axis))  # the reader refuses an axis that is zero
-    x, y, z = (round(component / largest) + 0.0 for component in joint.axis)
+    largest_component = max(map(abs, joint.axis))  # the reader refuses an axis that is zero
+    x, y, z = (round(component / largest_component) + 0.0 for component in joint.axis)
     if ROUNDING < _compute_angle(joint.axis, (x, y, z)) <= max_deviation:
-        listed = " ".join(map(repr, joint.axis))
-        changes.append(f"axis {listed} is taken for {x:g} {y:g} {z:g}")
+        stated_axis = " ".join(map(repr, joint.axis))
+        changes.append(f"axis {stated_axis} is taken for {x:g} {y:g} {z:g}")
         joint.axis = (x, y, z)
     return changes
 
 
-def _compute_angle(first: Vec, second: Vec) -> float:
+def _compute_angle(first_direction: Vec, second_direction: Vec) -> float:
     """Compute the angle (rad) between two directions."""
-    return atan2(hypot(*cross(unit(first), unit(second))), dot(unit(first), unit(second)))
+    return atan2(
+        hypot(*cross(unit(first_direction), unit(second_direction))),
+        dot(unit(first_direction), unit(second_direction)),
+    )
 
 
-def _bound_displacement(stated: UrdfJoint, snapped: UrdfJoint, tip_distance: float) -> float:
+def _bound_displacement(
+    stated_joint: UrdfJoint, snapped_joint: UrdfJoint, tip_distance: float
+) -> float:
     """Bound how far (m) a changed joint moves the tips after it.
 
     Args:
-        stated: The joint as it was.
-        snapped: The joint as it is.
+        stated_joint: The joint as it was.
+        snapped_joint: The joint as it is.
         tip_distance: The longest distance (m) from the joint's link to a tip.
     """
-    if stated == snapped:
+    if stated_joint == snapped_joint:
         return 0.0
-    rotation = multiply(transpose(from_rpy(stated.origin.rpy)), from_rpy(snapped.origin.rpy))
+    rotation = multiply(
+        transpose(from_rpy(stated_joint.origin.rpy)), from_rpy(snapped_joint.origin.rpy)
+    )
     # Exact for small angles, too: the sine of the angle is in the part that is not symmetric.
     r11, r12, r13, r21, r22, r23, r31, r32, r33 = rotation
     sine = hypot(r32 - r23, r13 - r31, r21 - r12) / 2
     angle = atan2(sine, (r11 + r22 + r33 - 1) / 2)
-    if stated.axis != snapped.axis:
-        angle += 2 * _compute_angle(stated.axis, snapped.axis)
-    return (tip_distance + _get_stroke(stated)) * angle
+    if stated_joint.axis != snapped_joint.axis:
+        angle += 2 * _compute_angle(stated_joint.axis, snapped_joint.axis)
+    return (tip_distance + _get_stroke(stated_joint)) * angle
 
 
 def _compute_tip_distances(robot: Robot) -> dict[str, float]:
     """Compute the longest distance (m) from each link to a tip or a centre of mass after it."""
     distances = {
-        name: hypot(*link.inertial.origin.xyz) if link.inertial else 0.0
-        for name, link in robot.links.items()
+        link_name: hypot(*link.inertial.origin.xyz) if link.inertial else 0.0
+        for link_name, link in robot.links.items()
     }
     for joint in reversed(robot.depth_first()):
         distance = hypot(*joint.origin.xyz) + _get_stroke(joint) + distances[joint.child]

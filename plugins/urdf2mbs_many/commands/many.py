@@ -51,38 +51,39 @@ def convert_configs(configs: Iterable[tuple[Config, Lines]], arguments: argparse
     if arguments.workers is not None and arguments.workers < 1:
         raise ConfigError("usage", f"--workers {arguments.workers}: expected 1 or more")
     jobs = list_jobs(configs, installed_plugins=not arguments.no_plugins, force=arguments.force)
-    report = arguments.report or _find_common_folder(jobs) / REPORT
+    report_file = arguments.report or _find_common_folder(jobs) / REPORT
     if not arguments.force:
-        check_ours({report: b""})
+        check_ours({report_file: b""})
     outcomes = _run_with_progress(jobs, arguments)
-    code = max((outcome.code for outcome in outcomes), default=0)
-    content = {"urdf2mbs": version("urdf2mbs"), "code": code, "robots": outcomes}
-    data = msgspec.json.format(msgspec.json.encode(content), indent=1) + b"\n"
-    write_files({report: data}, force=arguments.force)
+    exit_code = max((outcome.code for outcome in outcomes), default=0)
+    content = {"urdf2mbs": version("urdf2mbs"), "code": exit_code, "robots": outcomes}
+    report_data = msgspec.json.format(msgspec.json.encode(content), indent=1) + b"\n"
+    write_files({report_file: report_data}, force=arguments.force)
     if arguments.json:
-        print_json({"code": code, "robots": outcomes})
+        print_json({"code": exit_code, "robots": outcomes})
     else:
         _print_table(outcomes)
-        print(f"report: {near(report)}")
+        print(f"report: {near(report_file)}")
         print("Next: open a model in MBSysPad, or look at one: urdf2mbs diagram MODEL.mbs")
         print("      the faults of one robot: run or convert it by itself, with -v")
-    return code
+    return exit_code
 
 
 def convert_folder(arguments: argparse.Namespace) -> int:
     """Convert all robots of a folder; return the highest of their exit codes."""
-    folder, output = Path(arguments.robot), arguments.output
-    if output is None:
+    folder, output_folder = Path(arguments.robot), arguments.output
+    if output_folder is None:
         raise ConfigError(
             "usage", f"'{folder}' is a folder; expected an output folder, such as '-o models/'"
         )
-    if is_file(Path(output)):
+    if is_file(Path(output_folder)):
         raise ConfigError(
-            "usage", f"--output: '{output}' is a file; expected a folder, since '{folder}' is one"
+            "usage",
+            f"--output: '{output_folder}' is a file; expected a folder, since '{folder}' is one",
         )
     configs = [
-        without_config(str(robot), str(Path(output) / mbs), arguments)
-        for robot, mbs in find_robots(folder).items()
+        without_config(str(robot_file), str(Path(output_folder) / relative_output), arguments)
+        for robot_file, relative_output in find_robots(folder).items()
     ]
     return convert_configs(configs, arguments)
 
@@ -97,23 +98,24 @@ def _find_common_folder(jobs: list[Job]) -> Path:
 
 def _run_with_progress(jobs: list[Job], arguments: argparse.Namespace) -> list[Outcome]:
     """Run all jobs with progress on stderr; return the outcomes in the order of the jobs."""
-    total, n_failed, start = counted(len(jobs), "robot"), 0, monotonic()
-    done: list[Outcome] = []
+    robot_count, n_failed, start_time = counted(len(jobs), "robot"), 0, monotonic()
+    finished: list[Outcome] = []
     running = run_jobs(jobs, workers=arguments.workers, cluster=arguments.cluster)
     with Progress(arguments) as progress, closing(running) as outcomes:
-        progress.at = f"0 of {total} done"
+        progress.at = f"0 of {robot_count} done"
         try:
             for outcome in outcomes:
-                done.append(outcome)
+                finished.append(outcome)
                 n_failed += outcome.code != 0
-                seconds_left = (len(jobs) - len(done)) * (monotonic() - start) / len(done)
+                n_done = len(finished)
+                seconds_left = (len(jobs) - n_done) * (monotonic() - start_time) / n_done
                 progress.at = (
-                    f"{len(done)} of {total} done, {n_failed} failed, {seconds_left:.0f} s left"
+                    f"{n_done} of {robot_count} done, {n_failed} failed, {seconds_left:.0f} s left"
                 )
         except KeyboardInterrupt:
             print(progress.at, file=sys.stderr)
             raise
-    return sorted(done, key=lambda outcome: outcome.number)
+    return sorted(finished, key=lambda outcome: outcome.number)
 
 
 def _print_table(outcomes: list[Outcome]) -> None:
@@ -126,9 +128,18 @@ def _print_table(outcomes: list[Outcome]) -> None:
         print(row)
     if len(rows) > MAX_ROWS:
         print(f"and {len(rows) - MAX_ROWS} more")
-    codes = [outcome.code for outcome in outcomes]
-    counts = [(codes.count(code), result) for code, result in _RESULTS.items()]
-    print(*(f"{counted(count, 'robot')} {result}" for count, result in counts if count), sep="; ")
+    exit_codes = [outcome.code for outcome in outcomes]
+    counts = [
+        (exit_codes.count(exit_code), result_text) for exit_code, result_text in _RESULTS.items()
+    ]
+    print(
+        *(
+            f"{counted(n_robots, 'robot')} {result_text}"
+            for n_robots, result_text in counts
+            if n_robots
+        ),
+        sep="; ",
+    )
 
 
 def _format_name(outcome: Outcome) -> str:

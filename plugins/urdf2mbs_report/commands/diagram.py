@@ -44,19 +44,19 @@ def carry_out(arguments: argparse.Namespace) -> int:
     """Write the picture; return the exit code."""
     from urdf2mbs_report.draw import draw
 
-    model: Path = arguments.model
-    mbs = read_mbs_file(model)
-    picture = draw(mbs).encode()
-    default_output = model if is_stream(model) else beside(model, ".svg")
+    model_file: Path = arguments.model
+    model = read_mbs_file(model_file)
+    picture = draw(model).encode()
+    default_output = model_file if is_stream(model_file) else beside(model_file, ".svg")
     output: Path = arguments.output or default_output
     with saving(arguments, is_stream(output)) as save:
         save(output, picture)
     if is_stream(output):
         return 0
     if arguments.json:
-        print_json({"model": mbs.name, "output": str(output)})
+        print_json({"model": model.name, "output": str(output)})
     else:
-        print(f"{mbs.name}: diagram of {counted(len(mbs.bodies), 'body')} written to {output}")
-        print(f"Next: open {output} in a browser, and {model} in MBSysPad: they look alike")
-        print(f"      is it the robot? urdf2mbs verify ROBOT {model}")
+        print(f"{model.name}: diagram of {counted(len(model.bodies), 'body')} written to {output}")
+        print(f"Next: open {output} in a browser, and {model_file} in MBSysPad: they look alike")
+        print(f"      is it the robot? urdf2mbs verify ROBOT {model_file}")
     return 0

@@ -90,8 +90,8 @@ def _report_robot(arguments: argparse.Namespace, save: Save) -> int:
         conversion = pipeline.run()
         progress.at = "the page"
         page = make_robot_page(conversion)
-    model = conversion.settings.output
-    output = arguments.output or beside(model, ".html")
+    mbs_file = conversion.settings.output
+    output = arguments.output or beside(mbs_file, ".html")
     save(output, page.data)
     if arguments.json:
         _print_page_as_json(page, output)
@@ -99,7 +99,7 @@ def _report_robot(arguments: argparse.Namespace, save: Save) -> int:
         message = f"report written to {_format_output(output)}"
         tell(conversion, report(conversion), message, arguments.verbose, "the page shows them")
         _print_next_steps(page, output, arguments.verbose)
-        is_written = is_file(model) and read_bytes(model) == conversion.files.get(model)
+        is_written = is_file(mbs_file) and read_bytes(mbs_file) == conversion.files.get(mbs_file)
         if not is_written and not is_stream(output):
             print("      the .mbs itself is written by: urdf2mbs run, or urdf2mbs convert")
     return 0 if conversion.checked.rejected is None else 3
@@ -109,13 +109,13 @@ def _report_model(arguments: argparse.Namespace, save: Save) -> int:
     """Write the page of an .mbs alone: there is no URDF to convert or to compare."""
     from urdf2mbs_report.page import make_model_page
 
-    file: Path = arguments.config
-    for field in choose_fields(arguments, ALONE):
-        flag = FLAGS[field].flag
-        raise ConfigError("usage", f"{flag} is for a robot; '{file}' is an .mbs already")
-    model = read_mbs_file(file)
-    output = arguments.output or beside(file, ".html")
-    page = make_model_page(model, file)
+    model_file: Path = arguments.config
+    for field_name in choose_fields(arguments, ALONE):
+        flag = FLAGS[field_name].flag
+        raise ConfigError("usage", f"{flag} is for a robot; '{model_file}' is an .mbs already")
+    model = read_mbs_file(model_file)
+    output = arguments.output or beside(model_file, ".html")
+    page = make_model_page(model, model_file)
     save(output, page.data)
     if arguments.json:
         _print_page_as_json(page, output)
@@ -146,8 +146,10 @@ def _print_next_steps(page: Page, output: Path, verbose: bool) -> None:
     """Print the size of the page, its missing meshes, and how to open it."""
     if verbose:
         labels = {"all": "", "viewer": "three.js ", "meshes": "meshes "}
-        sizes = [f"{label}{page.sizes[part] / 1e6:.2f} MB" for part, label in labels.items()]
-        print(f"  {', '.join(sizes)}")
+        size_texts = [
+            f"{label}{page.sizes[part_name] / 1e6:.2f} MB" for part_name, label in labels.items()
+        ]
+        print(f"  {', '.join(size_texts)}")
     for diagnostic in page.diagnostics:
         print(with_near_paths(str(diagnostic)), file=sys.stderr)
     if page.missing:

@@ -1,4 +1,4 @@
-"""``urdf2mbs doctor``: the versions of what is installed; nothing is changed.
+"""``urdf2mbs doctor``: the versions of the installed packages and tools.
 
 Looks for Python packages, a C compiler, plugins, ROS packages and Robotran.
 Changes nothing.  Add its output to a bug report.
@@ -40,23 +40,28 @@ def add_options(command: argparse.ArgumentParser) -> None:
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
-    """Print the tables of what is installed."""
+    """Print the tables of the installation."""
     tables = examine(installed_plugins=not arguments.no_plugins)
     if arguments.json:
         print_json(tables)
         return 0
-    for title, lines in tables.items():
+    for title, table in tables.items():
         print(title)
-        width = max(map(len, lines), default=0)
-        for name, text in lines.items():
-            print(f"  {name:{width}}  {indent(text, ' ' * (width + 4)).lstrip()}")
+        name_width = max(map(len, table), default=0)
+        for entry_name, entry_text in table.items():
+            indented_text = indent(entry_text, " " * (name_width + 4)).lstrip()
+            print(f"  {entry_name:{name_width}}  {indented_text}")
     return 0
 
 
 def examine(*, installed_plugins: bool = True) -> dict[str, dict[str, str]]:
-    """Return tables of what is installed: a text by name, by the titles of the tables."""
-    requirements = [line for line in requires("urdf2mbs") or [] if "extra ==" not in line]
-    names = [re.split(r"[^\w.-]", line, maxsplit=1)[0] for line in requirements]
+    """Return the tables of the installation by title: versions and paths by name."""
+    requirements = [
+        requirement for requirement in requires("urdf2mbs") or [] if "extra ==" not in requirement
+    ]
+    package_names = [
+        re.split(r"[^\w.-]", requirement, maxsplit=1)[0] for requirement in requirements
+    ]
     plugins = Plugins(installed=installed_plugins)
     lines_of_plugins: list[dict[str, str]] = plugins.hook.urdf2mbs_doctor()
     return {
@@ -64,17 +69,22 @@ def examine(*, installed_plugins: bool = True) -> dict[str, dict[str, str]]:
             "urdf2mbs": f"{version('urdf2mbs')} ({Path(plugin.__file__).parent})",
             "Python": f"{platform.python_version()} ({sys.executable})",
             "system": f"{platform.system()} {platform.machine()}",
-            **{name: line for lines in lines_of_plugins for name, line in lines.items()},
-            **{name: version_of(name) or "MISSING" for name in names},
             **{
-                name: version_of(name) or f"not installed, for {purpose}"
-                for name, purpose in EXTRAS.items()
+                entry_name: line for lines in lines_of_plugins for entry_name, line in lines.items()
+            },
+            **{
+                package_name: version_of(package_name) or "MISSING"
+                for package_name in package_names
+            },
+            **{
+                package_name: version_of(package_name) or f"not installed, for {purpose}"
+                for package_name, purpose in EXTRAS.items()
             },
         },
         "plugins": list_plugins(plugins, installed=installed_plugins),
         "ROS packages": {  # packages beside a robot's file are found without ROS
-            name: os.environ.get(name) or "not set"
-            for name in ("ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH")
+            variable_name: os.environ.get(variable_name) or "not set"
+            for variable_name in ("ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH")
         },
         "Robotran": {
             "MBsysPy": version_of("MBsysPy")
@@ -97,21 +107,31 @@ def list_plugins(plugins: Plugins, *, installed: bool) -> dict[str, str]:
         for entry in (entry_points(group=GROUP) if installed else ())
         if entry.dist is not None and entry.dist.name != GROUP
     }
-    loaded = {
+    loaded_plugins = {
         implementation.plugin_name: implementation.plugin
-        for name, hook in vars(plugins.hook).items()
-        if name.startswith(f"{GROUP}_")
+        for hook_name, hook in vars(plugins.hook).items()
+        if hook_name.startswith(f"{GROUP}_")
         for implementation in hook.get_hookimpls()
     }
-    lines = {name: "urdf2mbs" for name in loaded if name not in packages and name != GROUP}
-    for name, package in packages.items():
-        if name in loaded:
-            lines[name] = f"{package} ({getattr(loaded[name], '__file__', None)})"
+    descriptions = {
+        plugin_name: "urdf2mbs"
+        for plugin_name in loaded_plugins
+        if plugin_name not in packages and plugin_name != GROUP
+    }
+    for plugin_name, package in packages.items():
+        if plugin_name in loaded_plugins:
+            descriptions[plugin_name] = (
+                f"{package} ({getattr(loaded_plugins[plugin_name], '__file__', None)})"
+            )
         else:
-            errors = [str(broken) for broken in plugins.broken if f"'{name}'" in broken.message]
-            lines[name] = "\n".join([f"{package} is BROKEN", *errors])
+            error_texts = [
+                str(plugin_error)
+                for plugin_error in plugins.broken
+                if f"'{plugin_name}'" in plugin_error.message
+            ]
+            descriptions[plugin_name] = "\n".join([f"{package} is BROKEN", *error_texts])
     if not installed:
-        lines["others"] = "left out by --no-plugins"
+        descriptions["others"] = "left out by --no-plugins"
     elif not packages:
-        lines["others"] = f"none: no installed package has an entry point '{GROUP}'"
-    return lines
+        descriptions["others"] = f"none: no installed package has an entry point '{GROUP}'"
+    return descriptions

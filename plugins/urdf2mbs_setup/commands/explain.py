@@ -95,8 +95,8 @@ def carry_out(arguments: argparse.Namespace) -> int:
 
 def _load_plugins(arguments: argparse.Namespace) -> Plugins:
     """Return the plugins of a command line without a config."""
-    files = [Path(file) for file in arguments.plugins or ()]
-    plugins = Plugins(files, installed=not arguments.no_plugins)
+    plugin_files = [Path(file) for file in arguments.plugins or ()]
+    plugins = Plugins(plugin_files, installed=not arguments.no_plugins)
     print_broken_plugins(plugins)
     return plugins
 
@@ -107,8 +107,8 @@ def _make_unknown_error(word: str, plugins: Plugins) -> ConfigError:
         message = f"'{word}' is a preset, not a pass and not a file"
         hint = f"urdf2mbs explain ROBOT.urdf --pipeline {word} lists its passes"
         return ConfigError("unknown-pass", message, hint=hint)
-    configs = [file.name for file in Path().glob("*.y*ml")]
-    hint = nearest(word, [*plugins.passes, *configs]) or (
+    config_names = [file.name for file in Path().glob("*.y*ml")]
+    hint = nearest(word, [*plugins.passes, *config_names]) or (
         "urdf2mbs explain lists the passes; for those of a plugin's file, add --plugin FILE.py"
     )
     return ConfigError("unknown-pass", f"'{word}' is neither a file nor a pass", hint=hint)
@@ -139,20 +139,20 @@ def _explain_config(arguments: argparse.Namespace) -> int:
         return 0
     settings = pipeline.settings
     print(f"source  {settings.source}\noutput  {settings.output}\nbase    {settings.config.base}")
-    for name, folder in settings.packages.items():
-        print(f"package {name} = {folder}")
-    for name, value in settings.xacro_args.items():
-        print(f"arg     {name} := {value}")
+    for package_name, folder in settings.packages.items():
+        print(f"package {package_name} = {folder}")
+    for argument_name, value in settings.xacro_args.items():
+        print(f"arg     {argument_name} := {value}")
     if not arguments.verbose:
         print()
-    width = max((len(step.name) for step in pipeline.passes), default=0)
-    for number, step in enumerate(pipeline.passes, start=1):
+    name_width = max((len(step.name) for step in pipeline.passes), default=0)
+    for pass_number, step in enumerate(pipeline.passes, start=1):
         if arguments.verbose:
-            print(f"\n{number}. {step.name}: {step.pass_.summary()}")
+            print(f"\n{pass_number}. {step.name}: {step.pass_.summary()}")
         else:
-            print(_format_line(f"{number:2}. {step.name:{width}}", step.pass_.summary()))
-        for title, text in _describe_step(pipeline, step, verbose=arguments.verbose):
-            print(f"    {title:8} {text}")
+            print(_format_line(f"{pass_number:2}. {step.name:{name_width}}", step.pass_.summary()))
+        for title, description in _describe_step(pipeline, step, verbose=arguments.verbose):
+            print(f"    {title:8} {description}")
     print(f"\n{METHOD}" if arguments.verbose else "\n-v shows what each pass reads and writes")
     return 0
 
@@ -184,9 +184,9 @@ def _describe_step(
         yield "writes", ", ".join(pass_.writes) or "-"
     defaults = {option.name: option.default for option in list_options(type(pass_))}
     options = [
-        f"{name}: {value!r}"
-        for name, value in msgspec.to_builtins(pass_).items()
-        if verbose or value != msgspec.to_builtins(defaults[name])
+        f"{option_name}: {option_value!r}"
+        for option_name, option_value in msgspec.to_builtins(pass_).items()
+        if verbose or option_value != msgspec.to_builtins(defaults[option_name])
     ]
     if options or verbose:
         yield "options", ", ".join(options) or "-"
@@ -197,23 +197,27 @@ def _first_of_sweep(config: Config, lines: Lines, arguments: argparse.Namespace)
     if config.sweep is None:
         return config
     hook = Plugins(installed=not arguments.no_plugins).hook
-    robots: list[tuple[Config, str]] | None = hook.urdf2mbs_expand_sweep(config=config, lines=lines)
-    if robots is None:
+    robot_configs: list[tuple[Config, str]] | None = hook.urdf2mbs_expand_sweep(
+        config=config, lines=lines
+    )
+    if robot_configs is None:
         message = "this config is a sweep, and no plugin expands sweeps"
         raise lines.error("plugin-missing", message, ("sweep",), "install urdf2mbs whole")
-    first, values = robots[0]
-    print(f"sweep   {counted(len(robots), 'robot')}; this is the first: {values}")
-    return first
+    first_config, values_text = robot_configs[0]
+    print(f"sweep   {counted(len(robot_configs), 'robot')}; this is the first: {values_text}")
+    return first_config
 
 
 # --- one pass ---
 
 
-def _explain_pass(name: str, plugins: Plugins, arguments: argparse.Namespace) -> int:
+def _explain_pass(pass_name: str, plugins: Plugins, arguments: argparse.Namespace) -> int:
     """Print all about a pass, and about those of other plugins that have its name."""
-    entries = plugins.passes[name]
+    entries = plugins.passes[pass_name]
     places = {
-        preset: _describe_place(preset, name, arguments.plugins or [], not arguments.no_plugins)
+        preset: _describe_place(
+            preset, pass_name, arguments.plugins or [], not arguments.no_plugins
+        )
         for preset in plugins.presets
     }
     if arguments.json:
@@ -229,56 +233,60 @@ def _explain_pass(name: str, plugins: Plugins, arguments: argparse.Namespace) ->
         )
         return 0
     for index, entry in enumerate(entries):
-        kind = load_pass(entry)
-        print(f"{name}: {kind.summary()}")
+        pass_class = load_pass(entry)
+        print(f"{pass_name}: {pass_class.summary()}")
         print(f"  from     {describe_origin(entry)}")
         if index > 0:
-            print(f"  used by  swap: {{{name}: {entry.plugin}}}")
+            print(f"  used by  swap: {{{pass_name}: {entry.plugin}}}")
         else:
-            width = max(map(len, places), default=0)
+            preset_width = max(map(len, places), default=0)
             for number, (preset, place) in enumerate(places.items()):
                 title = "place" if number == 0 else ""
-                print(f"  {title:8} {preset:{width}}  {place}")
-        print(f"  reads    {', '.join(kind.reads) or '-'}")
-        print(f"  writes   {', '.join(kind.writes) or '-'}")
-        _print_options(kind)
+                print(f"  {title:8} {preset:{preset_width}}  {place}")
+        print(f"  reads    {', '.join(pass_class.reads) or '-'}")
+        print(f"  writes   {', '.join(pass_class.writes) or '-'}")
+        _print_options(pass_class)
     return 0
 
 
-def _describe_place(preset: str, name: str, files: list[str], installed: bool) -> str:
+def _describe_place(preset: str, pass_name: str, plugin_files: list[str], installed: bool) -> str:
     """Describe the place of a pass among those of a preset.
 
     Args:
         preset: The preset.
-        name: The pass.
-        files: Plugin files of the command line.
+        pass_name: The pass.
+        plugin_files: Plugin files of the command line.
         installed: Whether plugins of installed packages are used.
     """
-    config = Config(source="robot.urdf", pipeline=preset, plugins=[str(file) for file in files])
+    config = Config(
+        source="robot.urdf",
+        pipeline=preset,
+        plugins=[str(file) for file in plugin_files],
+    )
     try:
         pipeline = Pipeline(config, Lines(), installed_plugins=installed)
     except ConfigError as error:
         return f"the preset cannot be used: {error.message}"
-    names = [step.name for step in pipeline.passes]
-    if name not in names:
+    pass_names = [step.name for step in pipeline.passes]
+    if pass_name not in pass_names:
         return "not in it; a config adds it by 'after' or 'before'"
-    index = names.index(name)
-    predecessor = f", after '{names[index - 1]}'" if index else ""
-    return f"{index + 1} of {len(names)}{predecessor}"
+    index = pass_names.index(pass_name)
+    predecessor = f", after '{pass_names[index - 1]}'" if index else ""
+    return f"{index + 1} of {len(pass_names)}{predecessor}"
 
 
-def _print_options(kind: type[Pass]) -> None:
+def _print_options(pass_class: type[Pass]) -> None:
     """Print the options of a pass, and the keys of objects in them."""
-    options = list_options(kind)
+    options = list_options(pass_class)
     if not options:
         print("  options  -")
         return
     print("  options")
     for option in options:
         _print_option(option, "    ")
-    for struct in list_inner_structs(kind):
-        print(f"  each {struct.__name__}")
-        for option in list_options(struct):
+    for struct_class in list_inner_structs(pass_class):
+        print(f"  each {struct_class.__name__}")
+        for option in list_options(struct_class):
             _print_option(option, "    ")
 
 
@@ -298,31 +306,37 @@ def _print_option(option: Option, margin: str) -> None:
 def _list_all(arguments: argparse.Namespace) -> int:
     """Print every known pass in the order of the method, and then those of other plugins."""
     plugins = _load_plugins(arguments)
-    order = {name: index for index, name in enumerate(list_method(plugins))}
+    method_order = {pass_name: index for index, pass_name in enumerate(list_method(plugins))}
     entries = [entry for entries in plugins.passes.values() for entry in entries]
-    entries.sort(key=lambda entry: (not entry.is_ours, order.get(entry.name, 0)))
+    entries.sort(key=lambda entry: (not entry.is_ours, method_order.get(entry.name, 0)))
     if arguments.json:
         print_json([export_pass(entry) for entry in entries])
         return 0
-    width = max(len(entry.name) for entry in entries)
+    name_width = max(len(entry.name) for entry in entries)
     for entry in entries:
-        kind, name = load_pass(entry), f"{entry.name:{width}}"
+        pass_class, padded_name = load_pass(entry), f"{entry.name:{name_width}}"
         if arguments.verbose:
-            sections = f"{', '.join(kind.reads) or '-'} -> {', '.join(kind.writes) or '-'}"
-            print(f"{name}  {kind.summary()}")
-            print(f"{'':{width}}  {sections}; {describe_origin(entry)}")
+            sections = (
+                f"{', '.join(pass_class.reads) or '-'} -> {', '.join(pass_class.writes) or '-'}"
+            )
+            print(f"{padded_name}  {pass_class.summary()}")
+            print(f"{'':{name_width}}  {sections}; {describe_origin(entry)}")
         else:
-            print(_format_line(name, kind.summary(), "" if entry.is_ours else entry.plugin))
+            print(
+                _format_line(
+                    padded_name, pass_class.summary(), "" if entry.is_ours else entry.plugin
+                )
+            )
     hint = "urdf2mbs explain PASS shows all of one pass; -v shows what each reads and writes"
     print(f"\n{METHOD}" if arguments.verbose else f"\n{hint}")
     return 0
 
 
-def _format_line(name: str, summary: str, plugin: str = "") -> str:
+def _format_line(padded_name: str, summary: str, plugin: str = "") -> str:
     """Format a pass as one line, shortened to the width of the terminal."""
     suffix = f" ({plugin})" if plugin else ""
-    width = max(80, _get_terminal_width()) - len(name) - 2 - len(suffix)
-    return f"{name}  {textwrap.shorten(summary, max(width, 20), placeholder=' ...')}{suffix}"
+    width = max(80, _get_terminal_width()) - len(padded_name) - 2 - len(suffix)
+    return f"{padded_name}  {textwrap.shorten(summary, max(width, 20), placeholder=' ...')}{suffix}"
 
 
 def _get_terminal_width() -> int:
@@ -332,30 +346,30 @@ def _get_terminal_width() -> int:
 
 def print_broken_plugins(plugins: Plugins) -> None:
     """Print which plugins are left out, and why."""
-    for broken in plugins.broken:
-        print(broken, file=sys.stderr)
+    for plugin_error in plugins.broken:
+        print(plugin_error, file=sys.stderr)
 
 
 def describe_origin(entry: PassEntry) -> str:
     """Describe the plugin that a pass is from: name, package, version and file."""
-    text = entry.plugin
+    description = entry.plugin
     if entry.distribution not in ("", entry.plugin):
-        text += f" of {entry.distribution}"
+        description += f" of {entry.distribution}"
     if version := version_of(entry.distribution) if entry.distribution else "":
-        text += f" {version}"
-    return f"{text} ({near(Path(entry.source))})"
+        description += f" {version}"
+    return f"{description} ({near(Path(entry.source))})"
 
 
 def export_pass(entry: PassEntry) -> dict[str, Any]:
     """Return a pass as data for JSON."""
-    kind = load_pass(entry)
+    pass_class = load_pass(entry)
     return {
-        "name": kind.name,
-        "summary": kind.summary(),
+        "name": pass_class.name,
+        "summary": pass_class.summary(),
         "plugin": entry.plugin,
         "package": entry.distribution,
         "version": version_of(entry.distribution) if entry.distribution else "",
         "file": entry.source,
-        "reads": kind.reads,
-        "writes": kind.writes,
+        "reads": pass_class.reads,
+        "writes": pass_class.writes,
     }

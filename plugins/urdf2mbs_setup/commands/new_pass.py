@@ -31,17 +31,17 @@ def add_options(command: argparse.ArgumentParser) -> None:
 
 def carry_out(arguments: argparse.Namespace) -> int:
     """Write the plugin, and print how to use it."""
-    plugin, test = new_pass(arguments.name, arguments.output, force=arguments.force)
+    plugin_file, test_file = new_pass(arguments.name, arguments.output, force=arguments.force)
     if arguments.json:
-        print_json({"plugin": str(plugin), "test": str(test)})
+        print_json({"plugin": str(plugin_file), "test": str(test_file)})
     else:
-        print(NEXT.format(plugin=plugin, test=test, name=arguments.name))
+        print(NEXT.format(plugin=plugin_file, test=test_file, name=arguments.name))
     return 0
 
 
 #: Names of passes and plugins.
 NAME = re.compile(r"[a-z][a-z0-9]*(-[a-z0-9]+)*")
-#: In the templates, NAME, CLASS and FILE stand for those of the pass.
+#: NAME, CLASS and FILE are the placeholders of the templates.
 TEMPLATES = Path(__file__).with_name("templates")
 
 NEXT = """\
@@ -72,17 +72,17 @@ def new_pass(name: str, folder: Path, *, force: bool = False) -> tuple[Path, Pat
     Raises:
         ConfigError: ``pass-name``, ``output-not-ours`` or ``output-unwritable``.
     """
-    stem = _get_file_stem(name)
-    plugin, test = folder / f"{stem}.py", folder / f"test_{stem}.py"
-    words = {"NAME": name, "CLASS": name.title().replace("-", ""), "FILE": stem}
+    file_stem = _get_file_stem(name)
+    plugin_file, test_file = folder / f"{file_stem}.py", folder / f"test_{file_stem}.py"
+    replacements = {"NAME": name, "CLASS": name.title().replace("-", ""), "FILE": file_stem}
     files = {}
-    for file, template in ((plugin, "plugin.py.in"), (test, "test_plugin.py.in")):
-        text = (TEMPLATES / template).read_text("utf-8")
-        for word, value in words.items():
-            text = text.replace(word, value)
-        files[file] = text.encode()
+    for output_file, template in ((plugin_file, "plugin.py.in"), (test_file, "test_plugin.py.in")):
+        content = (TEMPLATES / template).read_text("utf-8")
+        for placeholder, replacement in replacements.items():
+            content = content.replace(placeholder, replacement)
+        files[output_file] = content.encode()
     write_files(files, force=force)
-    return plugin, test
+    return plugin_file, test_file
 
 
 def suggest_name(name: str) -> str:
@@ -91,21 +91,23 @@ def suggest_name(name: str) -> str:
     return re.sub(r"^[0-9-]+", "", "-".join(words))
 
 
-def _get_file_stem(name: str) -> str:
+def _get_file_stem(pass_name: str) -> str:
     """Return the stem of the file for a pass; raise ConfigError if no pass can have the name."""
-    stem = name.replace("-", "_")
-    passes = Plugins(installed=False).passes
-    if not NAME.fullmatch(name):
-        suggestion = suggest_name(name) or "my-pass"
-        suggestion += "-links" if suggestion in passes else ""
+    file_stem = pass_name.replace("-", "_")
+    builtin_passes = Plugins(installed=False).passes
+    if not NAME.fullmatch(pass_name):
+        suggestion = suggest_name(pass_name) or "my-pass"
+        suggestion += "-links" if suggestion in builtin_passes else ""
         reason = "expected small letters, digits and hyphens, a letter first"
         hint = f"for instance: urdf2mbs new-pass {suggestion}"
-    elif name in passes:
+    elif pass_name in builtin_passes:
         reason = "a built-in pass has this name"
         hint = "choose another; to replace that pass, see 'swap' on the page on writing passes"
-    elif stem in sys.stdlib_module_names or stem in (GROUP, "msgspec", "pytest"):
-        reason = f"'{stem}.py' would hide Python's module '{stem}' from its test"
-        hint = f"for instance: urdf2mbs new-pass {name}-links"
+    elif file_stem in sys.stdlib_module_names or file_stem in (GROUP, "msgspec", "pytest"):
+        reason = f"'{file_stem}.py' would hide Python's module '{file_stem}' from its test"
+        hint = f"for instance: urdf2mbs new-pass {pass_name}-links"
     else:
-        return stem
-    raise ConfigError("pass-name", f"'{name}' cannot be the name of a pass: {reason}", hint=hint)
+        return file_stem
+    raise ConfigError(
+        "pass-name", f"'{pass_name}' cannot be the name of a pass: {reason}", hint=hint
+    )

@@ -30,8 +30,7 @@ EXAMPLES = (
     "urdf2mbs new-plugin our-lab -o ~/src",
 )
 
-#: The template of each file.  In names and templates, NAME, PACKAGE and CLASS stand for those of
-#: the plugin.
+#: The template of each file.  NAME, PACKAGE and CLASS are placeholders, in the names of files, too.
 FILES = {
     "pyproject.toml": "pyproject.toml.in",
     "README.md": "README.md.in",
@@ -97,58 +96,60 @@ def new_plugin(name: str, parent: Path) -> tuple[Path, list[Path]]:
             ``output-unwritable``.
     """
     _check_name(name)
-    words = {
+    replacements = {
         "PACKAGE": name.replace("-", "_"),
         "NAME": name,
         # urdf2mbs derives the class of a pass from its name in the same manner
         "CLASS": name.title().replace("-", ""),
     }
     folder = parent / name
-    texts = {
-        folder / _fill(file, words): _fill((TEMPLATES / template).read_text("utf-8"), words)
+    file_contents = {
+        folder / _fill_template(file, replacements): _fill_template(
+            (TEMPLATES / template).read_text("utf-8"), replacements
+        )
         for file, template in FILES.items()
     }
-    existing = [f"'{file}'" for file in texts if os.path.lexists(file)]
+    existing = [f"'{file}'" for file in file_contents if os.path.lexists(file)]
     if existing:
         verb = "exists" if len(existing) == 1 else "exist"
         message = f"{some(existing, 3)} {verb} already: nothing is written"
         hint = "choose another name, or another folder by -o DIR"
         raise ConfigError("output-not-ours", message, hint=hint)
-    for file, text in texts.items():
+    for file, content in file_contents.items():
         try:
             file.parent.mkdir(parents=True, exist_ok=True)
             with file.open("x", encoding="utf-8", newline="\n") as stream:
-                stream.write(text)
+                stream.write(content)
         except OSError as error:
             message = f"cannot write '{file}': {error.strerror}"
             raise ConfigError("output-unwritable", message) from None
-    return folder, list(texts)
+    return folder, list(file_contents)
 
 
-def _fill(text: str, words: dict[str, str]) -> str:
+def _fill_template(template: str, replacements: dict[str, str]) -> str:
     """Fill a template with the words of a plugin."""
-    for word, value in words.items():
-        text = text.replace(word, value)
-    return text
+    for placeholder, replacement in replacements.items():
+        template = template.replace(placeholder, replacement)
+    return template
 
 
-def _check_name(name: str) -> None:
+def _check_name(plugin_name: str) -> None:
     """Raise ConfigError for a name that no plugin can have."""
-    package = name.replace("-", "_")
-    hint = f"for instance: urdf2mbs new-plugin {name}-lab"
-    if not NAME.fullmatch(name):
+    package = plugin_name.replace("-", "_")
+    hint = f"for instance: urdf2mbs new-plugin {plugin_name}-lab"
+    if not NAME.fullmatch(plugin_name):
         reason = "expected small letters, digits and hyphens, a letter first"
-        hint = f"for instance: urdf2mbs new-plugin {suggest_name(name) or 'our-lab'}"
+        hint = f"for instance: urdf2mbs new-plugin {suggest_name(plugin_name) or 'our-lab'}"
     elif package in (*sys.stdlib_module_names, "tests", "robots") or iskeyword(package):
         reason = f"Python or the folders of the package use '{package}' for something else"
     elif package.startswith("urdf2mbs") or find_spec(f"urdf2mbs_{package}") is not None:
         reason = "urdf2mbs has a plugin of this name"
         hint = "for instance: urdf2mbs new-plugin our-lab"
-    elif name in Plugins(installed=False).presets:
+    elif plugin_name in Plugins(installed=False).presets:
         reason = "urdf2mbs has a preset of this name"
     elif find_spec(package) is not None:
         reason = f"a Python package '{package}' is installed here, which it would hide"
     else:
         return
-    message = f"'{name}' cannot be the name of a plugin: {reason}"
+    message = f"'{plugin_name}' cannot be the name of a plugin: {reason}"
     raise ConfigError("plugin-name", message, hint=hint)

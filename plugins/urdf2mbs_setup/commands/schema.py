@@ -35,8 +35,8 @@ def add_options(command: argparse.ArgumentParser) -> None:
 
 def carry_out(arguments: argparse.Namespace) -> int:
     """Print the schema."""
-    files = [Path(file) for file in arguments.plugins]
-    plugins = Plugins(files, installed=not arguments.no_plugins)
+    plugin_files = [Path(file) for file in arguments.plugins]
+    plugins = Plugins(plugin_files, installed=not arguments.no_plugins)
     print_broken_plugins(plugins)
     print_json(make_schema(plugins))
     return 0
@@ -53,19 +53,19 @@ def make_schema(plugins: Plugins) -> dict[str, Any]:
         pipeline: {anyOf: [string, array]}  pipeline: {anyOf: [{enum: [compact, ...]}, array]}
     """
     (_,), definitions = msgspec.json.schema_components([Config], ref_template="#/$defs/{name}")
-    for kind in (Config, *list_inner_structs(Config)):
-        _add_descriptions(kind, definitions[kind.__name__])
-    config = definitions.pop("Config")
-    config["title"] = "urdf2mbs config"
-    _name_passes(config["properties"], plugins)
-    config["properties"]["passes"] |= {
+    for struct_class in (Config, *list_inner_structs(Config)):
+        _add_descriptions(struct_class, definitions[struct_class.__name__])
+    config_schema = definitions.pop("Config")
+    config_schema["title"] = "urdf2mbs config"
+    _name_passes(config_schema["properties"], plugins)
+    config_schema["properties"]["passes"] |= {
         "properties": _make_options(plugins, definitions),
         "additionalProperties": False,
     }
-    _accept_single_words(config)
+    _accept_single_words(config_schema)
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
-        **config,
+        **config_schema,
         "$defs": dict(sorted(definitions.items())),
     }
 
@@ -85,57 +85,62 @@ def _name_passes(properties: dict[str, Any], plugins: Plugins) -> None:
 
 def _make_options(plugins: Plugins, definitions: dict[str, Any]) -> dict[str, Any]:
     """Return the schema of the options of each pass; their classes go into ``definitions``."""
-    options: dict[str, Any] = {}
-    for name, entries in sorted(plugins.passes.items()):
+    option_schemas: dict[str, Any] = {}
+    for pass_name, entries in sorted(plugins.passes.items()):
         schemas = [
             _make_pass_schema(
-                load_pass(entry), name if entry.is_ours else f"{name}.{entry.plugin}", definitions
+                load_pass(entry),
+                pass_name if entry.is_ours else f"{pass_name}.{entry.plugin}",
+                definitions,
             )
             for entry in entries
         ]
         # 'swap' says whose pass of this name is used
-        options[name] = schemas[0] if len(schemas) == 1 else {"anyOf": schemas}
-        options[name]["description"] = load_pass(entries[0]).summary()
-    return options
+        option_schemas[pass_name] = schemas[0] if len(schemas) == 1 else {"anyOf": schemas}
+        option_schemas[pass_name]["description"] = load_pass(entries[0]).summary()
+    return option_schemas
 
 
-def _make_pass_schema(kind: type, prefix: str, definitions: dict[str, Any]) -> dict[str, Any]:
+def _make_pass_schema(pass_class: type, prefix: str, definitions: dict[str, Any]) -> dict[str, Any]:
     """Return the schema of a pass's options.
 
     Args:
-        kind: Class of the pass.
+        pass_class: Class of the pass.
         prefix: Beginning of the names of its classes in ``definitions``.
         definitions: Gets the schemas of the classes in the options.
     """
     (reference,), components = msgspec.json.schema_components(
-        [kind], ref_template=f"#/$defs/{prefix}.{{name}}"
+        [pass_class], ref_template=f"#/$defs/{prefix}.{{name}}"
     )
-    structs = {struct.__name__: struct for struct in list_inner_structs(kind)}
-    for name, component in components.items():
+    inner_structs = {struct.__name__: struct for struct in list_inner_structs(pass_class)}
+    for class_name, component in components.items():
         component.pop("title", None)
-        definitions[f"{prefix}.{name}"] = component
-        if name in structs:
-            _add_descriptions(structs[name], component)
-    pass_schema = components.get(kind.__name__, reference)
+        definitions[f"{prefix}.{class_name}"] = component
+        if class_name in inner_structs:
+            _add_descriptions(inner_structs[class_name], component)
+    pass_schema = components.get(pass_class.__name__, reference)
     pass_schema["additionalProperties"] = False
     _accept_single_words(pass_schema)
-    _add_descriptions(kind, pass_schema)
+    _add_descriptions(pass_class, pass_schema)
     return reference
 
 
-def _add_descriptions(kind: type, schema: dict[str, Any]) -> None:
+def _add_descriptions(struct_class: type, schema: dict[str, Any]) -> None:
     """Add the docstrings of a class's fields to its schema."""
     properties = schema.get("properties", {})
-    docs = field_docs(kind)
-    for field in msgspec.structs.fields(kind):
-        name, text = field.encode_name, docs.get(field.name)
-        if name in properties and text is not None:
-            properties[name].setdefault("description", text)
+    field_docstrings = field_docs(struct_class)
+    for field in msgspec.structs.fields(struct_class):
+        property_name, description = field.encode_name, field_docstrings.get(field.name)
+        if property_name in properties and description is not None:
+            properties[property_name].setdefault("description", description)
 
 
 def _accept_single_words(schema: dict[str, Any]) -> None:
     """Accept a single word for a list of words."""
     for property_ in schema.get("properties", {}).values():
         if (property_.get("items") or {}).get("type") == "string":
-            word = property_.pop("items")
-            property_["anyOf"] = [word, {"type": property_.pop("type"), "items": word}]
+            word_schema = property_.pop("items")
+            property_["anyOf"] = [
+                word_schema,
+                {"type": property_.pop("type"), "items": word_schema},
+            ]
