@@ -60,7 +60,10 @@ def urdf2mbs_expand_sweep(config: Config, lines: Lines) -> list[tuple[Config, st
     """Return the config of each robot of a sweep, and its values in words."""
     from urdf2mbs_many.sweep import format_values, list_members
 
-    return [(robot, format_values(values)) for robot, values in list_members(config, lines)]
+    return [
+        (robot_config, format_values(values))
+        for robot_config, values in list_members(config, lines)
+    ]
 
 
 @hookimpl

@@ -64,11 +64,11 @@ def _raise_unreadable(error: OSError) -> NoReturn:
     ) from None
 
 
-def _is_xacro_robot(file: Path) -> bool:
+def _is_xacro_robot(robot_file: Path) -> bool:
     """Return whether a file is xacro and describes a robot."""
-    if file.suffix.lower() != ".xacro":
+    if robot_file.suffix.lower() != ".xacro":
         return False
     try:
-        return _ROBOT.search(read_bytes(file)) is not None
+        return _ROBOT.search(read_bytes(robot_file)) is not None
     except OSError:
         return True  # the conversion then reports why

@@ -73,15 +73,15 @@ def list_members(config: Config, lines: Lines) -> list[Member]:
         values: dict[str, Any] = {}
         xacro_args: dict[str, Any] = {}
         passes: dict[str, dict[str, Any]] = {}
-        for (section, *key), value in zip(swept_values, combination, strict=True):
-            values[".".join(key)] = value
+        for (section, *key), swept_value in zip(swept_values, combination, strict=True):
+            values[".".join(key)] = swept_value
             options = xacro_args if section == "xacro_args" else passes.setdefault(key[0], {})
-            options[key[-1]] = value
+            options[key[-1]] = swept_value
         output = _fill_output(config, values, lines)
-        robot, _ = config_of(
+        robot_config, _ = config_of(
             config, xacro_args=xacro_args, passes=passes, output=output, sweep=None
         )
-        members.append(Member(robot, values))
+        members.append(Member(robot_config, values))
     return members
 
 
@@ -174,10 +174,10 @@ def _count_steps(first: Decimal, last: Decimal, step: Decimal, lines: Lines, key
     return count
 
 
-def _check_count(count: int, lines: Lines, key: Key) -> None:
+def _check_count(n_robots: int, lines: Lines, key: Key) -> None:
     """Raise ConfigError for more robots than one config may have."""
-    if count > MAX_ROBOTS:
-        message = f"the sweep makes {count} robots; expected {MAX_ROBOTS} or fewer"
+    if n_robots > MAX_ROBOTS:
+        message = f"the sweep makes {n_robots} robots; expected {MAX_ROBOTS} or fewer"
         raise lines.error("sweep-long", message, key)
 
 
@@ -192,13 +192,13 @@ def _fill_output(config: Config, values: dict[str, Any], lines: Lines) -> str | 
         raise lines.error("sweep-output", "a sweep requires an output", ("sweep",), hint)
     if not isinstance(output, Project):
         return _fill_path(output, values, lines)
-    path = Path(_fill_path(output.project, values, lines))
+    project_path = Path(_fill_path(output.project, values, lines))
     if _PLACEHOLDER.search(Path(output.project).name):  # a project has the name of its model
-        path = path.with_name(identifiers([path.name])[0])
-    return msgspec.structs.replace(output, project=str(path))
+        project_path = project_path.with_name(identifiers([project_path.name])[0])
+    return msgspec.structs.replace(output, project=str(project_path))
 
 
-def _fill_path(path: str, values: dict[str, Any], lines: Lines) -> str:
+def _fill_path(output_path: str, values: dict[str, Any], lines: Lines) -> str:
     """Replace the placeholders of a path by values; a value is a part of one name."""
 
     def get_value(placeholder: re.Match[str]) -> str:
@@ -210,5 +210,5 @@ def _fill_path(path: str, values: dict[str, Any], lines: Lines) -> str:
         value_text = _UNSAFE_CHARACTER.sub("_", _format_value(values[value_name]))
         return value_text if is_portable(value_text) else f"_{value_text}"
 
-    filled_path = _PLACEHOLDER.sub(get_value, expand(path, lines, ("output",)))
+    filled_path = _PLACEHOLDER.sub(get_value, expand(output_path, lines, ("output",)))
     return f"./{filled_path}" if filled_path.startswith("~") else filled_path

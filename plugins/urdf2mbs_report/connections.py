@@ -79,10 +79,10 @@ def _list_limit_parameters(model: Mbs) -> list[LimitParameter]:
     ]
 
 
-def _parse_finite(text: str) -> float | None:
+def _parse_finite(number_text: str) -> float | None:
     """Return a finite number; None for other texts."""
     try:
-        number = float(text)
+        number = float(number_text)
     except ValueError:
         return None
     return number if isfinite(number) else None
@@ -248,9 +248,9 @@ def _make_user_model_tables(model: Mbs) -> list[PageTable]:
     ]
 
 
-def _shorten_number(text: str) -> str:
+def _shorten_number(number_text: str) -> str:
     """Return a number with six digits; another text as it is."""
     try:
-        return f"{float(text) + 0.0:.6g}"
+        return f"{float(number_text) + 0.0:.6g}"
     except ValueError:
-        return text
+        return number_text

@@ -179,7 +179,7 @@ class _Diagram:
         ]
         """The space of dots and of the labels that are drawn."""
 
-    def _locate(self, body: str | None, point: str | None) -> XY:
+    def _get_position(self, body: str | None, point: str | None) -> XY:
         """Return the position of a point of a body; None is the body's origin."""
         return self.origins[body] if point is None else self.points[body, point]
 
@@ -238,21 +238,21 @@ class _Diagram:
             x, y = (box.left + box.right) / 2 + dx, (box.top + box.bottom) / 2 - 6 + dy
             half_width = 4.5 * len(body_name or "Base")
             self.occupied.append(Box(x - half_width, y - 12, x + half_width, y + 4))
-            text = _make_text("Base" if body_name is None else body_name, (x, y), "label")
-            yield _make_tag("g", css_class, text, data_body=body_name or "")
+            name_text = _make_text("Base" if body_name is None else body_name, (x, y), "label")
+            yield _make_tag("g", css_class, name_text, data_body=body_name or "")
 
     def draw_wires(self) -> Iterator[str]:
         """Draw wires from the parent's point through the joints of each body."""
         for body in self.mbs.bodies:
-            wire_start = self._locate(body.parent, body.point)
+            wire_start = self._get_position(body.parent, body.point)
             for joint in body.joints:
-                wire_end, number = joint.position or (0.0, 0.0), self.numbers[joint.name]
+                wire_end, joint_number = joint.position or (0.0, 0.0), self.numbers[joint.name]
                 middle = (wire_start[0] + wire_end[0]) / 2, (wire_start[1] + wire_end[1]) / 2
                 wire_path = f"M{_format_point(wire_start)} {_make_curve(wire_start, wire_end)}"
                 content = (
-                    _make_title(_describe_joint(joint, number))
+                    _make_title(_describe_joint(joint, joint_number))
                     + _make_tag("path", "wire", d=wire_path)
-                    + self._draw_label(joint.type, f"q{number}", middle)
+                    + self._draw_label(joint.type, f"q{joint_number}", middle)
                 )
                 css_class = f"joint-label {joint.nature}"
                 yield _make_tag("g", css_class, content, data_joint=joint.name)
@@ -263,17 +263,17 @@ class _Diagram:
         for connection in (*self.mbs.cuts, *self.mbs.links):
             if connection.is_draft:
                 continue
-            start = self._locate(*connection.endpoint1)
-            end = self._locate(*connection.endpoint2)
-            kind, connection_name = connection.kind, connection.name
+            start = self._get_position(*connection.endpoint1)
+            end = self._get_position(*connection.endpoint2)
+            connection_kind, connection_name = connection.kind, connection.name
             line_path = f"M{_format_point(start)} L{_format_point(end)}"
             content = (
                 _make_title(_describe_connection(connection))
-                + _make_tag("path", "cut" if kind in CUTS else "link", d=line_path)
+                + _make_tag("path", "cut" if connection_kind in CUTS else "link", d=line_path)
                 + self._draw_label(
-                    kind,
+                    connection_kind,
                     connection_name,
-                    self._find_free_position(start, end, kind, connection_name),
+                    self._find_free_position(start, end, connection_kind, connection_name),
                 )
             )
             yield _make_tag("g", "connection", content, data_name=connection_name)
@@ -416,8 +416,12 @@ def _make_tag(
 ) -> str:
     """Return an SVG element; ``data_x`` is its attribute ``data-x``."""
     element_text = f'<{tag_name} class="{css_class}"' if css_class else f"<{tag_name}"
-    for attribute_name, value in attributes.items():
-        value_text = escape(value) if isinstance(value, str) else _format_number(value)
+    for attribute_name, attribute_value in attributes.items():
+        value_text = (
+            escape(attribute_value)
+            if isinstance(attribute_value, str)
+            else _format_number(attribute_value)
+        )
         element_text += f' {attribute_name.replace("_", "-")}="{value_text}"'
     return f"{element_text}>{content}</{tag_name}>" if content else f"{element_text}/>"
 
@@ -432,9 +436,9 @@ def _make_text(text: str, position: XY, css_class: str) -> str:
     return _make_tag("text", css_class, escape(text), x=position[0], y=position[1])
 
 
-def _format_number(value: float) -> str:
+def _format_number(pixels: float) -> str:
     """Return a number of pixels with two decimals."""
-    return f"{round(value, 2) + 0.0:.10g}"
+    return f"{round(pixels, 2) + 0.0:.10g}"
 
 
 def _format_point(point: XY) -> str:

@@ -59,11 +59,11 @@ class MeshStore:
         self.textures: list[str] = []
         self.missing: dict[str, str] = {}
         self.incomplete: dict[str, str] = {}
-        self._offsets: dict[bytes, int] = {}
+        self._array_offsets: dict[bytes, int] = {}
         """The arrays, each with its first byte."""
-        self._size = 0
+        self._n_array_bytes = 0
         """Number of bytes of all arrays."""
-        self._stored: dict[tuple[str, str], StoredMesh] = {}
+        self._stored_meshes: dict[tuple[str, str], StoredMesh] = {}
         self._max_mebibytes = max_mebibytes
         self._bytes_left = max_mebibytes * 2**20
 
@@ -98,7 +98,7 @@ class MeshStore:
 
     def pack_arrays(self) -> str:
         """Return all arrays for the script: gzip, then base64."""
-        return base64.b64encode(gzip.compress(b"".join(self._offsets), 9, mtime=0)).decode()
+        return base64.b64encode(gzip.compress(b"".join(self._array_offsets), 9, mtime=0)).decode()
 
     def _add_once(
         self,
@@ -107,7 +107,7 @@ class MeshStore:
         read_source: Callable[[], tuple[Mesh, FileReader]],
     ) -> int | None:
         """Return the number of a mesh, which is read when its key is first asked for."""
-        if mesh_key not in self._stored:
+        if mesh_key not in self._stored_meshes:
             try:
                 mesh, read_texture = read_source()
                 packed_parts = [
@@ -115,10 +115,10 @@ class MeshStore:
                 ]
                 self.meshes.append(packed_parts)
                 problems = "; ".join(dict.fromkeys(mesh.problems))
-                self._stored[mesh_key] = StoredMesh(len(self.meshes) - 1, problems)
+                self._stored_meshes[mesh_key] = StoredMesh(len(self.meshes) - 1, problems)
             except MeshError as error:
-                self._stored[mesh_key] = StoredMesh(None, str(error))
-        mesh_number, reason = self._stored[mesh_key]
+                self._stored_meshes[mesh_key] = StoredMesh(None, str(error))
+        mesh_number, reason = self._stored_meshes[mesh_key]
         if reason:
             (self.missing if mesh_number is None else self.incomplete)[mesh_name] = reason
         return mesh_number
@@ -194,10 +194,10 @@ class MeshStore:
         import numpy as np
 
         array_bytes = word_array.astype("<u4").view(np.uint8).reshape(-1, 4).T.tobytes()
-        if array_bytes not in self._offsets:
-            self._offsets[array_bytes] = self._size
-            self._size += len(array_bytes)
-        return self._offsets[array_bytes], word_array.size
+        if array_bytes not in self._array_offsets:
+            self._array_offsets[array_bytes] = self._n_array_bytes
+            self._n_array_bytes += len(array_bytes)
+        return self._array_offsets[array_bytes], word_array.size
 
     def _add_texture(self, image_data: bytes, image_type: str) -> int:
         """Keep an image, and return its number."""

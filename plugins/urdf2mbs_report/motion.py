@@ -144,6 +144,6 @@ def _select_frames(rows: Rows, time_column: int) -> Rows:
     return rows[row_indices]
 
 
-def _pack_numbers(values: Rows) -> str:
+def _pack_numbers(numbers: Rows) -> str:
     """Return numbers as float32 in base64."""
-    return b64encode(np.ascontiguousarray(values, dtype="<f4").tobytes()).decode()
+    return b64encode(np.ascontiguousarray(numbers, dtype="<f4").tobytes()).decode()

@@ -48,9 +48,9 @@ class Script(msgspec.Struct):
     """The script reads it as ``data.live``."""
 
 
-def read_resource(name: str) -> str:
+def read_resource(file_name: str) -> str:
     """Read a file of this package, without the end of its last line."""
-    return files("urdf2mbs_report").joinpath(name).read_text("utf-8").rstrip("\n")
+    return files("urdf2mbs_report").joinpath(file_name).read_text("utf-8").rstrip("\n")
 
 
 def bundle_modules(last_module: str) -> str:

@@ -288,7 +288,9 @@ class Message(msgspec.Struct):
 def list_messages(conversion: Conversion) -> list[Message]:
     """List all messages, warnings first."""
     messages = []
-    for diagnostic in sorted(conversion.diagnostics, key=lambda each: each.level != "warning"):
+    for diagnostic in sorted(
+        conversion.diagnostics, key=lambda diagnostic: diagnostic.level != "warning"
+    ):
         attributes = {}
         if diagnostic.joint is not None:
             attributes = {"data-urdf-joint": diagnostic.joint}

@@ -41,8 +41,8 @@ def urdf2mbs_commands() -> list[Command]:
         "doctor": "show versions, extras, plugins, ROS packages and Robotran as they are here",
     }
     return [
-        Command(name, summary, f"urdf2mbs_setup.commands.{name.replace('-', '_')}")
-        for name, summary in summaries.items()
+        Command(command_name, summary, f"urdf2mbs_setup.commands.{command_name.replace('-', '_')}")
+        for command_name, summary in summaries.items()
     ]
 
 

@@ -45,11 +45,11 @@ class LumpFixed(Pass):
                 continue
             is_only_body = nothing_moves and len(segments) == 1
             must_stay = is_only_body or fits(segment.link, self.keep)
-            target, offset = _lump_segment(
+            target_segment, offset = _lump_segment(
                 segment, lumped_segments[segment.parent], must_stay=must_stay
             )
-            lumped_segments[segment.link] = LumpedSegment(target, offset)
-            if target is segment:
+            lumped_segments[segment.link] = LumpedSegment(target_segment, offset)
+            if target_segment is segment:
                 segments[segment.link] = segment
         conversion.regroup(segments)
 

@@ -58,7 +58,9 @@ class MergeMassless(Pass):
             if segment.parent is None or len(children[segment.link]) != 1:
                 continue
             (body,) = children[segment.link].values()
-            if _is_bare(segment, conversion) and _merge_segment(segment, body, children[body.link]):
+            if _is_bare_link(segment, conversion) and _merge_segment(
+                segment, body, children[body.link]
+            ):
                 siblings = children[segment.parent]
                 del siblings[segment.link]
                 siblings[body.link] = body
@@ -71,7 +73,7 @@ class MergeMassless(Pass):
             )
 
 
-def _is_bare(segment: Segment, conversion: Conversion) -> bool:
+def _is_bare_link(segment: Segment, conversion: Conversion) -> bool:
     """Return True if a segment is one massless link, without visual and other links' frames."""
     link = conversion.robot.links[segment.link]
     return list(segment.parts) == [segment.link] and link.massless and not link.visuals

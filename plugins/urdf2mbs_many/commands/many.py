@@ -56,8 +56,8 @@ def convert_configs(configs: Iterable[tuple[Config, Lines]], arguments: argparse
         check_ours({report_file: b""})
     outcomes = _run_with_progress(jobs, arguments)
     exit_code = max((outcome.code for outcome in outcomes), default=0)
-    content = {"urdf2mbs": version("urdf2mbs"), "code": exit_code, "robots": outcomes}
-    report_data = msgspec.json.format(msgspec.json.encode(content), indent=1) + b"\n"
+    report_content = {"urdf2mbs": version("urdf2mbs"), "code": exit_code, "robots": outcomes}
+    report_data = msgspec.json.format(msgspec.json.encode(report_content), indent=1) + b"\n"
     write_files({report_file: report_data}, force=arguments.force)
     if arguments.json:
         print_json({"code": exit_code, "robots": outcomes})
@@ -144,8 +144,8 @@ def _print_table(outcomes: list[Outcome]) -> None:
 
 def _format_name(outcome: Outcome) -> str:
     """Format the source of a robot and the values of the sweep."""
-    values = f" ({format_values(outcome.values)})" if outcome.values else ""
-    return near(Path(outcome.source)) + values
+    values_text = f" ({format_values(outcome.values)})" if outcome.values else ""
+    return near(Path(outcome.source)) + values_text
 
 
 def _format_row(outcome: Outcome) -> str:

@@ -63,14 +63,16 @@ def examine(*, installed_plugins: bool = True) -> dict[str, dict[str, str]]:
         re.split(r"[^\w.-]", requirement, maxsplit=1)[0] for requirement in requirements
     ]
     plugins = Plugins(installed=installed_plugins)
-    lines_of_plugins: list[dict[str, str]] = plugins.hook.urdf2mbs_doctor()
+    entries_of_plugins: list[dict[str, str]] = plugins.hook.urdf2mbs_doctor()
     return {
         "urdf2mbs": {
             "urdf2mbs": f"{version('urdf2mbs')} ({Path(plugin.__file__).parent})",
             "Python": f"{platform.python_version()} ({sys.executable})",
             "system": f"{platform.system()} {platform.machine()}",
             **{
-                entry_name: line for lines in lines_of_plugins for entry_name, line in lines.items()
+                entry_name: entry_text
+                for plugin_entries in entries_of_plugins
+                for entry_name, entry_text in plugin_entries.items()
             },
             **{
                 package_name: version_of(package_name) or "MISSING"

@@ -141,8 +141,8 @@ def _explain_config(arguments: argparse.Namespace) -> int:
     print(f"source  {settings.source}\noutput  {settings.output}\nbase    {settings.config.base}")
     for package_name, folder in settings.packages.items():
         print(f"package {package_name} = {folder}")
-    for argument_name, value in settings.xacro_args.items():
-        print(f"arg     {argument_name} := {value}")
+    for argument_name, argument_value in settings.xacro_args.items():
+        print(f"arg     {argument_name} := {argument_value}")
     if not arguments.verbose:
         print()
     name_width = max((len(step.name) for step in pipeline.passes), default=0)
@@ -240,8 +240,8 @@ def _explain_pass(pass_name: str, plugins: Plugins, arguments: argparse.Namespac
             print(f"  used by  swap: {{{pass_name}: {entry.plugin}}}")
         else:
             preset_width = max(map(len, places), default=0)
-            for number, (preset, place) in enumerate(places.items()):
-                title = "place" if number == 0 else ""
+            for preset_index, (preset, place) in enumerate(places.items()):
+                title = "place" if preset_index == 0 else ""
                 print(f"  {title:8} {preset:{preset_width}}  {place}")
         print(f"  reads    {', '.join(pass_class.reads) or '-'}")
         print(f"  writes   {', '.join(pass_class.writes) or '-'}")
