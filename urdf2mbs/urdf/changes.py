@@ -109,30 +109,36 @@ def _compare_robots(before: Robot, after: Robot) -> Iterator[Change]:
         _match_renamed(list(before.joints), list(after.joints)),
     )
     yield from _compare_names("link", before.links, after.links, renamed.links)
-    for name, link in before.links.items():
-        link_after = after.links.get(renamed.links.get(name, name))
+    for old_name, link_before in before.links.items():
+        link_after = after.links.get(renamed.links.get(old_name, old_name))
         if link_after is not None:
-            yield from _compare_links(link, link_after)
+            yield from _compare_links(link_before, link_after)
     yield from _compare_names("joint", before.joints, after.joints, renamed.joints)
-    for name, joint in before.joints.items():
-        joint_after = after.joints.get(renamed.joints.get(name, name))
+    for old_name, joint_before in before.joints.items():
+        joint_after = after.joints.get(renamed.joints.get(old_name, old_name))
         if joint_after is not None:
-            yield from _compare_joints(joint, joint_after, renamed)
+            yield from _compare_joints(joint_before, joint_after, renamed)
     if _is_reordered(before.links, after.links, renamed.links) or _is_reordered(
         before.joints, after.joints, renamed.joints
     ):
         yield Change("order", "")
-    for field in ("materials", "extensions"):
-        if getattr(before, field) != getattr(after, field):
-            yield Change(field, "")
+    for field_name in ("materials", "extensions"):
+        if getattr(before, field_name) != getattr(after, field_name):
+            yield Change(field_name, "")
 
 
 def _is_reordered(
     before: Mapping[str, object], after: Mapping[str, object], renamed: Mapping[str, str]
 ) -> bool:
     """Return True if the links or joints that are in both robots have another order."""
-    kept = {renamed.get(name, name): None for name in before if renamed.get(name, name) in after}
-    return list(kept) != [name for name in after if name in kept]
+    kept_names = {
+        renamed.get(element_name, element_name): None
+        for element_name in before
+        if renamed.get(element_name, element_name) in after
+    }
+    return list(kept_names) != [
+        element_name for element_name in after if element_name in kept_names
+    ]
 
 
 def _match_renamed(before: list[str], after: list[str]) -> dict[str, str]:
@@ -141,32 +147,38 @@ def _match_renamed(before: list[str], after: list[str]) -> dict[str, str]:
         return {}
     old_names, new_names = set(before), set(after)
     return {
-        name: new_name
-        for name, new_name in zip(before, after, strict=True)
-        if name not in new_names and new_name not in old_names
+        old_name: new_name
+        for old_name, new_name in zip(before, after, strict=True)
+        if old_name not in new_names and new_name not in old_names
     }
 
 
 def _compare_names(
-    kind: str, before: Mapping[str, object], after: Mapping[str, object], renamed: Mapping[str, str]
+    element_kind: str,
+    before: Mapping[str, object],
+    after: Mapping[str, object],
+    renamed: Mapping[str, str],
 ) -> Iterator[Change]:
     """Yield the links or joints that were added, removed or renamed."""
-    for name in before:
-        if name in renamed:
-            yield Change(f"{kind}-renamed", name, name, renamed[name])
-        elif name not in after:
-            yield Change(f"{kind}-removed", name)
+    for element_name in before:
+        if element_name in renamed:
+            yield Change(
+                f"{element_kind}-renamed", element_name, element_name, renamed[element_name]
+            )
+        elif element_name not in after:
+            yield Change(f"{element_kind}-removed", element_name)
     old_names = {*before, *renamed.values()}
-    for name in after:
-        if name not in old_names:
-            yield Change(f"{kind}-added", name)
+    for element_name in after:
+        if element_name not in old_names:
+            yield Change(f"{element_kind}-added", element_name)
 
 
 def _compare_links(before: Link, after: Link) -> Iterator[Change]:
-    for kind, field in _INERTIAL_FIELDS.items():
-        old, new = getattr(before.inertial, field, None), getattr(after.inertial, field, None)
-        if old != new:
-            yield Change(kind, before.name, old, new)
+    for kind, field_name in _INERTIAL_FIELDS.items():
+        old_value = getattr(before.inertial, field_name, None)
+        new_value = getattr(after.inertial, field_name, None)
+        if old_value != new_value:
+            yield Change(kind, before.name, old_value, new_value)
     for kind in ("visuals", "collisions"):
         if getattr(before, kind) != getattr(after, kind):
             yield Change(kind, before.name)
@@ -176,15 +188,15 @@ def _compare_joints(before: Joint, after: Joint, renamed: _Renamed) -> Iterator[
     """Yield the changes of a joint, but for the new names of links and joints in it."""
     mimic = before.mimic
     if mimic is not None:
-        leader = renamed.joints.get(mimic.joint, mimic.joint)
-        mimic = msgspec.structs.replace(mimic, joint=leader)
+        leader_name = renamed.joints.get(mimic.joint, mimic.joint)
+        mimic = msgspec.structs.replace(mimic, joint=leader_name)
     expected = msgspec.structs.replace(
         before,
         parent=renamed.links.get(before.parent, before.parent),
         child=renamed.links.get(before.child, before.child),
         mimic=mimic,
     )
-    for field in _JOINT_FIELDS:
-        old, new = getattr(expected, field), getattr(after, field)
-        if old != new:
-            yield Change(field, before.name, old, new)
+    for field_name in _JOINT_FIELDS:
+        old_value, new_value = getattr(expected, field_name), getattr(after, field_name)
+        if old_value != new_value:
+            yield Change(field_name, before.name, old_value, new_value)

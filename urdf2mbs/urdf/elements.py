@@ -39,34 +39,34 @@ class Element(NamedTuple):
     """The class of the model whose fields are the attributes."""
 
 
-def _children(tags: str) -> frozenset[str]:
+def _split_tags(tags: str) -> frozenset[str]:
     return frozenset(tags.split())
 
 
 MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 #: The elements, by tag.
 ELEMENTS: dict[str, Element] = {
-    "robot": Element({"name": TEXT, "version": TEXT}, children=_children("link joint material")),
-    "link": Element({"name": TEXT}, children=_children("visual collision inertial")),
-    "inertial": Element({}, children=_children("origin mass inertia")),
+    "robot": Element({"name": TEXT, "version": TEXT}, children=_split_tags("link joint material")),
+    "link": Element({"name": TEXT}, children=_split_tags("visual collision inertial")),
+    "inertial": Element({}, children=_split_tags("origin mass inertia")),
     "origin": Element({"xyz": 3, "rpy": 3}),
     "mass": Element({"value": 1}, ("value",)),
     "inertia": Element(dict.fromkeys(MOMENTS, 1), ("ixx", "iyy", "izz")),
-    "visual": Element({"name": TEXT}, children=_children("origin geometry material")),
-    "collision": Element({"name": TEXT}, children=_children("origin geometry")),
-    "geometry": Element({}, children=_children("box cylinder capsule sphere mesh")),
+    "visual": Element({"name": TEXT}, children=_split_tags("origin geometry material")),
+    "collision": Element({"name": TEXT}, children=_split_tags("origin geometry")),
+    "geometry": Element({}, children=_split_tags("box cylinder capsule sphere mesh")),
     "box": Element({"size": 3}, ("size",), struct=Box),
     "cylinder": Element({"radius": 1, "length": 1}, ("radius", "length"), struct=Cylinder),
     "capsule": Element({"radius": 1, "length": 1}, ("radius", "length"), struct=Capsule),
     "sphere": Element({"radius": 1}, ("radius",), struct=Sphere),
     # a scale is three numbers, or one for all directions
     "mesh": Element({"filename": TEXT, "scale": TEXT}, struct=Mesh),
-    "material": Element({"name": TEXT}, children=_children("color texture")),
+    "material": Element({"name": TEXT}, children=_split_tags("color texture")),
     "color": Element({"rgba": 4}, ("rgba",)),
     "texture": Element({"filename": TEXT}),
     "joint": Element(
         {"name": TEXT, "type": TEXT},
-        children=_children(
+        children=_split_tags(
             "origin parent child axis limit dynamics mimic calibration safety_controller"
         ),
     ),
@@ -102,10 +102,10 @@ _QUOTED_LETTERS = 60
 def split_tag(tag: str) -> tuple[str, str]:
     """Return a tag or attribute without its namespace, and ``{namespace}`` or ``prefix:``."""
     if tag.startswith("{"):
-        namespace, _, name = tag.rpartition("}")
-        return name, namespace + "}"
-    prefix, colon, name = tag.rpartition(":")
-    return name, prefix + colon
+        namespace, _, bare_name = tag.rpartition("}")
+        return bare_name, namespace + "}"
+    prefix, separator, bare_name = tag.rpartition(":")
+    return bare_name, prefix + separator
 
 
 def plain(tag: str) -> str:
@@ -133,5 +133,7 @@ def quote(text: str) -> str:
 
 def suggest_attributes(tag: str, texts: Mapping[str, str]) -> str:
     """Return a hint to write texts of an element as its attributes, as URDF does."""
-    attributes = "".join(f' {name}="{quote(text)[1:-1]}"' for name, text in texts.items())
-    return f"write {'an attribute' if len(texts) == 1 else 'attributes'}: <{tag}{attributes}/>"
+    attribute_texts = "".join(
+        f' {attribute_name}="{quote(text)[1:-1]}"' for attribute_name, text in texts.items()
+    )
+    return f"write {'an attribute' if len(texts) == 1 else 'attributes'}: <{tag}{attribute_texts}/>"

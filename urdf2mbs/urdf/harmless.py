@@ -113,57 +113,61 @@ OF_MATTER = frozenset(["density", "mass", "friction", "mu", "restitution", "stif
 OF_MOTION = frozenset(["static", "kinematic", "fixed", "dynamic"])
 
 
-def is_harmless_child(parent: str, name: str, namespace: str) -> bool:
-    """Return True if an element within ``parent`` says nothing of the mechanics of a robot.
+def is_harmless_child(parent_tag: str, bare_tag: str, namespace: str) -> bool:
+    """Return True if an element within ``parent_tag`` says nothing of the mechanics of a robot.
 
     Args:
-        parent: The tag of the parent, without a prefix.
-        name: The tag of the element, without a prefix.
+        parent_tag: The tag of the parent, without a prefix.
+        bare_tag: The tag of the element, without a prefix.
         namespace: The namespace of the element, or its prefix if the file declares none; empty
             for an element without a prefix.
     """
-    if parent in APPEARANCE:
-        return name not in OF_MATTER
-    if name in APPEARANCE or _is_harmless_namespace(namespace):
+    if parent_tag in APPEARANCE:
+        return bare_tag not in OF_MATTER
+    if bare_tag in APPEARANCE or _is_harmless_namespace(namespace):
         return True
-    return name in CHILDREN.get(parent, ())
+    return bare_tag in CHILDREN.get(parent_tag, ())
 
 
-def is_harmless_attribute(element: str, name: str, namespace: str, text: str) -> bool:
+def is_harmless_attribute(
+    element_tag: str, attribute_name: str, namespace: str, attribute_text: str
+) -> bool:
     """Return True if an attribute says nothing of the mechanics.
 
     Args:
-        element: The tag of its element, without a prefix.
-        name: The attribute, without a prefix.
+        element_tag: The tag of its element, without a prefix.
+        attribute_name: The attribute, without a prefix.
         namespace: As of ``is_harmless_child``.
-        text: The value of the attribute.
+        attribute_text: The value of the attribute.
     """
-    if element in APPEARANCE:
-        return name not in OF_MATTER
-    if element == "link" and name == "type":
-        return text.lower() not in OF_MOTION
-    if name in IDENTIFIERS or _is_harmless_namespace(namespace):
+    if element_tag in APPEARANCE:
+        return attribute_name not in OF_MATTER
+    if element_tag == "link" and attribute_name == "type":
+        return attribute_text.lower() not in OF_MOTION
+    if attribute_name in IDENTIFIERS or _is_harmless_namespace(namespace):
         return True
-    return name in ATTRIBUTES.get(element, ())
+    return attribute_name in ATTRIBUTES.get(element_tag, ())
 
 
 def _is_harmless_namespace(namespace: str) -> bool:
     return bool(namespace) and (namespace in PREFIXES or namespace.startswith(NAMESPACES))
 
 
-def is_default(name: str, text: str) -> bool:
+def is_default(bare_name: str, value_text: str) -> bool:
     """Return True if a text says what holds without it, as ``damping="0.0"``.
 
     Args:
-        name: The name of the attribute, or of the element that has the text.
-        text: Numbers, or a word for on or off.
+        bare_name: The name of the attribute, or of the element that has the text.
+        value_text: Numbers, or a word for on or off.
     """
-    name, words = name.lower(), text.lower().split()
-    if name in ON_BY_DEFAULT:
-        return bool(words) and ON.issuperset(words)
-    if name in OFF_BY_DEFAULT:
-        return bool(words) and OFF.issuperset(words)
+    bare_name, value_words = bare_name.lower(), value_text.lower().split()
+    if bare_name in ON_BY_DEFAULT:
+        return bool(value_words) and ON.issuperset(value_words)
+    if bare_name in OFF_BY_DEFAULT:
+        return bool(value_words) and OFF.issuperset(value_words)
     try:
-        return name in ZERO_BY_DEFAULT and bool(words) and not any(map(float, words))
+        return (
+            bare_name in ZERO_BY_DEFAULT and bool(value_words) and not any(map(float, value_words))
+        )
     except ValueError:
         return False

@@ -60,8 +60,8 @@ def find_fault(tensor: Sym, mass: float) -> Fault | None:
 def second_moment(tensor: Sym) -> Sym:
     """Return the second moment ``J = trace(I)/2 - I`` of an inertia (kg m^2)."""
     xx, xy, xz, yy, yz, zz = tensor
-    half = (xx + yy + zz) / 2
-    return (half - xx, -xy, -xz, half - yy, -yz, half - zz)
+    half_trace = (xx + yy + zz) / 2
+    return (half_trace - xx, -xy, -xz, half_trace - yy, -yz, half_trace - zz)
 
 
 def moments(tensor: Sym) -> tuple[float, float, float]:
@@ -80,15 +80,15 @@ def principal(tensor: Sym) -> tuple[list[float], Rows]:
     Returns:
         The three eigenvalues, and the eigenvectors as the columns of a 3 x 3 matrix.
     """
-    size = max(map(abs, tensor)) or 1.0
-    xx, xy, xz, yy, yz, zz = (value / size for value in tensor)
+    largest_element = max(map(abs, tensor)) or 1.0
+    xx, xy, xz, yy, yz, zz = (component / largest_element for component in tensor)
     matrix = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
     vectors = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
     for _ in range(MAX_SWEEPS):
         for p, q in ((0, 1), (0, 2), (1, 2)):
             if abs(matrix[p][q]) >= NEGLIGIBLE:
                 _rotate(matrix, vectors, p, q)
-    return [matrix[k][k] * size for k in range(3)], vectors
+    return [matrix[index][index] * largest_element for index in range(3)], vectors
 
 
 def _rotate(matrix: Rows, vectors: Rows, p: int, q: int) -> None:
@@ -103,17 +103,21 @@ def _rotate(matrix: Rows, vectors: Rows, p: int, q: int) -> None:
     for rows in (matrix, vectors):  # A R
         for row in rows:
             row[p], row[q] = cosine * row[p] - sine * row[q], sine * row[p] + cosine * row[q]
-    above, below = matrix[p], matrix[q]  # R^T (A R)
-    for k in range(3):
-        above[k], below[k] = (
-            cosine * above[k] - sine * below[k],
-            sine * above[k] + cosine * below[k],
+    row_p, row_q = matrix[p], matrix[q]  # R^T (A R)
+    for column in range(3):
+        row_p[column], row_q[column] = (
+            cosine * row_p[column] - sine * row_q[column],
+            sine * row_p[column] + cosine * row_q[column],
         )
 
 
 def _is_surely_positive(tensor: Sym) -> bool:
     """Return True if a symmetric matrix is positive definite beyond rounding, by its minors."""
     xx, xy, xz, yy, yz, zz = tensor
-    minor = xx * yy - xy * xy
-    determinant = minor * zz - xx * yz * yz - yy * xz * xz + 2 * xy * xz * yz
-    return xx > 0.0 and minor > 1e-12 * xx * yy and determinant > 1e-12 * minor * abs(zz)
+    leading_minor = xx * yy - xy * xy
+    determinant = leading_minor * zz - xx * yz * yz - yy * xz * xz + 2 * xy * xz * yz
+    return (
+        xx > 0.0
+        and leading_minor > 1e-12 * xx * yy
+        and determinant > 1e-12 * leading_minor * abs(zz)
+    )

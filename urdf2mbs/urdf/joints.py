@@ -35,34 +35,34 @@ def read_joint(reading: Reading, element: Any, joints: dict[str, Joint]) -> None
         ConversionError: The joint has no meaning: a name, a link or its type is missing, its axis
             is zero, or a number that the .mbs needs cannot be read.
     """
-    name = reading.name(element, "joint", joints)
-    if name is None:
+    joint_name = reading.name(element, "joint", joints)
+    if joint_name is None:
         return
-    joint_type = read_type(reading, element, name)
-    parts = reading.parts(element)
-    parent = read_end(reading, element, parts, "parent")
-    child = read_end(reading, element, parts, "child")
+    joint_type = read_type(reading, element, joint_name)
+    children = reading.parts(element)
+    parent = read_end(reading, element, children, "parent")
+    child = read_end(reading, element, children, "child")
     if parent == child:
-        message = f"joint '{name}' has the link '{parent}' as its parent and as its child"
-        reading.fail("joint-same-link", message, parts["child"])
-    origin, line = reading.origin(parts.get("origin")), element.sourceline
-    joint = joints[name] = Joint(name, joint_type, parent, child, origin, line=line)
-    if "axis" in parts and joint_type not in ("fixed", "floating"):  # these have no axis
-        read_axis(reading, joint, parts["axis"])
-    if "limit" in parts:
-        joint.limit = read_limit(reading, joint, parts["limit"])
+        message = f"joint '{joint_name}' has the link '{parent}' as its parent and as its child"
+        reading.fail("joint-same-link", message, children["child"])
+    origin, line = reading.origin(children.get("origin")), element.sourceline
+    joint = joints[joint_name] = Joint(joint_name, joint_type, parent, child, origin, line=line)
+    if "axis" in children and joint_type not in ("fixed", "floating"):  # these have no axis
+        read_axis(reading, joint, children["axis"])
+    if "limit" in children:
+        joint.limit = read_limit(reading, joint, children["limit"])
     elif joint_type in ("revolute", "prismatic"):
         message = f"a {joint_type} joint has no <limit>: it is treated as unlimited"
         reading.warn("joint-limit-missing", message, line)
-    for tag in OPTIONAL:
-        if tag in parts:
-            struct: Any = ELEMENTS[tag].struct
+    for child_tag in OPTIONAL:
+        if child_tag in children:
+            struct_class: Any = ELEMENTS[child_tag].struct
             try:
-                setattr(joint, tag, struct(**reading.values(parts[tag])))
+                setattr(joint, child_tag, struct_class(**reading.values(children[child_tag])))
             except ConversionError as error:
-                reading.warn_of_left_out(parts[tag], f"<{tag}>", error)
+                reading.warn_of_left_out(children[child_tag], f"<{child_tag}>", error)
     if joint.dynamics is not None:
-        warn_of_negative(reading, parts["dynamics"], joint.dynamics)
+        warn_of_negative(reading, children["dynamics"], joint.dynamics)
 
 
 def read_axis(reading: Reading, joint: Joint, element: Any) -> None:
@@ -76,51 +76,57 @@ def read_axis(reading: Reading, joint: Joint, element: Any) -> None:
 
 def warn_of_negative(reading: Reading, element: Any, numbers: Dynamics | Limit) -> None:
     """Warn of numbers below zero that no joint has."""
-    names, effect = NOT_NEGATIVE[element.tag]
-    for name in names:
-        value = getattr(numbers, name)
+    attribute_names, effect = NOT_NEGATIVE[element.tag]
+    for attribute_name in attribute_names:
+        value = getattr(numbers, attribute_name)
         if value is not None and value < 0.0:
-            message = f"{name} of <{element.tag}> is below zero, which {effect}; it is kept"
+            message = (
+                f"{attribute_name} of <{element.tag}> is below zero, which {effect}; it is kept"
+            )
             detail, hint = f"{value!r}", "write a number of zero or more"
             line = element.sourceline
             reading.warn("number-negative", message, line, detail=detail, hint=hint)
 
 
-def read_type(reading: Reading, element: Any, name: str) -> str:
+def read_type(reading: Reading, element: Any, joint_name: str) -> str:
     """Return the type of a joint, which may have capitals or blanks, with a warning."""
-    written: str | None = element.get("type")
+    stated_type: str | None = element.get("type")
     if len(element.attrib) != 2:
         reading.unknown_attributes(element)
-    if written in JOINT_TYPES:
-        return written
+    if stated_type in JOINT_TYPES:
+        return stated_type
     hint = f"the types are: {', '.join(JOINT_TYPES)}"
-    if not written:
-        reading.fail("joint-type-missing", f"joint '{name}' has no type", element, hint)
-    reading.check_expanded(element, "type", written)
-    joint_type = written.strip().lower()
+    if not stated_type:
+        reading.fail("joint-type-missing", f"joint '{joint_name}' has no type", element, hint)
+    reading.check_expanded(element, "type", stated_type)
+    joint_type = stated_type.strip().lower()
     if joint_type not in JOINT_TYPES:
-        message = f"joint '{name}' is of the type {quote(written)}, which URDF does not know"
+        message = (
+            f"joint '{joint_name}' is of the type {quote(stated_type)}, which URDF does not know"
+        )
         hint = nearest(joint_type, JOINT_TYPES) or hint
         reading.fail("joint-type-unknown", message, element, hint)
-    message = f"the type {quote(written)} is read as '{joint_type}'"
+    message = f"the type {quote(stated_type)} is read as '{joint_type}'"
     reading.warn("joint-type-spelling", message, element.sourceline)
     return joint_type
 
 
-def read_end(reading: Reading, element: Any, parts: dict[str, Any], tag: str) -> str:
+def read_end(reading: Reading, element: Any, children: dict[str, Any], end_tag: str) -> str:
     """Return the name of a joint's ``parent`` or ``child`` link."""
-    part = parts.get(tag)
-    name: str | None = None if part is None else part.get("link")
-    if part is not None and len(part.attrib) != 1:
-        reading.unknown_attributes(part)
-    if not name:
-        text = "" if part is None else (part.text or "").strip()  # as in SDF
-        hint = suggest_attributes(tag, {"link": text or "..."})
-        message = f"{reading.where} has no {tag} link"
-        reading.fail("joint-link-missing", message, element if part is None else part, hint)
-    if part is not None and len(part):
-        reading.unknown_children(tag, part, ())
-    return name
+    end_element = children.get(end_tag)
+    link_name: str | None = None if end_element is None else end_element.get("link")
+    if end_element is not None and len(end_element.attrib) != 1:
+        reading.unknown_attributes(end_element)
+    if not link_name:
+        stated_text = "" if end_element is None else (end_element.text or "").strip()  # as in SDF
+        hint = suggest_attributes(end_tag, {"link": stated_text or "..."})
+        message = f"{reading.where} has no {end_tag} link"
+        reading.fail(
+            "joint-link-missing", message, element if end_element is None else end_element, hint
+        )
+    if end_element is not None and len(end_element):
+        reading.unknown_children(end_tag, end_element, ())
+    return link_name
 
 
 def read_limit(reading: Reading, joint: Joint, element: Any) -> Limit:
@@ -131,12 +137,14 @@ def read_limit(reading: Reading, joint: Joint, element: Any) -> Limit:
     lower, upper = limit.lower, limit.upper
     if joint.type not in ("revolute", "prismatic") or lower is None or upper is None:
         return limit
-    missing = [name for name in ("lower", "upper") if name not in values]
+    missing_attributes = [
+        attribute_name for attribute_name in ("lower", "upper") if attribute_name not in values
+    ]
     line = element.sourceline
     if lower > upper:
         message = "the lower limit is above the upper limit: both are ignored"
-        if missing:
-            message = f"{missing[0]} of <limit> is missing and means 0, and so {message}"
+        if missing_attributes:
+            message = f"{missing_attributes[0]} of <limit> is missing and means 0, and so {message}"
         reading.warn("limit-order", message, line, detail=f"{lower!r} and {upper!r}")
     elif limit.is_single:
         message = (
@@ -148,8 +156,8 @@ def read_limit(reading: Reading, joint: Joint, element: Any) -> Limit:
             "default) lets it move; or state lower and upper"
         )
         reading.warn("limit-zero", message, line, hint=hint, detail=f"at {lower!r}")
-    elif missing:
-        message = f"{missing[0]} of <limit> is missing, which means 0 in URDF"
+    elif missing_attributes:
+        message = f"{missing_attributes[0]} of <limit> is missing, which means 0 in URDF"
         reading.warn("limit-zero", message, line, detail=f"{lower!r} to {upper!r}")
     return limit
 
@@ -157,23 +165,23 @@ def read_limit(reading: Reading, joint: Joint, element: Any) -> Limit:
 def check_mimics(reading: Reading, robot: Robot) -> None:
     """Free a joint that mimics no joint, or in the end itself, with a warning."""
     joints = robot.joints
-    leaders: dict[str, str] = {}
+    leaders_by_joint: dict[str, str] = {}
     for joint in joints.values():
         if joint.mimic is None:
             continue
-        leader = joint.mimic.joint
-        if leader in joints:
-            leaders[joint.name] = leader
+        leader_name = joint.mimic.joint
+        if leader_name in joints:
+            leaders_by_joint[joint.name] = leader_name
             continue
         joint.mimic = None
         message = "<mimic> names no joint, so its joint moves freely"
-        if leader:
-            message = f"'{leader}' is no joint, so its followers move freely"
-        owner, like = ("joint", joint.name), (leader, joints)
+        if leader_name:
+            message = f"'{leader_name}' is no joint, so its followers move freely"
+        owner, like = ("joint", joint.name), (leader_name, joints)
         reading.warn("mimic-left-out", message, joint.line, owner=owner, like=like)
-    for loop in find_loops(leaders):
-        for name in loop:
-            joints[name].mimic = None
+    for mimic_loop in find_loops(leaders_by_joint):
+        for joint_name in mimic_loop:
+            joints[joint_name].mimic = None
             message = "joints mimic one another, or themselves, so they move freely"
-            line = joints[loop[0]].line
-            reading.warn("mimic-left-out", message, line, owner=("joint", name))
+            line = joints[mimic_loop[0]].line
+            reading.warn("mimic-left-out", message, line, owner=("joint", joint_name))

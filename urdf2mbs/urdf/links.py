@@ -29,31 +29,31 @@ def read_link(reading: Reading, element: Any, links: dict[str, Link]) -> None:
     Raises:
         ConversionError: The link has no name, the name of another link, or no readable inertial.
     """
-    name = reading.name(element, "link", links)
-    if name is None:
+    link_name = reading.name(element, "link", links)
+    if link_name is None:
         return
     if len(element.attrib) != 1:
         reading.unknown_attributes(element)
     inertial_element: Any = None
     visuals: list[Visual] = []
     collisions: list[Collision] = []
-    unknown: list[Any] = []
+    unknown_children: list[Any] = []
     for child in element[:]:
-        tag = child.tag
-        if tag == "visual":
+        child_tag = child.tag
+        if child_tag == "visual":
             read_visual(reading, child, visuals)
-        elif tag == "collision":
+        elif child_tag == "collision":
             read_collision(reading, child, collisions)
-        elif tag == "inertial" and inertial_element is not None:
+        elif child_tag == "inertial" and inertial_element is not None:
             reading.warn_of_double("link", child)
-        elif tag == "inertial":
+        elif child_tag == "inertial":
             inertial_element = child
-        elif tag != "contact":  # of Bullet, which plugins read
-            unknown.append(child)
-    if unknown:
-        reading.unknown_children("link", unknown, ELEMENTS["link"].children)
+        elif child_tag != "contact":  # of Bullet, which plugins read
+            unknown_children.append(child)
+    if unknown_children:
+        reading.unknown_children("link", unknown_children, ELEMENTS["link"].children)
     inertial = None if inertial_element is None else read_inertial(reading, inertial_element)
-    links[name] = Link(name, inertial, visuals, collisions, element.sourceline)
+    links[link_name] = Link(link_name, inertial, visuals, collisions, element.sourceline)
 
 
 def read_inertial(reading: Reading, element: Any) -> Inertial | None:
@@ -66,13 +66,13 @@ def read_inertial(reading: Reading, element: Any) -> Inertial | None:
         ConversionError: A number is missing, or cannot be read.
     """
     reading.values(element)
-    parts = reading.parts(element)
-    origin = reading.origin(parts.get("origin"))
-    mass_element, inertia_element = parts.get("mass"), parts.get("inertia")
-    line = element.sourceline
+    children = reading.parts(element)
+    origin = reading.origin(children.get("origin"))
+    mass_element, inertia_element = children.get("mass"), children.get("inertia")
+    inertial_line = element.sourceline
     if mass_element is None:
         message = "<inertial> without <mass> is not used, as in ROS: no mass, no inertia"
-        reading.warn("inertial-incomplete", message, line)
+        reading.warn("inertial-incomplete", message, inertial_line)
         return None
     mass: float = reading.values(mass_element)["value"]
     if mass < 0.0:
@@ -82,29 +82,31 @@ def read_inertial(reading: Reading, element: Any) -> Inertial | None:
     if inertia_element is None or not inertia_element.attrib:
         if inertia_element is not None:
             reading.unknown_children("inertia", inertia_element, ())
-        missing = "<inertia>" if inertia_element is None else "the attributes of <inertia>"
-        message = f"<inertial> without {missing}: mass, but no inertia, as in ROS"
-        reading.warn("inertial-incomplete", message, line)
+        missing_part = "<inertia>" if inertia_element is None else "the attributes of <inertia>"
+        message = f"<inertial> without {missing_part}: mass, but no inertia, as in ROS"
+        reading.warn("inertial-incomplete", message, inertial_line)
         return Inertial(mass, NO_INERTIA, origin)
     tensor = read_inertia(reading, inertia_element)
     if tensor != NO_INERTIA:
         check_inertia(reading, tensor, mass, inertia_element)
         if mass == 0.0:
-            reading.warn("inertia-without-mass", "inertia, but no mass; it is kept", line)
+            reading.warn("inertia-without-mass", "inertia, but no mass; it is kept", inertial_line)
     elif mass > 0.0:
-        reading.warn("mass-without-inertia", "mass, but no inertia", line, level="note")
+        reading.warn("mass-without-inertia", "mass, but no inertia", inertial_line, level="note")
     return Inertial(mass, tensor, origin)
 
 
 def read_inertia(reading: Reading, element: Any) -> Sym:
     """Return an inertia (kg m^2); products that are missing are zero, with a warning."""
     values = reading.values(element)
-    missing = [name for name in ("ixy", "ixz", "iyz") if name not in values]
-    if missing:
+    missing_products = [
+        moment_name for moment_name in ("ixy", "ixz", "iyz") if moment_name not in values
+    ]
+    if missing_products:
         message = "<inertia> has not all products of inertia; those missing are zero"
-        detail = ", ".join(missing)
+        detail = ", ".join(missing_products)
         reading.warn("inertia-incomplete", message, element.sourceline, detail=detail)
-    xx, xy, xz, yy, yz, zz = (values.get(name, 0.0) for name in MOMENTS)
+    xx, xy, xz, yy, yz, zz = (values.get(moment_name, 0.0) for moment_name in MOMENTS)
     return (xx, xy, xz, yy, yz, zz)
 
 

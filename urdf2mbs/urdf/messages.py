@@ -20,7 +20,7 @@ MAX_ERRORS = 20
 Level = Literal["error", "warning", "note"]
 
 
-class _Group(msgspec.Struct):
+class _MessageGroup(msgspec.Struct):
     """Equal messages about several elements, which become one."""
 
     level: Level
@@ -37,7 +37,7 @@ class Messages:
         self.file = file
         self.expanded = expanded
         """The files from which xacro has made the text that is read."""
-        self.groups: dict[tuple[str, str], _Group] = {}
+        self.groups: dict[tuple[str, str], _MessageGroup] = {}
         self.errors: list[Diagnostic] = []
         """All errors but the last."""
         self.last: ConversionError | None = None
@@ -48,8 +48,8 @@ class Messages:
     @property
     def where(self) -> str:
         """The element being read, as messages name it: ``joint 'knee'``."""
-        kind, name = self.owner
-        return f"{kind} '{name}'" if name else f"<{kind}>"
+        owner_kind, owner_name = self.owner
+        return f"{owner_kind} '{owner_name}'" if owner_name else f"<{owner_kind}>"
 
     def fail(
         self, code: str, message: str, element: Any = None, hint: str | None = None
@@ -71,8 +71,10 @@ class Messages:
                 f"it is line {line} of the text that xacro made: 'urdf2mbs convert --dump DIR' "
                 "writes it, as DIR/expanded.urdf"
             )
-            place = written.find_declaration(*self.owner, self.expanded)
-            declared = f"{self.where} is in {place[0]}:{place[1]}" if place else None
+            declaration = written.find_declaration(*self.owner, self.expanded)
+            declared = (
+                f"{self.where} is in {declaration[0]}:{declaration[1]}" if declaration else None
+            )
             hint = "; ".join(filter(None, [hint, declared, expanded_line]))
         raise ConversionError(code, message, file=self.file, line=line, hint=hint)
 
@@ -86,8 +88,8 @@ class Messages:
             self.errors.append(self.last.diagnostic())
         self.last = error
         if len(self.errors) + 1 == MAX_ERRORS:
-            limit = f"these are the first {MAX_ERRORS} errors: there may be more"
-            error.hint = f"{error.hint}; {limit}" if error.hint else limit
+            limit_text = f"these are the first {MAX_ERRORS} errors: there may be more"
+            error.hint = f"{error.hint}; {limit_text}" if error.hint else limit_text
             raise error
 
     def warn(
@@ -118,10 +120,10 @@ class Messages:
         if group is None:
             if like is not None:
                 hint = nearest(like[0], sorted(like[1]))
-            group = self.groups[code, message] = _Group(level, line, hint)
+            group = self.groups[code, message] = _MessageGroup(level, line, hint)
         owner = owner or self.owner
-        previous = group.owners.get(owner, "")
-        details = dict.fromkeys(filter(None, [*previous.split("; "), detail]))
+        previous_details = group.owners.get(owner, "")
+        details = dict.fromkeys(filter(None, [*previous_details.split("; "), detail]))
         group.owners[owner] = "; ".join(details)
 
     def diagnostics(self) -> list[Diagnostic]:
@@ -129,24 +131,26 @@ class Messages:
         diagnostics = []
         for (code, message), group in self.groups.items():
             elements = (
-                f"{kind} '{name}'" + (f" ({detail})" if detail else "")
-                for (kind, name), detail in group.owners.items()
-                if name
+                f"{owner_kind} '{owner_name}'" + (f" ({detail})" if detail else "")
+                for (owner_kind, owner_name), detail in group.owners.items()
+                if owner_name
             )
-            names = some(elements, _NAMES_SHOWN)
-            text = f"{message}: {names}" if names else message
-            kind, name = next(iter(group.owners))
-            single = {kind: name} if len(group.owners) == 1 else {}
-            file, line = written.locate(kind, name, self.expanded, self.file, group.line)
+            element_names = some(elements, _NAMES_SHOWN)
+            message_text = f"{message}: {element_names}" if element_names else message
+            owner_kind, owner_name = next(iter(group.owners))
+            owner_fields = {owner_kind: owner_name} if len(group.owners) == 1 else {}
+            declaring_file, declared_line = written.locate(
+                owner_kind, owner_name, self.expanded, self.file, group.line
+            )
             diagnostics.append(
                 Diagnostic(
                     group.level,
                     code,
-                    text,
-                    link=single.get("link"),
-                    joint=single.get("joint"),
-                    file=file,
-                    line=line,
+                    message_text,
+                    link=owner_fields.get("link"),
+                    joint=owner_fields.get("joint"),
+                    file=declaring_file,
+                    line=declared_line,
                     hint=group.hint,
                 )
             )

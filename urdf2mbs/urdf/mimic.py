@@ -66,37 +66,43 @@ class LockedJoints(msgspec.Struct, frozen=True):
 
     def describe(self, robot: Robot) -> str:
         """Return the limits of the two joints and their common range, for a message."""
-        leader, follower = self.leader.name, self.follower.name
+        leader_name, follower_name = self.leader.name, self.follower.name
         if self.lowest is self.highest:
-            limits = _write_range(self.lowest.limits)
-            rule = _write_rule(robot, follower)
+            limits_text = _write_range(self.lowest.limits)
+            rule = _write_rule(robot, follower_name)
             return (
-                f"joint '{follower}' = {rule} is outside of its limits {limits} at any '{leader}'"
+                f"joint '{follower_name}' = {rule} is outside of its limits {limits_text} "
+                f"at any '{leader_name}'"
             )
         bounds = (self.lowest, self.highest)
-        partner = next(bound.joint.name for bound in bounds if bound.joint is not self.follower)
+        partner_name = next(
+            bound.joint.name for bound in bounds if bound.joint is not self.follower
+        )
         gap = self.lowest.low - self.highest.high
         is_single = gap <= _compute_tolerance(self.lowest, self.highest)
-        positions = f"only {self.lowest.low:.6g}" if is_single else "no position"
-        reasons = "; ".join(self._describe_bound(bound, robot) for bound in bounds)
+        allowed_positions = f"only {self.lowest.low:.6g}" if is_single else "no position"
+        bound_texts = "; ".join(self._describe_bound(bound, robot) for bound in bounds)
         return (
-            f"joint '{follower}': its limits and those of '{partner}' leave '{leader}' "
-            f"{positions}: {reasons}"
+            f"joint '{follower_name}': its limits and those of '{partner_name}' leave "
+            f"'{leader_name}' {allowed_positions}: {bound_texts}"
         )
 
     def _describe_bound(self, bound: Bound, robot: Robot) -> str:
-        name, limits = bound.joint.name, _write_range(bound.limits)
+        joint_name, limits_text = bound.joint.name, _write_range(bound.limits)
         if bound.joint is self.leader:
-            return f"'{name}' has the limits {limits}"
-        allowed = _write_range((bound.low, bound.high))
-        rule = _write_rule(robot, name)
-        return f"'{name}' = {rule} has the limits {limits}, and so '{self.leader.name}' {allowed}"
+            return f"'{joint_name}' has the limits {limits_text}"
+        allowed_range = _write_range((bound.low, bound.high))
+        rule = _write_rule(robot, joint_name)
+        leader_range = f"'{self.leader.name}' {allowed_range}"
+        return f"'{joint_name}' = {rule} has the limits {limits_text}, and so {leader_range}"
 
 
-def _write_rule(robot: Robot, name: str) -> str:
-    leader, multiplier, offset = follow(robot, name)
-    sign = "-" if offset < 0.0 else "+"
-    return f"{multiplier:.6g} * {leader}" + (f" {sign} {abs(offset):.6g}" if offset else "")
+def _write_rule(robot: Robot, joint_name: str) -> str:
+    leader_name, multiplier, offset = follow(robot, joint_name)
+    offset_sign = "-" if offset < 0.0 else "+"
+    return f"{multiplier:.6g} * {leader_name}" + (
+        f" {offset_sign} {abs(offset):.6g}" if offset else ""
+    )
 
 
 def _write_range(limits: tuple[float, float]) -> str:
@@ -110,45 +116,52 @@ def find_locked_joints(robot: Robot) -> list[LockedJoints]:
     Followers of followers are taken as followers of the first leader.  Continuous joints have no
     limits.  A joint whose own limits leave no motion is not locked by ``<mimic>``.
     """
-    bounds: dict[str, list[Bound]] = {}
+    bounds_by_leader: dict[str, list[Bound]] = {}
     for joint in robot.joints.values():
         if joint.mimic is None or JOINT_TYPES[joint.type] != 1:
             continue
-        leader, multiplier, offset = follow(robot, joint.name)
-        limits = _get_limits(robot.joints[leader])
-        if JOINT_TYPES[robot.joints[leader].type] != 1:
+        leader_name, multiplier, offset = follow(robot, joint.name)
+        leader_limits = _get_limits(robot.joints[leader_name])
+        if JOINT_TYPES[robot.joints[leader_name].type] != 1:
             continue
-        if leader not in bounds:
-            bounds[leader] = [Bound(robot.joints[leader], limits, *limits)]
-        bounds[leader].append(_compute_bound(joint, multiplier, offset))
-    locked = []
-    for leader, ranges in bounds.items():
-        lowest = max(ranges, key=lambda bound: bound.low)
-        highest = min(ranges, key=lambda bound: bound.high)
+        if leader_name not in bounds_by_leader:
+            bounds_by_leader[leader_name] = [
+                Bound(robot.joints[leader_name], leader_limits, *leader_limits)
+            ]
+        bounds_by_leader[leader_name].append(_compute_bound(joint, multiplier, offset))
+    locked_joints = []
+    for leader_name, leader_bounds in bounds_by_leader.items():
+        lowest = max(leader_bounds, key=lambda bound: bound.low)
+        highest = min(leader_bounds, key=lambda bound: bound.high)
         if highest.high - lowest.low <= _compute_tolerance(lowest, highest):
-            locked.append(LockedJoints(robot.joints[leader], lowest, highest))
-    return locked
+            locked_joints.append(LockedJoints(robot.joints[leader_name], lowest, highest))
+    return locked_joints
 
 
 def _get_limits(joint: Joint) -> tuple[float, float]:
     """Return the limits of a joint; infinite where it has none that leave a motion."""
     if joint.limit is None or joint.type == "continuous":
         return -inf, inf
-    low = -inf if joint.limit.lower is None else joint.limit.lower
-    high = inf if joint.limit.upper is None else joint.limit.upper
-    return (low, high) if low < high else (-inf, inf)
+    lower_limit = -inf if joint.limit.lower is None else joint.limit.lower
+    upper_limit = inf if joint.limit.upper is None else joint.limit.upper
+    return (lower_limit, upper_limit) if lower_limit < upper_limit else (-inf, inf)
 
 
 def _compute_bound(joint: Joint, multiplier: float, offset: float) -> Bound:
     """Return the range of the leader for which a follower is within its limits."""
-    limits = low, high = _get_limits(joint)
+    limits = lower_limit, upper_limit = _get_limits(joint)
     if multiplier == 0.0:  # the follower is at its offset for any position of its leader
-        return Bound(joint, limits, *((-inf, inf) if low <= offset <= high else (inf, -inf)))
-    ends = sorted((limit - offset) / multiplier + 0.0 for limit in (low, high))
-    return Bound(joint, limits, ends[0], ends[1])
+        return Bound(
+            joint, limits, *((-inf, inf) if lower_limit <= offset <= upper_limit else (inf, -inf))
+        )
+    leader_range = sorted(
+        (follower_limit - offset) / multiplier + 0.0
+        for follower_limit in (lower_limit, upper_limit)
+    )
+    return Bound(joint, limits, leader_range[0], leader_range[1])
 
 
 def _compute_tolerance(lowest: Bound, highest: Bound) -> float:
     """Return the width (rad or m) up to which the common range of two bounds is a single point."""
-    narrower = min(lowest.high - lowest.low, highest.high - highest.low)
-    return SINGLE_POINT * narrower if 0.0 < narrower < inf else 0.0
+    narrower_range = min(lowest.high - lowest.low, highest.high - highest.low)
+    return SINGLE_POINT * narrower_range if 0.0 < narrower_range < inf else 0.0

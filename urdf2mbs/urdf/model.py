@@ -164,9 +164,11 @@ class Mimic(msgspec.Struct, gc=False):
 
     def __str__(self) -> str:
         """Return the rule, as short as it can be: ``-knee + 0.3``."""
-        factor = {1.0: "", -1.0: "-"}.get(self.multiplier, f"{self.multiplier!r} * ")
-        offset = f" {'-' if self.offset < 0 else '+'} {abs(self.offset)!r}" if self.offset else ""
-        return f"{factor}{self.joint}{offset}"
+        factor_text = {1.0: "", -1.0: "-"}.get(self.multiplier, f"{self.multiplier!r} * ")
+        offset_text = (
+            f" {'-' if self.offset < 0 else '+'} {abs(self.offset)!r}" if self.offset else ""
+        )
+        return f"{factor_text}{self.joint}{offset_text}"
 
 
 class SafetyController(msgspec.Struct, gc=False):
@@ -275,11 +277,11 @@ class Robot(msgspec.Struct):
     def root(self) -> str:
         """Return the one link that is no joint's child; the reader checks that there is one."""
         children = {joint.child for joint in self.joints.values()}
-        return next(name for name in self.links if name not in children)
+        return next(link_name for link_name in self.links if link_name not in children)
 
     def children(self) -> dict[str, list[Joint]]:
         """Return the joints of which each link is the parent, in the order of the file."""
-        children: dict[str, list[Joint]] = {name: [] for name in self.links}
+        children: dict[str, list[Joint]] = {link_name: [] for link_name in self.links}
         for joint in self.joints.values():
             children[joint.parent].append(joint)
         return children
@@ -287,13 +289,13 @@ class Robot(msgspec.Struct):
     def depth_first(self) -> list[Joint]:
         """Return all joints, each before its descendants, one branch after the other."""
         children = self.children()
-        order: list[Joint] = []
+        ordered_joints: list[Joint] = []
         stack = children[self.root()][::-1]
         while stack:
             joint = stack.pop()
-            order.append(joint)
+            ordered_joints.append(joint)
             stack.extend(reversed(children[joint.child]))
-        return order
+        return ordered_joints
 
     def poses(self) -> dict[str, Pose]:
         """Return each link's pose in the frame of the root link, all joints at zero."""

@@ -53,34 +53,38 @@ def workspace(source: Path) -> Path:
     above it are no workspace.  A package beside the workspace may be a stranger's, and xacro is
     code: ``packages:`` must name the package.
     """
-    root, home = source.parent, _find_home()
+    workspace_root, home_folder = source.parent, _find_home()
     is_inner_marked = False
     for folder in source.parents:
-        if folder == home or folder.parent == folder:
+        if folder == home_folder or folder.parent == folder:
             break  # somebody's dotfiles in git are no workspace
         is_marked = (folder / "package.xml").exists() or _is_root(folder)
         if is_marked or (is_inner_marked and folder.name == "src"):
-            root = folder
+            workspace_root = folder
         is_inner_marked = is_marked
-    return root
+    return workspace_root
 
 
 def _is_root(folder: Path) -> bool:
     """Return True for the root of a checkout or of a workspace of colcon or catkin."""
-    return any((folder / mark).exists() for mark in _ROOTS)
+    return any((folder / root_marker).exists() for root_marker in _ROOTS)
 
 
-def _list_siblings(root: Path) -> list[Path]:
+def _list_siblings(workspace_root: Path) -> list[Path]:
     """Return the folders beside the root: an archive may hold packages side by side.
 
     A root that is a checkout or a workspace is complete, and has no siblings.  Nor has one in a
     folder in which anybody may write, such as /tmp.
     """
-    parent = root.parent
-    is_complete = root.name == "src" or _is_root(root)
-    if is_complete or parent in (_find_home(), parent.parent) or _is_writable_by_all(parent):
+    parent_folder = workspace_root.parent
+    is_complete = workspace_root.name == "src" or _is_root(workspace_root)
+    if (
+        is_complete
+        or parent_folder in (_find_home(), parent_folder.parent)
+        or _is_writable_by_all(parent_folder)
+    ):
         return []
-    return _list_subfolders(parent)
+    return _list_subfolders(parent_folder)
 
 
 def _is_writable_by_all(folder: Path) -> bool:
@@ -117,50 +121,58 @@ class Packages:
         self.table = dict(table)
         """The folders of the packages that the user has named."""
         self.source = Path(absolute_path(source))
-        self._cache: dict[str, Path | None] = {}
-        self._outside: dict[str, Path | None] = {}
-        self._crawled: dict[str, dict[str, list[Path]]] = {}
+        self._found_folders: dict[str, Path | None] = {}
+        self._outside_folders: dict[str, Path | None] = {}
+        self._crawled_packages: dict[str, dict[str, list[Path]]] = {}
 
     @cached_property
     def root(self) -> Path:
         """The folder that is searched."""
         return workspace(self.source)
 
-    def find(self, name: str) -> Path:
+    def find(self, package_name: str) -> Path:
         """Return the package's folder, which may hold code: never one outside the workspace.
 
         Raises:
             ConversionError: ``package-not-found``.
             ConfigError: ``package-folder``, the table names a folder that does not exist.
         """
-        if name in self.table:
-            folder = Path(absolute_path(self.table[name]))
-            if not folder.is_dir():
+        if package_name in self.table:
+            package_folder = Path(absolute_path(self.table[package_name]))
+            if not package_folder.is_dir():
                 raise ConfigError(
                     "package-folder",
-                    f"the folder given for package '{name}' does not exist: {folder}",
-                    hint=f"correct it in `packages:` or `--package {name}=DIR`",
+                    f"the folder given for package '{package_name}' does not exist: "
+                    f"{package_folder}",
+                    hint=f"correct it in `packages:` or `--package {package_name}=DIR`",
                 )
-            return folder
-        if name not in self._cache:
-            self._cache[name] = next(self._search(name), None) if _is_name(name) else None
-        cached = self._cache[name]
-        if cached is None:
-            raise self._explain_missing(name)
-        return cached
+            return package_folder
+        if package_name not in self._found_folders:
+            self._found_folders[package_name] = (
+                next(self._search(package_name), None) if _is_package_name(package_name) else None
+            )
+        cached_folder = self._found_folders[package_name]
+        if cached_folder is None:
+            raise self._explain_missing(package_name)
+        return cached_folder
 
     def list_found(self) -> dict[str, Path]:
         """Return the packages that ``find`` has found, and those of the table, by name."""
-        packages = {name: folder for name, folder in self._cache.items() if folder is not None}
+        packages = {
+            package_name: folder
+            for package_name, folder in self._found_folders.items()
+            if folder is not None
+        }
         return dict(sorted({**self.table, **packages}.items()))
 
-    def _explain_missing(self, name: str) -> ConversionError:
+    def _explain_missing(self, package_name: str) -> ConversionError:
         """Return the error for a package that was not found."""
-        outside, similar = self.find_outside(name), nearest(name, self.table)
-        reason = f"{similar} else " if similar else ""
-        if outside is not None:
-            reason = f"there is one outside, in {outside}: if you trust it, "
-        places = (
+        outside_folder = self.find_outside(package_name)
+        similar_hint = nearest(package_name, self.table)
+        reason = f"{similar_hint} else " if similar_hint else ""
+        if outside_folder is not None:
+            reason = f"there is one outside, in {outside_folder}: if you trust it, "
+        searched_places = (
             f"the table of packages ({', '.join(self.table) or 'empty'})",
             f"{self.source.parent} and the folders above it; what is in {self.root} or, "
             "unless that is a checkout or workspace, beside it",
@@ -168,102 +180,128 @@ class Packages:
         )
         return ConversionError(
             "package-not-found",
-            "\n  ".join([f"package '{name}' was not found; looked in:", *places]),
-            hint=f"{reason}add `packages: {{{name}: {outside or 'DIR'}}}` to the config, or "
-            f"`--package {name}={outside or 'DIR'}`",
+            "\n  ".join([f"package '{package_name}' was not found; looked in:", *searched_places]),
+            hint=f"{reason}add `packages: {{{package_name}: {outside_folder or 'DIR'}}}` to the "
+            f"config, or `--package {package_name}={outside_folder or 'DIR'}`",
         )
 
-    def _search(self, name: str) -> Iterator[Path]:
+    def _search(self, package_name: str) -> Iterator[Path]:
         """Yield the folders that may be the package, the best first."""
-        above: list[Path] = []
+        folders_above_source: list[Path] = []
         for folder in self.source.parents:
-            above += [folder, folder / name] if folder.is_relative_to(self.root) else [folder]
-        yield from (folder for folder in above if _read_name(folder) == name)
-        yield from (folder for folder in _list_siblings(self.root) if _read_name(folder) == name)
-        yield from sorted(self._crawl(self.root).get(name, []), key=self._count_levels)
-        for entry in _list_entries("ROS_PACKAGE_PATH"):
-            yield from self._crawl(entry).get(name, [])
+            folders_above_source += (
+                [folder, folder / package_name] if folder.is_relative_to(self.root) else [folder]
+            )
+        yield from (
+            folder for folder in folders_above_source if _read_package_name(folder) == package_name
+        )
+        yield from (
+            folder
+            for folder in _list_siblings(self.root)
+            if _read_package_name(folder) == package_name
+        )
+        yield from sorted(self._crawl(self.root).get(package_name, []), key=self._count_levels)
+        for search_folder in _list_entries("ROS_PACKAGE_PATH"):
+            yield from self._crawl(search_folder).get(package_name, [])
         installed = self.root / "install"
-        prefixes = (*_list_entries("AMENT_PREFIX_PATH"), installed, installed / name)
-        shares = [prefix / "share" / name for prefix in prefixes]
+        prefixes = (*_list_entries("AMENT_PREFIX_PATH"), installed, installed / package_name)
+        share_folders = [prefix / "share" / package_name for prefix in prefixes]
         # without any package.xml: a folder of this name that is above or beside the source
-        named = [folder for folder in above if folder.name == name]
-        yield from (folder for folder in (*shares, *named) if folder.is_dir())
+        folders_of_that_name = [
+            folder for folder in folders_above_source if folder.name == package_name
+        ]
+        yield from (folder for folder in (*share_folders, *folders_of_that_name) if folder.is_dir())
 
     def _count_levels(self, folder: Path) -> int:
         """Return how many levels above the source the first folder is that holds a folder."""
-        return sum(not folder.is_relative_to(parent) for parent in self.source.parents)
+        return sum(
+            not folder.is_relative_to(source_parent) for source_parent in self.source.parents
+        )
 
-    def find_outside(self, name: str) -> Path | None:
+    def find_outside(self, package_name: str) -> Path | None:
         """Return a package outside the workspace, in or below a folder above it, if any."""
-        if name not in self._outside:
-            parents = self.root.parents if _is_name(name) else ()
+        if package_name not in self._outside_folders:
+            parents = self.root.parents if _is_package_name(package_name) else ()
             folders = [
-                folder / name
+                folder / package_name
                 for parent in parents
                 for folder in (parent, *_list_subfolders(parent))
-                if _read_name(folder / name) == name
+                if _read_package_name(folder / package_name) == package_name
             ]
-            folders += [parent / name for parent in parents if (parent / name).is_dir()]
-            self._outside[name] = next(iter(folders), None)
-        return self._outside[name]
+            folders += [
+                parent / package_name for parent in parents if (parent / package_name).is_dir()
+            ]
+            self._outside_folders[package_name] = next(iter(folders), None)
+        return self._outside_folders[package_name]
 
-    def _crawl(self, top: Path) -> dict[str, list[Path]]:
+    def _crawl(self, top_folder: Path) -> dict[str, list[Path]]:
         """Return the packages below a folder, by name.
 
         A package within another one is not searched for, unless the source is in it.
         """
-        if str(top) not in self._crawled:
-            packages = self._crawled[str(top)] = {}
-            for folder, folders, names in islice(walk(top, (top,)), MAX_FOLDERS):
-                name = _read_name(folder) if "package.xml" in names else None
-                if name is not None:
-                    packages.setdefault(name, []).append(folder)
+        if str(top_folder) not in self._crawled_packages:
+            packages = self._crawled_packages[str(top_folder)] = {}
+            for folder, subfolders, file_names in islice(
+                walk(top_folder, (top_folder,)), MAX_FOLDERS
+            ):
+                package_name = _read_package_name(folder) if "package.xml" in file_names else None
+                if package_name is not None:
+                    packages.setdefault(package_name, []).append(folder)
                     if folder not in self.source.parents:
-                        folders.clear()
-        return self._crawled[str(top)]
+                        subfolders.clear()
+        return self._crawled_packages[str(top_folder)]
 
 
-def walk(top: Path, around: Collection[Path]) -> Iterator[tuple[Path, list[str], list[str]]]:
+def walk(top_folder: Path, around: Collection[Path]) -> Iterator[tuple[Path, list[str], list[str]]]:
     """Walk through folders of sources as ``os.walk``, but for those hidden or built by colcon.
 
     Args:
-        top: The folder to begin with.
+        top_folder: The folder to begin with.
         around: Folders of sources, whatever they hold.
 
     Yields:
         A folder, and the names of the folders and of the files in it.
     """
-    for root, folders, names in os.walk(top):
-        folders[:] = sorted(folder for folder in folders if not folder.startswith("."))
-        folder = Path(root)
-        if any(mark in names for mark in _NO_CRAWL) and folder not in around:
-            folders.clear()
+    for folder_name, subfolder_names, file_names in os.walk(top_folder):
+        subfolder_names[:] = sorted(
+            folder for folder in subfolder_names if not folder.startswith(".")
+        )
+        folder = Path(folder_name)
+        if any(ignore_marker in file_names for ignore_marker in _NO_CRAWL) and folder not in around:
+            subfolder_names.clear()
         else:
-            yield folder, folders, names
+            yield folder, subfolder_names, file_names
 
 
-def _is_name(name: str) -> bool:
-    return name not in ("", ".", "..") and "/" not in name and "\0" not in name
+def _is_package_name(package_name: str) -> bool:
+    return (
+        package_name not in ("", ".", "..") and "/" not in package_name and "\0" not in package_name
+    )
 
 
-def _read_name(folder: Path) -> str | None:
+def _read_package_name(folder: Path) -> str | None:
     """Return the name in a folder's ``package.xml``; None if there is no such file."""
     try:
-        text = re.sub(_COMMENT, b"", files.read_bytes(folder / "package.xml"))
+        package_xml = re.sub(_COMMENT, b"", files.read_bytes(folder / "package.xml"))
     except (OSError, ValueError):
         return None
-    match = re.search(_NAME, text)
-    return match[1].strip().decode("utf-8", "replace") if match else None
+    name_match = re.search(_NAME, package_xml)
+    return name_match[1].strip().decode("utf-8", "replace") if name_match else None
 
 
 def _list_subfolders(folder: Path) -> list[Path]:
     try:
-        inner = [path for path in folder.iterdir() if not path.name.startswith(".")]
-        return sorted(path for path in inner if path.is_dir())
+        visible_entries = [
+            entry_path for entry_path in folder.iterdir() if not entry_path.name.startswith(".")
+        ]
+        return sorted(entry_path for entry_path in visible_entries if entry_path.is_dir())
     except OSError:
         return []
 
 
 def _list_entries(variable: str) -> list[Path]:
-    return [Path(entry) for entry in os.environ.get(variable, "").split(os.pathsep) if entry]
+    return [
+        Path(stated_folder)
+        for stated_folder in os.environ.get(variable, "").split(os.pathsep)
+        if stated_folder
+    ]

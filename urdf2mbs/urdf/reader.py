@@ -71,10 +71,10 @@ def is_name(source: str) -> bool:
 
 def stem(source: Path) -> str:
     """Return a robot's file name without its endings: ``panda`` of ``panda.urdf.xacro``."""
-    name = source
-    while name.suffix.lower() in _ENDINGS:
-        name = name.with_suffix("")
-    return name.name
+    remaining_path = source
+    while remaining_path.suffix.lower() in _ENDINGS:
+        remaining_path = remaining_path.with_suffix("")
+    return remaining_path.name
 
 
 def read_robot_file(source: Path) -> bytes:
@@ -83,32 +83,36 @@ def read_robot_file(source: Path) -> bytes:
     Raises:
         ConversionError: The file is empty, or cannot be read.
     """
-    file = str(source)
+    file_name = str(source)
     try:
-        data = files.read_bytes(source)
+        robot_bytes = files.read_bytes(source)
     except FileNotFoundError:
         hint = nearest(source.name, _list_similar_robots(source))
-        raise ConversionError("file-not-found", "no such file", file=file, hint=hint) from None
+        raise ConversionError("file-not-found", "no such file", file=file_name, hint=hint) from None
     except IsADirectoryError:
         message, hint = "this is a folder, not a URDF or xacro file", "name the file in it"
-        raise ConversionError("file-is-directory", message, file=file, hint=hint) from None
+        raise ConversionError("file-is-directory", message, file=file_name, hint=hint) from None
     except (OSError, ValueError) as error:
         message = f"cannot be read: {getattr(error, 'strerror', None) or error}"
-        raise ConversionError("file-unreadable", message, file=file) from None
-    if not data.strip():
-        raise ConversionError("file-empty", "the file is empty", file=file)
-    return data
+        raise ConversionError("file-unreadable", message, file=file_name) from None
+    if not robot_bytes.strip():
+        raise ConversionError("file-empty", "the file is empty", file=file_name)
+    return robot_bytes
 
 
 def _list_similar_robots(source: Path) -> list[str]:
     """Return the robots' files beside a file whose names begin nearly as its name."""
     try:
-        names = [entry.name for entry in sorted(source.parent.iterdir())]
+        entry_names = [entry.name for entry in sorted(source.parent.iterdir())]
     except OSError:
         return []
-    robots = [name for name in names if name.lower().endswith((".urdf", ".xacro"))]
+    robot_names = [
+        robot_name for robot_name in entry_names if robot_name.lower().endswith((".urdf", ".xacro"))
+    ]
     beginning = source.name.split(".")[0]
-    return [name for name in robots if nearest(beginning, [name.split(".")[0]])]
+    return [
+        robot_name for robot_name in robot_names if nearest(beginning, [robot_name.split(".")[0]])
+    ]
 
 
 def read_text(
@@ -130,9 +134,11 @@ def read_text(
     Raises:
         ConversionError: The last of the errors, with the others in its ``earlier``.
     """
-    text, names, warnings = expansion or (data, [], [])
+    urdf_bytes, expanded_files, warnings = expansion or (data, [], [])
     try:
-        robot, diagnostics = parse_urdf(text, str(source), expanded=names, extend=extend)
+        robot, diagnostics = parse_urdf(
+            urdf_bytes, str(source), expanded=expanded_files, extend=extend
+        )
     except ConversionError as error:
         error.earlier[:0] = warnings
         if expansion is not None and error.code == "no-links":
@@ -150,11 +156,11 @@ def read_text(
 
 def _explain_macros(error: ConversionError, data: bytes, source: Path) -> None:
     """Add to an error that a file without links defines macros and calls none."""
-    root, _ = xml.parse(data, str(source))
-    macros = [macro.get("name", "") for macro in root.iter("{*}macro")]
-    called = {element.tag.partition("}")[2] for element in root.iter(etree.Element)}
-    if macros and called.isdisjoint(macros):
-        error.message += f": the file defines the macro(s) '{some(macros)}' and calls none"
+    xml_root, _ = xml.parse(data, str(source))
+    macro_names = [macro_element.get("name", "") for macro_element in xml_root.iter("{*}macro")]
+    called_names = {element.tag.partition("}")[2] for element in xml_root.iter(etree.Element)}
+    if macro_names and called_names.isdisjoint(macro_names):
+        error.message += f": the file defines the macro(s) '{some(macro_names)}' and calls none"
         error.hint = "convert the file that calls it"
 
 
@@ -175,84 +181,86 @@ def parse_urdf(
     Raises:
         ConversionError: The last of the errors, with the others in its ``earlier``.
     """
-    name = file + written.EXPANDED if expanded else file
-    reading = Reading(name, expanded)
+    file_name = file + written.EXPANDED if expanded else file
+    reading = Reading(file_name, expanded)
     try:
-        root = reading.xml(data)
-        return _read_root(reading, root, extend)
+        robot_element = reading.xml(data)
+        return _read_root(reading, robot_element, extend)
     except ConversionError as error:
         error.earlier = [*reading.diagnostics(), *reading.errors]
         raise
 
 
 def _read_root(
-    reading: Reading, root: Any, extend: ReadExtension | None
+    reading: Reading, robot_element: Any, extend: ReadExtension | None
 ) -> tuple[Robot, list[Diagnostic]]:
     """Return the robot of a URDF's root element, and the warnings; raise ConversionError."""
-    _check_root(reading, root)
-    _rewrite(reading, root)
-    reading.quaternions = root.get("version") in ("1.1", "1.2")
+    _check_root(reading, robot_element)
+    _rewrite_elements(reading, robot_element)
+    reading.quaternions = robot_element.get("version") in ("1.1", "1.2")
     robot = Robot("", file=reading.file)
-    foreign = _read_children(reading, root, robot)
-    report_stray_texts(reading, root)
+    foreign_elements = _read_children(reading, robot_element, robot)
+    report_stray_texts(reading, robot_element)
     if reading.last is not None:  # the tree is unknown where links or joints are
         raise reading.last
-    robot.name = reading.values(root).get("name", "").strip()
+    robot.name = reading.values(robot_element).get("name", "").strip()
     if not robot.name:
-        reading.warn("robot-unnamed", "<robot> has no name", root.sourceline)
+        reading.warn("robot-unnamed", "<robot> has no name", robot_element.sourceline)
     check_materials(reading, robot)
-    check_tree(reading, robot, root.sourceline)
-    robot.extensions = [_keep(element) for element in foreign]
-    if extend is not None and foreign:
-        elements = list(zip(foreign, robot.extensions, strict=True))
+    check_tree(reading, robot, robot_element.sourceline)
+    robot.extensions = [_read_extension(element) for element in foreign_elements]
+    if extend is not None and foreign_elements:
+        elements = list(zip(foreign_elements, robot.extensions, strict=True))
         extend(elements=elements, reading=reading, robot=robot)
     check_mimics(reading, robot)
     return robot, reading.diagnostics()
 
 
-def _read_children(reading: Reading, root: Any, robot: Robot) -> list[Any]:
+def _read_children(reading: Reading, robot_element: Any, robot: Robot) -> list[Any]:
     """Add the links, joints and materials of a URDF; return the elements of other programs."""
-    foreign: list[Any] = []
-    unknown: list[Any] = []
-    for child in root:
-        tag = child.tag
-        if tag in ("link", "joint"):
+    foreign_elements: list[Any] = []
+    unknown_children: list[Any] = []
+    for child in robot_element:
+        child_tag = child.tag
+        if child_tag in ("link", "joint"):
             try:
-                if tag == "link":
+                if child_tag == "link":
                     read_link(reading, child, robot.links)
-                    foreign += child.iterchildren("contact")  # of Bullet
+                    foreign_elements += child.iterchildren("contact")  # of Bullet
                 else:
                     read_joint(reading, child, robot.joints)
             except ConversionError as error:
                 reading.keep(error)
-        elif tag == "material":
+        elif child_tag == "material":
             read_global_material(reading, child, robot)
-        elif isinstance(tag, str):
+        elif isinstance(child_tag, str):
             reading.owner = ("robot", "")
-            if tag not in FOREIGN and reading.report_xacro(child):
+            if child_tag not in FOREIGN and reading.report_xacro(child):
                 continue
-            if tag not in FOREIGN and not _is_joint_of_another_program(reading, child):
-                unknown.append(child)
-            foreign.append(child)
+            if child_tag not in FOREIGN and not _is_joint_of_another_program(reading, child):
+                unknown_children.append(child)
+            foreign_elements.append(child)
     reading.owner = ("robot", "")
-    reading.unknown_children("robot", unknown, ("link", "joint", "material", *FOREIGN))
-    return foreign
+    reading.unknown_children("robot", unknown_children, ("link", "joint", "material", *FOREIGN))
+    return foreign_elements
 
 
 def _is_joint_of_another_program(reading: Reading, element: Any) -> bool:
     """Return True, after an error, for an element with a prefix that joins two links."""
-    name, namespace = split_tag(element.tag)
-    tags = {split_tag(child.tag)[0]: child for child in element.iterchildren("*")}
-    if not namespace or not {"parent", "child"} <= tags.keys():
+    bare_tag, namespace = split_tag(element.tag)
+    children_by_tag = {split_tag(child.tag)[0]: child for child in element.iterchildren("*")}
+    if not namespace or not {"parent", "child"} <= children_by_tag.keys():
         return False
-    if is_harmless_child("robot", name, namespace.strip("{}:")):
+    if is_harmless_child("robot", bare_tag, namespace.strip("{}:")):
         return False
-    tag = f"{element.prefix}:{name}" if element.prefix else element.tag
-    ends = " and ".join(f"'{tags[end].get('link')}'" for end in ("parent", "child"))
+    written_tag = f"{element.prefix}:{bare_tag}" if element.prefix else element.tag
+    end_names = " and ".join(
+        f"'{children_by_tag[end_tag].get('link')}'" for end_tag in ("parent", "child")
+    )
     message = (
-        f"<{tag}> {quote(element.get('name') or '')} of the type "
-        f"{quote(element.get('type') or '')} joins the links {ends}, and is not read; expected a "
-        "<joint> of URDF"
+        f"<{written_tag}> {quote(element.get('name') or '')} of the type "
+        f"{quote(element.get('type') or '')} joins the links {end_names}, and is not read; "
+        "expected a <joint> of URDF"
     )
     hint = f"write a <joint> of one of the types: {', '.join(JOINT_TYPES)}"
     try:
@@ -262,44 +270,55 @@ def _is_joint_of_another_program(reading: Reading, element: Any) -> bool:
     return True
 
 
-def _keep(element: Any) -> Extension:
+def _read_extension(element: Any) -> Extension:
     """Return an element of another program, as it is written."""
-    tag = plain(element.tag)
-    parent = element.getparent()
-    reference = parent.get("name") if tag == "contact" else element.get("reference")
-    text = etree.tostring(element, encoding=str, with_tail=False)
-    return Extension(tag, text, reference, element.sourceline)
+    bare_tag = plain(element.tag)
+    parent_element = element.getparent()
+    reference = parent_element.get("name") if bare_tag == "contact" else element.get("reference")
+    element_xml = etree.tostring(element, encoding=str, with_tail=False)
+    return Extension(bare_tag, element_xml, reference, element.sourceline)
 
 
-def _rewrite(reading: Reading, root: Any) -> None:
+def _rewrite_elements(reading: Reading, robot_element: Any) -> None:
     """Rewrite elements that URDF does not allow but that have one meaning, with a warning."""
-    rename_drake_joints(root)
-    lines = {joint.get("name"): joint.sourceline for joint in root.iterchildren("joint")}
-    for new_name, name in rename_doubled(root).items():
-        message = f"several joints are called '{name}', and this one is renamed"
-        reading.warn("joint-renamed", message, lines.get(name), owner=("joint", new_name))
-    for name, count in split_joints(root):
-        names = ", ".join(f"NAME_R{number}" for number in range(1, count + 1))
-        message = f"a joint of {count} rotations becomes {count} joints without limits: {names}"
-        reading.warn("joint-ball", message, lines.get(name), owner=("joint", name))
+    rename_drake_joints(robot_element)
+    lines_by_joint = {
+        joint.get("name"): joint.sourceline for joint in robot_element.iterchildren("joint")
+    }
+    for new_name, joint_name in rename_doubled(robot_element).items():
+        message = f"several joints are called '{joint_name}', and this one is renamed"
+        reading.warn(
+            "joint-renamed", message, lines_by_joint.get(joint_name), owner=("joint", new_name)
+        )
+    for joint_name, n_rotations in split_joints(robot_element):
+        rotation_names = ", ".join(
+            f"NAME_R{rotation_number}" for rotation_number in range(1, n_rotations + 1)
+        )
+        message = (
+            f"a joint of {n_rotations} rotations becomes {n_rotations} joints without limits: "
+            f"{rotation_names}"
+        )
+        reading.warn(
+            "joint-ball", message, lines_by_joint.get(joint_name), owner=("joint", joint_name)
+        )
 
 
-def _check_root(reading: Reading, root: Any) -> None:
+def _check_root(reading: Reading, root_element: Any) -> None:
     """Remove a namespace of <robot>; raise ConversionError for another root."""
-    tag = root.tag
-    if tag.startswith("{"):
-        namespace = root.nsmap[root.prefix]
-        tag = etree.QName(root).localname
-        if tag == "robot":
-            _strip_namespace(root, f"{{{namespace}}}")
-    if tag == "robot":
+    root_tag = root_element.tag
+    if root_tag.startswith("{"):
+        namespace = root_element.nsmap[root_element.prefix]
+        root_tag = etree.QName(root_element).localname
+        if root_tag == "robot":
+            _strip_namespace(root_element, f"{{{namespace}}}")
+    if root_tag == "robot":
         return
-    format_name = f": this looks like {OTHER_ROOTS[tag]}" if tag in OTHER_ROOTS else ""
-    message = f"the root element is <{tag}>, not <robot>{format_name}"
-    reading.fail("wrong-root", message, root, "URDF and xacro files are read")
+    format_name = f": this looks like {OTHER_ROOTS[root_tag]}" if root_tag in OTHER_ROOTS else ""
+    message = f"the root element is <{root_tag}>, not <robot>{format_name}"
+    reading.fail("wrong-root", message, root_element, "URDF and xacro files are read")
 
 
-def _strip_namespace(root: Any, namespace: str) -> None:
+def _strip_namespace(robot_element: Any, namespace: str) -> None:
     """Remove the namespace of <robot>, which says nothing, from all elements."""
-    for element in root.iter(f"{namespace}*"):
+    for element in robot_element.iter(f"{namespace}*"):
         element.tag = element.tag[len(namespace) :]

@@ -21,8 +21,8 @@ def rename_elements(robot: Robot, links: Mapping[str, str], joints: Mapping[str,
     Raises:
         ConfigError: A name is not that of a link or joint, or two would be called the same.
     """
-    new_links = _complete("link", robot.links, links)
-    new_joints = _complete("joint", robot.joints, joints)
+    new_links = _complete_table("link", robot.links, links)
+    new_joints = _complete_table("joint", robot.joints, joints)
     for link in robot.links.values():
         link.name = new_links[link.name]
     for joint in robot.joints.values():
@@ -36,22 +36,25 @@ def rename_elements(robot: Robot, links: Mapping[str, str], joints: Mapping[str,
         _rename_extension(extension, new_links, new_joints)
 
 
-def _complete(kind: str, names: Collection[str], table: Mapping[str, str]) -> dict[str, str]:
+def _complete_table(
+    element_kind: str, element_names: Collection[str], renaming_table: Mapping[str, str]
+) -> dict[str, str]:
     """Return the new name of each name; raise ConfigError for unknown or doubled names."""
-    for name in table:
-        if name not in names:
-            message = f"the robot has no {kind} '{name}' to rename"
-            raise ConfigError("rename-unknown", message, hint=nearest(name, names))
+    for old_name in renaming_table:
+        if old_name not in element_names:
+            message = f"the robot has no {element_kind} '{old_name}' to rename"
+            raise ConfigError("rename-unknown", message, hint=nearest(old_name, element_names))
     old_names: dict[str, str] = {}
-    for name in names:
-        new_name = table.get(name, name)
+    for old_name in element_names:
+        new_name = renaming_table.get(old_name, old_name)
         if not new_name or new_name in old_names:
-            message = f"{kind} '{name}' would have no name"
+            message = f"{element_kind} '{old_name}' would have no name"
             if new_name:
-                message = f"{kind}s '{old_names[new_name]}' and '{name}' would both be '{new_name}'"
+                both_names = f"'{old_names[new_name]}' and '{old_name}'"
+                message = f"{element_kind}s {both_names} would both be '{new_name}'"
             raise ConfigError("rename-doubled", message, hint="give each a name of its own")
-        old_names[new_name] = name
-    return {name: new_name for new_name, name in old_names.items()}
+        old_names[new_name] = old_name
+    return {old_name: new_name for new_name, old_name in old_names.items()}
 
 
 def _rename_extension(
@@ -67,19 +70,30 @@ def _rename_extension(
         extension.reference = links_and_joints.get(extension.reference, extension.reference)
     for sensor in extension.sensors:
         sensor.on = links_and_joints.get(sensor.on, sensor.on)
-    for closing in extension.joints:
-        closing.parent = links.get(closing.parent, closing.parent)
-        closing.child = links.get(closing.child, closing.child)
-    extension.motors = [joints.get(name, name) for name in extension.motors]
-    extension.rotors = {joints.get(name, name): size for name, size in extension.rotors.items()}
-    extension.starts = {joints.get(name, name): start for name, start in extension.starts.items()}
-    root = etree.fromstring(extension.xml, etree.XMLParser(recover=True, resolve_entities=False))
-    before = etree.tostring(root)
-    for element in root.iter(etree.Element):
-        of_kind = {"joint": joints, "link": links}.get(str(element.tag), {})
-        for attribute, table in (("reference", links_and_joints), ("name", of_kind)):
-            name = element.get(attribute)
-            if name is not None and name in table:
-                element.set(attribute, table[name])
-    if etree.tostring(root) != before:
-        extension.xml = etree.tostring(root, encoding="unicode")
+    for closing_joint in extension.joints:
+        closing_joint.parent = links.get(closing_joint.parent, closing_joint.parent)
+        closing_joint.child = links.get(closing_joint.child, closing_joint.child)
+    extension.motors = [joints.get(joint_name, joint_name) for joint_name in extension.motors]
+    extension.rotors = {
+        joints.get(joint_name, joint_name): rotor_inertia
+        for joint_name, rotor_inertia in extension.rotors.items()
+    }
+    extension.starts = {
+        joints.get(joint_name, joint_name): start_position
+        for joint_name, start_position in extension.starts.items()
+    }
+    xml_root = etree.fromstring(
+        extension.xml, etree.XMLParser(recover=True, resolve_entities=False)
+    )
+    xml_before = etree.tostring(xml_root)
+    for element in xml_root.iter(etree.Element):
+        names_of_kind = {"joint": joints, "link": links}.get(str(element.tag), {})
+        for attribute, names_by_element in (
+            ("reference", links_and_joints),
+            ("name", names_of_kind),
+        ):
+            element_name = element.get(attribute)
+            if element_name is not None and element_name in names_by_element:
+                element.set(attribute, names_by_element[element_name])
+    if etree.tostring(xml_root) != xml_before:
+        extension.xml = etree.tostring(xml_root, encoding="unicode")

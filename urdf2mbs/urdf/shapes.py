@@ -23,122 +23,127 @@ _UNRESOLVED = r"^file:/*(?=package://)"
 
 def read_visual(reading: Reading, element: Any, visuals: list[Visual]) -> None:
     """Append a ``<visual>``: its shape, origin (m, rad) in its link's frame, and material."""
-    name = reading.values(element).get("name")
-    parts = reading.parts(element)
+    visual_name = reading.values(element).get("name")
+    children = reading.parts(element)
     material = None
-    if "material" in parts:
-        material = read_material(reading, parts["material"])
-    shape = read_shape(reading, element, parts)
+    if "material" in children:
+        material = read_material(reading, children["material"])
+    shape = read_shape(reading, element, children)
     if shape is not None:
-        visuals.append(Visual(*shape, material, name, element.sourceline))
+        visuals.append(Visual(*shape, material, visual_name, element.sourceline))
 
 
 def read_collision(reading: Reading, element: Any, collisions: list[Collision]) -> None:
     """Append a ``<collision>``: its shape and origin (m, rad) in its link's frame."""
-    name = reading.values(element).get("name")
+    collision_name = reading.values(element).get("name")
     shape = read_shape(reading, element, reading.parts(element))
     if shape is not None:
-        collisions.append(Collision(*shape, name, element.sourceline))
+        collisions.append(Collision(*shape, collision_name, element.sourceline))
 
 
 def read_shape(
-    reading: Reading, element: Any, parts: dict[str, Any]
+    reading: Reading, element: Any, children: dict[str, Any]
 ) -> tuple[Geometry, Origin] | None:
     """Return the geometry and origin of a visual or collision.
 
     Args:
         reading: The file being read.
         element: The ``<visual>`` or ``<collision>``.
-        parts: Its children, by tag.
+        children: Its children, by tag.
 
     Returns:
         None, after a warning, if the shape is not known or cannot be read.
     """
     try:
-        geometry = read_geometry(reading, element, parts.get("geometry"))
-        return None if geometry is None else (geometry, reading.origin(parts.get("origin")))
+        geometry = read_geometry(reading, element, children.get("geometry"))
+        return None if geometry is None else (geometry, reading.origin(children.get("origin")))
     except ConversionError as error:
         reading.warn_of_left_out(element, f"a <{element.tag}>", error)
         return None
 
 
-def read_geometry(reading: Reading, owner: Any, element: Any) -> Geometry | None:
+def read_geometry(reading: Reading, shape_owner: Any, element: Any) -> Geometry | None:
     """Return the shape in ``<geometry>`` (m); None, after a warning, if no shape is known.
 
     Args:
         reading: The file being read.
-        owner: The ``<visual>`` or ``<collision>``.
+        shape_owner: The ``<visual>`` or ``<collision>``.
         element: The ``<geometry>``; None if there is no such element.
 
     Raises:
         ConversionError: A number cannot be read.
     """
-    shape = _find_shape(reading, owner, element)
-    if shape is None:
+    shape_element = _find_shape(reading, shape_owner, element)
+    if shape_element is None:
         return None
-    values = reading.values(shape)
-    if shape.tag == "mesh":
+    values = reading.values(shape_element)
+    if shape_element.tag == "mesh":
         filename = values.get("filename", "")
         if not filename.strip():
-            message = f"<{owner.tag}> whose mesh has no filename is left out"
-            reading.warn("geometry-unknown", message, shape.sourceline)
+            message = f"<{shape_owner.tag}> whose mesh has no filename is left out"
+            reading.warn("geometry-unknown", message, shape_element.sourceline)
             return None
         values["filename"] = re.sub(_UNRESOLVED, "", filename)
         if "scale" in values:
-            values["scale"] = read_scale(reading, shape, values["scale"])
-    struct: Any = ELEMENTS[shape.tag].struct
-    geometry: Geometry = struct(**values)
+            values["scale"] = read_scale(reading, shape_element, values["scale"])
+    struct_class: Any = ELEMENTS[shape_element.tag].struct
+    geometry: Geometry = struct_class(**values)
     if min(_list_sizes(values), default=1.0) <= 0.0:
-        message = f"the <{shape.tag}> of a <{owner.tag}> has a size of zero or less, and is kept"
-        reading.warn("geometry-size", message, shape.sourceline)
+        message = (
+            f"the <{shape_element.tag}> of a <{shape_owner.tag}> has a size of zero or less, "
+            "and is kept"
+        )
+        reading.warn("geometry-size", message, shape_element.sourceline)
     return geometry
 
 
-def _find_shape(reading: Reading, owner: Any, element: Any) -> Any:
+def _find_shape(reading: Reading, shape_owner: Any, element: Any) -> Any:
     """Return the first known shape in ``<geometry>``; None, after a warning, without one."""
     shapes = [] if element is None else [child for child in element if isinstance(child.tag, str)]
     if element is not None:
         reading.values(element)
     if not shapes:
-        message = f"<{owner.tag}> without a geometry is left out"
-        reading.warn("geometry-unknown", message, owner.sourceline)
+        message = f"<{shape_owner.tag}> without a geometry is left out"
+        reading.warn("geometry-unknown", message, shape_owner.sourceline)
         return None
     for shape in shapes:
-        name = split_tag(shape.tag)[0]
-        if is_drake(shape.tag) and name in SHAPES:  # <drake:capsule>
-            shape.tag = name
-    first, *rest = sorted(shapes, key=lambda child: child.tag not in SHAPES)
-    for child in rest:
+        bare_tag = split_tag(shape.tag)[0]
+        if is_drake(shape.tag) and bare_tag in SHAPES:  # <drake:capsule>
+            shape.tag = bare_tag
+    first_shape, *more_shapes = sorted(shapes, key=lambda child: child.tag not in SHAPES)
+    for child in more_shapes:
         if child.tag in SHAPES:
             message = "more than one shape in <geometry>: only the first is used"
             reading.warn("doubled-element", message, child.sourceline)
-    unknown = [child for child in rest if child.tag not in SHAPES]
-    reading.unknown_children("geometry", unknown, SHAPES)
-    if first.tag in SHAPES:
-        return first
-    reading.report_xacro(first)
-    message = f"<{owner.tag}> is left out, its geometry <{plain(first.tag)}> is not known"
-    reading.warn("geometry-unknown", message, first.sourceline)
+    unknown_shapes = [child for child in more_shapes if child.tag not in SHAPES]
+    reading.unknown_children("geometry", unknown_shapes, SHAPES)
+    if first_shape.tag in SHAPES:
+        return first_shape
+    reading.report_xacro(first_shape)
+    message = (
+        f"<{shape_owner.tag}> is left out, its geometry <{plain(first_shape.tag)}> is not known"
+    )
+    reading.warn("geometry-unknown", message, first_shape.sourceline)
     return None
 
 
 def _list_sizes(values: dict[str, Any]) -> list[float]:
     """Return the sizes of a shape (m), and the scale of a mesh, which is a mirror below zero."""
     if "filename" in values:
-        return [abs(factor) for factor in values.get("scale", ())]
+        return [abs(scale_factor) for scale_factor in values.get("scale", ())]
     sizes = (size if isinstance(size, tuple) else (size,) for size in values.values())
     return list(chain.from_iterable(sizes))
 
 
-def read_scale(reading: Reading, element: Any, text: str) -> Vec:
+def read_scale(reading: Reading, element: Any, scale_text: str) -> Vec:
     """Return the scale of a mesh: three numbers, or one for all directions."""
-    if len(text.split()) != 1:
-        x, y, z = reading.numbers(element, "scale", text, 3)
+    if len(scale_text.split()) != 1:
+        x, y, z = reading.numbers(element, "scale", scale_text, 3)
         return (x, y, z)
-    factor = reading.number(element, "scale", text)
+    scale_factor = reading.number(element, "scale", scale_text)
     message = "the scale of a mesh is one number, taken for all directions"
-    reading.warn("mesh-scale", message, element.sourceline, detail=text.strip())
-    return (factor, factor, factor)
+    reading.warn("mesh-scale", message, element.sourceline, detail=scale_text.strip())
+    return (scale_factor, scale_factor, scale_factor)
 
 
 def read_material(reading: Reading, element: Any) -> Material | None:
@@ -147,24 +152,24 @@ def read_material(reading: Reading, element: Any) -> Material | None:
     Returns:
         None if the element has none of these.
     """
-    name = reading.values(element).get("name", "")
+    material_name = reading.values(element).get("name", "")
     color: tuple[float, float, float, float] | None = None
-    parts = reading.parts(element)
-    if "color" in parts:
-        child = parts["color"]
+    children = reading.parts(element)
+    if "color" in children:
+        color_element = children["color"]
         try:
-            color = reading.values(child)["rgba"]
+            color = reading.values(color_element)["rgba"]
         except ConversionError as error:
-            reading.warn_of_left_out(child, "a colour", error)
-            reading.colourless.add(name)
+            reading.warn_of_left_out(color_element, "a colour", error)
+            reading.colourless.add(material_name)
         if color is not None and (min(color) < 0.0 or max(color) > 1.0):
-            reading.warn("color-range", "rgba is not within 0 and 1", child.sourceline)
+            reading.warn("color-range", "rgba is not within 0 and 1", color_element.sourceline)
     texture = None
-    if "texture" in parts:
-        texture = reading.values(parts["texture"]).get("filename") or None
-    if not name and color is None and texture is None:
+    if "texture" in children:
+        texture = reading.values(children["texture"]).get("filename") or None
+    if not material_name and color is None and texture is None:
         return None
-    return Material(name, color, texture)
+    return Material(material_name, color, texture)
 
 
 def read_global_material(reading: Reading, element: Any, robot: Robot) -> None:
@@ -181,17 +186,17 @@ def read_global_material(reading: Reading, element: Any, robot: Robot) -> None:
 
 def check_materials(reading: Reading, robot: Robot) -> None:
     """Add the materials that links define to those of the robot; warn of undefined ones."""
-    used = []
+    used_materials = []
     for link in robot.links.values():
         for visual in link.visuals:
             material = visual.material
             if material is not None and material.name:
                 if material.color is None and material.texture is None:
-                    used.append((material.name, link.name, visual.line))
+                    used_materials.append((material.name, link.name, visual.line))
                 else:
                     robot.materials.setdefault(material.name, material)
-    for name, link_name, line in used:
-        if name not in robot.materials and name not in reading.colourless:
-            message = f"the material '{name}' is not defined, and grey"
-            owner, like = ("link", link_name), (name, robot.materials)
+    for material_name, link_name, line in used_materials:
+        if material_name not in robot.materials and material_name not in reading.colourless:
+            message = f"the material '{material_name}' is not defined, and grey"
+            owner, like = ("link", link_name), (material_name, robot.materials)
             reading.warn("material-undefined", message, line, owner=owner, like=like)

@@ -40,13 +40,13 @@ def check_tree(reading: Reading, robot: Robot, line: int | None) -> None:
     if reading.last is not None:
         raise reading.last
     check_loops(reading, links, parent_joints)
-    roots = [name for name in links if name not in parent_joints]
-    if len(roots) > 1:
-        roots = drop_unattached(reading, robot, roots)
-    if len(roots) > 1:
-        message = f"{len(roots)} links have no parent: {_quote_names(roots)}"
+    root_links = [link_name for link_name in links if link_name not in parent_joints]
+    if len(root_links) > 1:
+        root_links = drop_unattached(reading, robot, root_links)
+    if len(root_links) > 1:
+        message = f"{len(root_links)} links have no parent: {_quote_names(root_links)}"
         hint = "join them by a joint, or take away what does not belong to the robot"
-        reading.fail("several-roots", message, links[roots[1]].line, hint)
+        reading.fail("several-roots", message, links[root_links[1]].line, hint)
 
 
 def check_ends(
@@ -63,15 +63,15 @@ def check_ends(
     Raises:
         ConversionError: ``link-unknown`` or ``two-parents``.
     """
-    for end, name in (("parent", joint.parent), ("child", joint.child)):
-        if name not in links:
-            message = f"joint '{joint.name}': there is no link called '{name}' ({end})"
-            reading.fail("link-unknown", message, joint.line, nearest(name, links))
-    first = parent_joints.setdefault(joint.child, joint)
-    if first is not joint:
+    for end_tag, link_name in (("parent", joint.parent), ("child", joint.child)):
+        if link_name not in links:
+            message = f"joint '{joint.name}': there is no link called '{link_name}' ({end_tag})"
+            reading.fail("link-unknown", message, joint.line, nearest(link_name, links))
+    first_joint = parent_joints.setdefault(joint.child, joint)
+    if first_joint is not joint:
         message = (
-            f"link '{joint.child}' has two parents: '{first.parent}' by the joint"
-            f" '{first.name}' (line {first.line}), and '{joint.parent}' by the joint"
+            f"link '{joint.child}' has two parents: '{first_joint.parent}' by the joint"
+            f" '{first_joint.name}' (line {first_joint.line}), and '{joint.parent}' by the joint"
             f" '{joint.name}'"
         )
         reading.fail("two-parents", message, joint.line, HINT_TREE)
@@ -86,32 +86,36 @@ def imply_world(reading: Reading, robot: Robot) -> None:
             reading.warn("world-implied", message, joint.line, owner=("joint", joint.name))
 
 
-def drop_unattached(reading: Reading, robot: Robot, roots: list[str]) -> list[str]:
+def drop_unattached(reading: Reading, robot: Robot, root_links: list[str]) -> list[str]:
     """Remove roots without joints, mass and shapes, unless all are; return those that stay."""
-    parents = {joint.parent for joint in robot.joints.values()}
-    empty = []
+    parent_links = {joint.parent for joint in robot.joints.values()}
+    unattached_links = []
     for link in robot.links.values():
         is_empty = link.massless and not link.visuals and not link.collisions
-        if link.name in roots and link.name not in parents and is_empty:
-            empty.append(link)
-    for link in empty if len(empty) < len(roots) else []:
+        if link.name in root_links and link.name not in parent_links and is_empty:
+            unattached_links.append(link)
+    for link in unattached_links if len(unattached_links) < len(root_links) else []:
         del robot.links[link.name]
         message = "no joint leads to it, and nothing is in it: left out"
         reading.warn("link-unattached", message, link.line, owner=("link", link.name))
-    return [name for name in roots if name in robot.links]
+    return [link_name for link_name in root_links if link_name in robot.links]
 
 
 def check_loops(
     reading: Reading, links: Mapping[str, Link], parent_joints: Mapping[str, Joint]
 ) -> None:
     """Raise ConversionError for links that are their own ancestors."""
-    parents = {name: parent_joints[name].parent for name in links if name in parent_joints}
-    for names in find_loops(parents):
-        joints = [parent_joints[name] for name in reversed(names)]
-        link_names = _quote_names(joint.parent for joint in joints)
-        joint_names = _quote_names(joint.name for joint in joints)
+    parents_by_link = {
+        link_name: parent_joints[link_name].parent
+        for link_name in links
+        if link_name in parent_joints
+    }
+    for loop_links in find_loops(parents_by_link):
+        loop_joints = [parent_joints[link_name] for link_name in reversed(loop_links)]
+        link_names = _quote_names(joint.parent for joint in loop_joints)
+        joint_names = _quote_names(joint.name for joint in loop_joints)
         message = f"the links {link_names} form a loop (joints {joint_names})"
-        reading.fail("loop", message, joints[0].line, HINT_TREE)
+        reading.fail("loop", message, loop_joints[0].line, HINT_TREE)
 
 
 def _quote_names(names: Iterable[str]) -> str:
@@ -124,14 +128,14 @@ def find_loops(following: Mapping[str, str]) -> Iterator[list[str]]:
     Args:
         following: The name that each name leads to.
     """
-    seen: dict[str, str] = {}
-    for start in following:
-        name = start
-        while name in following and name not in seen:
-            seen[name] = start
-            name = following[name]
-        if seen.get(name) == start:
-            loop = [name]
-            while following[loop[-1]] != name:
-                loop.append(following[loop[-1]])
-            yield loop
+    first_visits: dict[str, str] = {}
+    for start_name in following:
+        current_name = start_name
+        while current_name in following and current_name not in first_visits:
+            first_visits[current_name] = start_name
+            current_name = following[current_name]
+        if first_visits.get(current_name) == start_name:
+            loop_names = [current_name]
+            while following[loop_names[-1]] != current_name:
+                loop_names.append(following[loop_names[-1]])
+            yield loop_names

@@ -84,27 +84,34 @@ def report_unknown_attributes(
     """
     tag = plain(element.tag)
     readable = {*ELEMENTS[tag].attributes, *also_read}
-    missing = readable - set(element.keys())  # a name whose like is stated, too, is not misspelt
+    # a name is not misspelt if the readable name like it is stated, too
+    absent_attributes = readable - set(element.keys())
     names_by_meaning: dict[Meaning, list[str]] = {}
-    for attribute, text in element.items():
-        name, namespace = split_tag(attribute)
-        if attribute in readable or (is_drake(attribute) and name in readable):
+    for attribute, attribute_text in element.items():
+        bare_name, namespace = split_tag(attribute)
+        if attribute in readable or (is_drake(attribute) and bare_name in readable):
             continue
-        is_harmless = harmless.is_harmless_attribute(tag, name, namespace.strip("{}:"), text)
-        if is_harmless or (name in TRANSPOSED and text == element.get(TRANSPOSED[name])):
+        is_harmless = harmless.is_harmless_attribute(
+            tag, bare_name, namespace.strip("{}:"), attribute_text
+        )
+        if is_harmless or (
+            bare_name in TRANSPOSED and attribute_text == element.get(TRANSPOSED[bare_name])
+        ):
             meaning: Meaning = "harmless"
-        elif _is_misspelt(name, tuple(sorted(missing))):
+        elif _is_misspelt(bare_name, tuple(sorted(absent_attributes))):
             meaning = "misspelt"
         else:
-            meaning = "harmless" if harmless.is_default(name, text) else "mechanics"
+            meaning = "harmless" if harmless.is_default(bare_name, attribute_text) else "mechanics"
         names_by_meaning.setdefault(meaning, []).append(_write_name(element, attribute))
-    for meaning, names in names_by_meaning.items():
-        listed = some(f"'{name}'" for name in names)
-        message = f"the attribute {listed} of <{tag}> is not read, and has no effect"
-        if len(names) > 1:
-            message = f"the attributes {listed} of <{tag}> are not read, and have no effect"
-        unread = Unread("unknown-attribute", message, names, missing, element, tag)
-        _report(messages, meaning, unread)
+    for meaning, attribute_names in names_by_meaning.items():
+        quoted_names = some(f"'{bare_name}'" for bare_name in attribute_names)
+        message = f"the attribute {quoted_names} of <{tag}> is not read, and has no effect"
+        if len(attribute_names) > 1:
+            message = f"the attributes {quoted_names} of <{tag}> are not read, and have no effect"
+        unread = Unread(
+            "unknown-attribute", message, attribute_names, absent_attributes, element, tag
+        )
+        _report_unread(messages, meaning, unread)
 
 
 def report_unknown_children(
@@ -127,15 +134,15 @@ def report_unknown_children(
             meaning = _find_meaning(parent, child, readable)
             children_by_meaning.setdefault(meaning, []).append(child)
     for meaning, elements in children_by_meaning.items():
-        names = list(dict.fromkeys(_write_name(child, child.tag) for child in elements))
-        have = "is not read, and has" if len(names) == 1 else "are not read, and have"
-        listed = some(f"<{name}>" for name in names)
-        message = f"{listed} in <{parent}> {have} no effect"
-        unread = Unread("unknown-element", message, names, readable, elements[0], parent)
-        _report(messages, meaning, unread)
+        written_tags = list(dict.fromkeys(_write_name(child, child.tag) for child in elements))
+        verb_phrase = "is not read, and has" if len(written_tags) == 1 else "are not read, and have"
+        quoted_tags = some(f"<{written_tag}>" for written_tag in written_tags)
+        message = f"{quoted_tags} in <{parent}> {verb_phrase} no effect"
+        unread = Unread("unknown-element", message, written_tags, readable, elements[0], parent)
+        _report_unread(messages, meaning, unread)
 
 
-def _report(messages: Messages, meaning: Meaning, unread: Unread) -> None:
+def _report_unread(messages: Messages, meaning: Meaning, unread: Unread) -> None:
     """Report elements or attributes: as a warning, or as a note if they are harmless."""
     line = unread.element.sourceline
     if meaning == "misspelt":
@@ -144,26 +151,38 @@ def _report(messages: Messages, meaning: Meaning, unread: Unread) -> None:
     elif meaning == "harmless":
         messages.warn(unread.code, unread.message, line, level="note")
     else:
-        hint = _suggest(unread.names, unread.parent)
+        hint = _suggest_remedy(unread.names, unread.parent)
         messages.warn("mechanics-unread", unread.message, line, hint=hint)
 
 
 def report_stray_texts(messages: Messages, root: Any) -> None:
     """Report text between the elements of links, joints and materials, which is not read."""
-    for text in root.xpath(STRAY_TEXTS):
-        element = text.getparent()
-        parent = element.getparent() if text.is_tail else element
-        ancestors = [parent, *parent.iterancestors()]
+    for stray_text in root.xpath(STRAY_TEXTS):
+        element = stray_text.getparent()
+        parent_element = element.getparent() if stray_text.is_tail else element
+        ancestors = [parent_element, *parent_element.iterancestors()]
         if any(ancestor.tag not in ELEMENTS for ancestor in ancestors):
             continue  # an element that is not read is reported with all that is in it
-        owner = next((a for a in ancestors if a.tag in OWNERS and a.get("name")), root)
-        messages.owner = ("robot", "") if owner is root else (owner.tag, owner.get("name"))
-        quoted = quote(str(text))
-        message = f"the text {quoted} in <{plain(parent.tag)}> is not read, and has no effect"
-        hint = HINT_PLACE if parent.tag == "origin" else None
-        attributes = list(ELEMENTS[parent.tag].attributes)
+        owner_element = next(
+            (
+                named_ancestor
+                for named_ancestor in ancestors
+                if named_ancestor.tag in OWNERS and named_ancestor.get("name")
+            ),
+            root,
+        )
+        messages.owner = (
+            ("robot", "")
+            if owner_element is root
+            else (owner_element.tag, owner_element.get("name"))
+        )
+        quoted_text = quote(str(stray_text))
+        parent_tag = plain(parent_element.tag)
+        message = f"the text {quoted_text} in <{parent_tag}> is not read, and has no effect"
+        hint = HINT_PLACE if parent_element.tag == "origin" else None
+        attributes = list(ELEMENTS[parent_element.tag].attributes)
         if len(attributes) == 1:
-            hint = suggest_attributes(parent.tag, {attributes[0]: str(text)})
+            hint = suggest_attributes(parent_element.tag, {attributes[0]: str(stray_text)})
         messages.warn("mechanics-unread", message, element.sourceline, hint=hint)
     messages.owner = ("robot", "")
 
@@ -172,8 +191,8 @@ def report_xacro(messages: Messages, element: Any) -> bool:
     """Return True, after a message, if an element is one of xacro that was not expanded."""
     tag, line = element.tag, element.sourceline
     if is_xacro(element):
-        name = plain(tag).rpartition(":")[2]
-        message = f"xacro did not expand <xacro:{name}>, which is left out"
+        instruction = plain(tag).rpartition(":")[2]
+        message = f"xacro did not expand <xacro:{instruction}>, which is left out"
         messages.warn("xacro-left", message, line)
         return True
     if tag == "property":
@@ -189,21 +208,24 @@ def report_xacro(messages: Messages, element: Any) -> bool:
 
 def _find_meaning(parent: str, child: Any, readable: Iterable[str]) -> Meaning:
     """Return the likely meaning of a child that is not read."""
-    name, namespace = split_tag(child.tag)
-    if harmless.is_harmless_child(parent, name, namespace.strip("{}:")):
+    bare_tag, namespace = split_tag(child.tag)
+    if harmless.is_harmless_child(parent, bare_tag, namespace.strip("{}:")):
         return "harmless"
-    if not namespace and _is_misspelt(name, tuple(sorted(readable))):
+    if not namespace and _is_misspelt(bare_tag, tuple(sorted(readable))):
         return "misspelt"
     return "harmless" if _is_default(child) else "mechanics"
 
 
 def _is_default(element: Any) -> bool:
     """Return True if all that an element and its children say holds without them."""
-    name = split_tag(element.tag)[0]
+    bare_tag = split_tag(element.tag)[0]
     children = list(element.iterchildren("*"))
-    text = " ".join(element.xpath("text()")).strip()
-    statements = [(name if key == "value" else key, value) for key, value in element.items()]
-    statements += [(name, text)] if text else []
+    element_text = " ".join(element.xpath("text()")).strip()
+    statements = [
+        (bare_tag if attribute_name == "value" else attribute_name, attribute_text)
+        for attribute_name, attribute_text in element.items()
+    ]
+    statements += [(bare_tag, element_text)] if element_text else []
     if not statements and not children:
         return False
     return all(harmless.is_default(*statement) for statement in statements) and all(
@@ -212,37 +234,43 @@ def _is_default(element: Any) -> bool:
 
 
 @cache  # a name that is not read is in most elements of its kind
-def _is_misspelt(name: str, readable: tuple[str, ...]) -> bool:
+def _is_misspelt(unknown_name: str, readable_names: tuple[str, ...]) -> bool:
     """Return True if a name is nearly a readable one."""
-    if name.lower() in PLACES:
+    if unknown_name.lower() in PLACES:
         return False
-    if name.lower() in readable:  # in capital letters
+    if unknown_name.lower() in readable_names:  # in capital letters
         return True
     from difflib import get_close_matches
 
-    return bool(get_close_matches(name, readable, n=1, cutoff=SIMILARITY))
+    return bool(get_close_matches(unknown_name, readable_names, n=1, cutoff=SIMILARITY))
 
 
-def _suggest(names: list[str], parent: str) -> str | None:
+def _suggest_remedy(unread_names: list[str], parent: str) -> str | None:
     """Return a hint: what to write in place of names that are not read."""
-    if "quat_xyzw" in names:
+    if "quat_xyzw" in unread_names:
         return 'quat_xyzw is read if the file says <robot version="1.1">; else write rpy'
-    words = {split_tag(name)[0].lower() for name in names}
-    if not PLACES.isdisjoint(words) and parent in HAVE_ORIGIN:
+    lower_names = {split_tag(unread_name)[0].lower() for unread_name in unread_names}
+    if not PLACES.isdisjoint(lower_names) and parent in HAVE_ORIGIN:
         return HINT_PLACE
-    if not {"unit", "units"}.isdisjoint(words):
+    if not {"unit", "units"}.isdisjoint(lower_names):
         return HINT_UNIT
     if parent not in ELEMENTS:
         return None
-    attributes = [name for name in names if name in ELEMENTS[parent].attributes]
+    attributes = [
+        unread_name for unread_name in unread_names if unread_name in ELEMENTS[parent].attributes
+    ]
     return suggest_attributes(parent, dict.fromkeys(attributes, "...")) if attributes else None
 
 
-def _write_name(element: Any, tag: str) -> str:
+def _write_name(element: Any, qualified_name: str) -> str:
     """Return a tag or attribute as the file writes it, with its prefix."""
-    name, namespace = split_tag(tag)
+    bare_name, namespace = split_tag(qualified_name)
     if not namespace.startswith("{"):
-        return tag
-    prefixes = (prefix for prefix, uri in element.nsmap.items() if uri == namespace[1:-1])
+        return qualified_name
+    prefixes = (
+        prefix
+        for prefix, namespace_uri in element.nsmap.items()
+        if namespace_uri == namespace[1:-1]
+    )
     prefix = next(filter(None, prefixes), None)
-    return f"{prefix}:{name}" if prefix else name
+    return f"{prefix}:{bare_name}" if prefix else bare_name

@@ -47,10 +47,10 @@ class Reading(Messages):
 
     def xml(self, data: bytes) -> Any:
         """Return the root element of an XML text, and warn of the slips in it."""
-        root, slips = xml.parse(data, self.file)
+        root_element, slips = xml.parse(data, self.file)
         for slip in slips:
             self.warn(slip.code, slip.message, slip.line)
-        return root
+        return root_element
 
     def name(self, element: Any, kind: str, taken: Mapping[str, Any]) -> str | None:
         """Return the ``name`` of a link or joint, which it alone must have.
@@ -67,18 +67,18 @@ class Reading(Messages):
             ConversionError: ``name-missing`` or ``name-doubled``.
         """
         name: str | None = element.get("name")
-        bare = name.strip() if name else ""
-        if not name or not bare:
+        stripped_name = name.strip() if name else ""
+        if not name or not stripped_name:
             hint = f"every <{kind}> needs a name of its own"
             self.fail("name-missing", f"a {kind} without a name", element, hint)
         self.owner = (kind, name)
-        if name != bare:
+        if name != stripped_name:
             message = "the name begins or ends with a blank, which is kept"
             self.warn("name-blank", message, element.sourceline)
         if name in taken:
             siblings = element.getparent().iterchildren(kind)
-            first = next(sibling for sibling in siblings if sibling.get("name") == name)
-            if _write_canonically(first) == _write_canonically(element):
+            first_sibling = next(sibling for sibling in siblings if sibling.get("name") == name)
+            if _write_canonically(first_sibling) == _write_canonically(element):
                 self.warn_of_double("robot", element)
                 return None
             message = f"two {kind}s are called '{name}'; the first is in line {taken[name].line}"
@@ -89,19 +89,19 @@ class Reading(Messages):
         """Return the children of an element by tag, the first of each; report the others."""
         tag = element.tag
         readable = ELEMENTS[tag].children
-        parts: dict[str, Any] = {}
-        unknown: list[Any] = []
+        children_by_tag: dict[str, Any] = {}
+        unknown_children: list[Any] = []
         for child in element[:]:  # faster than its iterator
-            name = child.tag
-            if name not in readable:
-                unknown.append(child)
-            elif name in parts:
+            child_tag = child.tag
+            if child_tag not in readable:
+                unknown_children.append(child)
+            elif child_tag in children_by_tag:
                 self.warn_of_double(tag, child)
             else:
-                parts[name] = child
-        if unknown:
-            self.unknown_children(tag, unknown, readable)
-        return parts
+                children_by_tag[child_tag] = child
+        if unknown_children:
+            self.unknown_children(tag, unknown_children, readable)
+        return children_by_tag
 
     def values(self, element: Any, lenient: str = "") -> dict[str, Any]:
         """Return the attributes that an element states, by ``ELEMENTS``; report the others.
@@ -115,40 +115,42 @@ class Reading(Messages):
             ConversionError: A number is missing, or cannot be read.
         """
         tag = element.tag
-        counts, required, children, _ = ELEMENTS[tag]
+        counts_by_attribute, required, children, _ = ELEMENTS[tag]
         values: dict[str, Any] = {}
-        stated: list[tuple[str, str]] = element.items()
-        for attribute, text in stated:
+        stated_attributes: list[tuple[str, str]] = element.items()
+        for attribute, attribute_text in stated_attributes:
             name = attribute
-            if name not in counts:
+            if name not in counts_by_attribute:
                 name = split_tag(name)[0]
-                if not is_drake(attribute) or name not in counts:
+                if not is_drake(attribute) or name not in counts_by_attribute:
                     continue
             try:
-                values[name] = self._convert(element, name, text, counts[name])
+                values[name] = self._convert(
+                    element, name, attribute_text, counts_by_attribute[name]
+                )
             except ConversionError as error:
                 if not lenient:
                     raise
                 self.warn_of_left_out(element, lenient, error)
                 values[name] = None
-        if len(values) < len(stated):
+        if len(values) < len(stated_attributes):
             self.unknown_attributes(element)
         if len(element) and not children:
             self.unknown_children(tag, element, ())
         for name in required:
             if name not in values:
-                self.fail_number(element, name, None, counts[name])
+                self.fail_number(element, name, None, counts_by_attribute[name])
         return values
 
-    def _convert(self, element: Any, attribute: str, text: str, count: int) -> Any:
+    def _convert(self, element: Any, attribute: str, attribute_text: str, n_numbers: int) -> Any:
         """Return the value of an attribute: a text, a number, or several."""
-        if count == TEXT:
-            return text
-        if count == 1:
-            return self.number(element, attribute, text)
-        return self.numbers(element, attribute, text, count)
+        if n_numbers == TEXT:
+            return attribute_text
+        if n_numbers == 1:
+            return self.number(element, attribute, attribute_text)
+        return self.numbers(element, attribute, attribute_text, n_numbers)
 
-    def number(self, element: Any, attribute: str, text: str) -> float:
+    def number(self, element: Any, attribute: str, attribute_text: str) -> float:
         """Return a finite number.
 
         Raises:
@@ -156,65 +158,77 @@ class Reading(Messages):
                 ``xacro-unexpanded``.
         """
         try:
-            value = float(text)
+            value = float(attribute_text)
         except ValueError:
             value = nan
-        if not (text.isascii() and isfinite(value)) or "_" in text:
-            self.fail_number(element, attribute, text, 1)
+        if not (attribute_text.isascii() and isfinite(value)) or "_" in attribute_text:
+            self.fail_number(element, attribute, attribute_text, 1)
         return value
 
-    def numbers(self, element: Any, attribute: str, text: str, count: int) -> tuple[float, ...]:
-        """Return ``count`` finite numbers; raise as ``number`` does."""
-        if text.isascii() and "_" not in text:
+    def numbers(
+        self, element: Any, attribute: str, attribute_text: str, n_numbers: int
+    ) -> tuple[float, ...]:
+        """Return ``n_numbers`` finite numbers; raise as ``number`` does."""
+        if attribute_text.isascii() and "_" not in attribute_text:
             try:
-                values = tuple(map(float, text.split()))
+                values = tuple(map(float, attribute_text.split()))
             except ValueError:
                 values = ()
-            if len(values) == count and all(map(isfinite, values)):
+            if len(values) == n_numbers and all(map(isfinite, values)):
                 return values
-            if attribute == "rpy" and len(values) > count and not any(values[count:]):
+            if attribute == "rpy" and len(values) > n_numbers and not any(values[n_numbers:]):
                 message = (
                     "rpy has zeros after its three numbers, which are left out, as Bullet does"
                 )
                 self.warn("number-zeros", message, element.sourceline)
-                return values[:count]
-        if text.count(",") == count - 1 > 0 and re.fullmatch(_COMMAS, text):
+                return values[:n_numbers]
+        if attribute_text.count(",") == n_numbers - 1 > 0 and re.fullmatch(_COMMAS, attribute_text):
             message = "numbers are separated by commas, which are read as blanks"
             self.warn("number-commas", message, element.sourceline)
-            return self.numbers(element, attribute, text.replace(",", " "), count)
-        return self.fail_number(element, attribute, text, count)
+            return self.numbers(element, attribute, attribute_text.replace(",", " "), n_numbers)
+        return self.fail_number(element, attribute, attribute_text, n_numbers)
 
-    def fail_number(self, element: Any, attribute: str, text: str | None, count: int) -> NoReturn:
-        """Raise the error for an attribute that has not ``count`` numbers."""
-        expected = "a number" if count == 1 else f"{count} numbers"
+    def fail_number(
+        self, element: Any, attribute: str, attribute_text: str | None, n_numbers: int
+    ) -> NoReturn:
+        """Raise the error for an attribute that has not ``n_numbers`` numbers."""
+        expected = "a number" if n_numbers == 1 else f"{n_numbers} numbers"
         subject = f"{self.where}: {attribute} of <{element.tag}>"
-        if text is None or not text.strip():
-            stated = element.findtext(attribute) or element.text or ""
+        if attribute_text is None or not attribute_text.strip():
+            text_in_element = element.findtext(attribute) or element.text or ""
             hint = f"give {expected}"
-            if stated.strip():  # as in SDF
-                hint = suggest_attributes(element.tag, {attribute: stated})
+            if text_in_element.strip():  # as in SDF
+                hint = suggest_attributes(element.tag, {attribute: text_in_element})
             self.fail("number-missing", f"{subject} is missing", element, hint)
-        self.check_expanded(element, attribute, text)
-        for word in text.split() if text.isascii() else [text]:
+        self.check_expanded(element, attribute, attribute_text)
+        for word in attribute_text.split() if attribute_text.isascii() else [attribute_text]:
             value = None
             with suppress(ValueError):
                 value = float(word) if word.isascii() and "_" not in word else None
             if value is None:
                 fault = f"{quote(word)} is not a number"
-                hint = _suggest_without_commas(text, count) or "write it as 1.5 or -2e-3"
+                hint = (
+                    _suggest_without_commas(attribute_text, n_numbers) or "write it as 1.5 or -2e-3"
+                )
             elif not isfinite(value):
                 fault, hint = "numbers must be finite", f"give {expected}"
             else:
                 continue
-            self.fail("number-invalid", f"{subject} is {quote(text)}: {fault}", element, hint)
-        message = f"{subject} is {quote(text)}: expected {expected}, got {len(text.split())}"
-        hint = f"give {expected}" + (", with blanks between them" if count > 1 else "")
+            self.fail(
+                "number-invalid",
+                f"{subject} is {quote(attribute_text)}: {fault}",
+                element,
+                hint,
+            )
+        n_stated = len(attribute_text.split())
+        message = f"{subject} is {quote(attribute_text)}: expected {expected}, got {n_stated}"
+        hint = f"give {expected}" + (", with blanks between them" if n_numbers > 1 else "")
         self.fail("number-count", message, element, hint)
 
-    def check_expanded(self, element: Any, attribute: str, text: str) -> None:
+    def check_expanded(self, element: Any, attribute: str, attribute_text: str) -> None:
         """Raise ConversionError if xacro has left an expression in a text."""
-        if "${" in text or "$(" in text:
-            message = f"{attribute}={quote(text)} of {self.where} was left by xacro"
+        if "${" in attribute_text or "$(" in attribute_text:
+            message = f"{attribute}={quote(attribute_text)} of {self.where} was left by xacro"
             self.fail("xacro-unexpanded", message, element)
 
     def origin(self, element: Any) -> Origin:
@@ -227,8 +241,8 @@ class Reading(Messages):
             return NO_ORIGIN
         quaternion = element.get("quat_xyzw") if self.quaternions else None
         if quaternion is None:
-            stated = self.values(element)
-            return Origin(stated.get("xyz", ZERO), stated.get("rpy", ZERO))
+            stated_values = self.values(element)
+            return Origin(stated_values.get("xyz", ZERO), stated_values.get("rpy", ZERO))
         self.unknown_attributes(element, also_read=("quat_xyzw",))
         self.unknown_children("origin", element, ())
         x, y, z, w = self.numbers(element, "quat_xyzw", quaternion, 4)
@@ -277,14 +291,14 @@ class Reading(Messages):
 def _write_canonically(element: Any) -> bytes:
     """Return an element in canonical XML, without comments and without blanks around texts."""
     options: dict[str, Any] = {"method": "c14n2", "strip_text": True, "with_comments": False}
-    text: bytes = etree.tostring(element, with_tail=False, **options)
-    return text
+    canonical_xml: bytes = etree.tostring(element, with_tail=False, **options)
+    return canonical_xml
 
 
-def _suggest_without_commas(text: str, count: int) -> str | None:
+def _suggest_without_commas(attribute_text: str, n_numbers: int) -> str | None:
     """Return a hint about commas in numbers."""
-    if "," not in text:
+    if "," not in attribute_text:
         return None
-    if count > 1 and len(text.replace(",", " ").split()) == count:
+    if n_numbers > 1 and len(attribute_text.replace(",", " ").split()) == n_numbers:
         return "numbers are separated by blanks, not commas"
     return "write decimals with a point"

@@ -28,46 +28,55 @@ def read_text(file: str) -> str:
         return ""
 
 
-def find_declaration(kind: str, name: str, names: Iterable[str]) -> tuple[str, int] | None:
+def find_declaration(
+    element_tag: str, element_name: str, file_names: Iterable[str]
+) -> tuple[str, int] | None:
     """Return the file and line of an element's declaration, if there is only one.
 
     A name with an expression, such as ``${side}_knee``, may be the name if no declaration has
     exactly the name.
 
     Args:
-        kind: The tag of the element, such as ``link``.
-        name: The value of its attribute ``name``.
-        names: The files.
+        element_tag: The tag of the element, such as ``link``.
+        element_name: The value of its attribute ``name``.
+        file_names: The files.
     """
-    exact, possible = [], []
-    for file in names if 0 < len(name) <= _MAX_LETTERS else ():
-        text = read_text(file)
-        for tag in re.finditer(rf"<{kind}\s[^<>]*", text):
-            declared = NAME_ATTRIBUTE.search(tag[0])
-            if declared is None or (kind == "joint" and not re.search(r"\stype\s*=", tag[0])):
+    exact_matches, possible_matches = [], []
+    for file_name in file_names if 0 < len(element_name) <= _MAX_LETTERS else ():
+        file_text = read_text(file_name)
+        for tag_match in re.finditer(rf"<{element_tag}\s[^<>]*", file_text):
+            declared = NAME_ATTRIBUTE.search(tag_match[0])
+            if declared is None or (
+                element_tag == "joint" and not re.search(r"\stype\s*=", tag_match[0])
+            ):
                 continue  # a joint of a <transmission> has no type
-            place = file, text.count("\n", 0, tag.start()) + 1
-            parts = [re.escape(part) for part in _EXPRESSION.split(declared[1])]
-            if declared[1] == name:
-                exact.append(place)
-            elif len(parts) <= _MAX_PARTS and re.fullmatch(".*".join(parts), name):
-                possible.append(place)
-    places = exact or possible
-    return places[0] if len(places) == 1 else None
+            declaration = file_name, file_text.count("\n", 0, tag_match.start()) + 1
+            fixed_parts = [re.escape(fixed_part) for fixed_part in _EXPRESSION.split(declared[1])]
+            if declared[1] == element_name:
+                exact_matches.append(declaration)
+            elif len(fixed_parts) <= _MAX_PARTS and re.fullmatch(
+                ".*".join(fixed_parts), element_name
+            ):
+                possible_matches.append(declaration)
+    declarations = exact_matches or possible_matches
+    return declarations[0] if len(declarations) == 1 else None
 
 
 def locate(
-    kind: str, name: str, names: Iterable[str], file: str, line: int | None
+    element_tag: str, element_name: str, file_names: Iterable[str], file: str, line: int | None
 ) -> tuple[str, int | None]:
     """Return the file and line of an element, in the files that a user has written.
 
     Args:
-        kind: The tag of the element.
-        name: Its name.
-        names: The files from which xacro has made the text that was read.
+        element_tag: The tag of the element.
+        element_name: Its name.
+        file_names: The files from which xacro has made the text that was read.
         file: The name of that text; it ends with ``EXPANDED`` if xacro has made it.
         line: The line of the element in that text.
     """
     if not file.endswith(EXPANDED):
         return file, line
-    return find_declaration(kind, name, names) or (file.removesuffix(EXPANDED), None)
+    return find_declaration(element_tag, element_name, file_names) or (
+        file.removesuffix(EXPANDED),
+        None,
+    )

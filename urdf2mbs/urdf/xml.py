@@ -34,37 +34,40 @@ _COMMENT = rb"(?s)<!--(.*?)(?:-->|(\Z))"  # the second group: it is not closed
 _ENCODING = rb"""encoding\s*=\s*["']([A-Za-z0-9._-]+)["']"""
 
 
-def parse(data: bytes, file: str) -> tuple[Any, list[Slip]]:
+def parse(xml_bytes: bytes, file: str) -> tuple[Any, list[Slip]]:
     """Return the root element of an XML text, and the slips that were fixed or forgiven.
 
     Args:
-        data: The text.
+        xml_bytes: The text.
         file: The name of its file, for messages.
 
     Raises:
         ConversionError: ``file-empty``, ``not-xml``, ``merge-conflict``, ``xml-syntax``,
             ``xml-truncated``, ``xml-entity``, ``xml-too-large``.
     """
-    if not data.strip(BLANK):
+    if not xml_bytes.strip(BLANK):
         raise ConversionError("file-empty", "the file is empty", file=file)
-    root, log, error = _attempt(data)
+    root_element, error_log, syntax_error = _try_parsing(xml_bytes)
     slips: list[Slip] = []
-    if error is not None and not _has_only_prefixes(log):
-        data, slips = fix_slips(data)
+    if syntax_error is not None and not _has_only_prefixes(error_log):
+        xml_bytes, slips = fix_slips(xml_bytes)
         if slips:
-            root, log, error = _attempt(data)
-    if error is not None:
-        if not _has_only_prefixes(log):
+            root_element, error_log, syntax_error = _try_parsing(xml_bytes)
+    if syntax_error is not None:
+        if not _has_only_prefixes(error_log):
             is_config = file.lower().endswith((".yaml", ".yml"))
             hint = _CONFIG.format(file) if is_config else _BEGINNING
-            raise_syntax_error(data, file, error, log, hint)
+            raise_syntax_error(xml_bytes, file, syntax_error, error_log, hint)
         # old files use prefixes that they do not declare
-        slips += [Slip("xml-namespace", e.message.strip().rstrip("."), e.line) for e in log]
-        root = etree.fromstring(data, safe_parser(recover=True))
-    if root is None:
+        slips += [
+            Slip("xml-namespace", prefix_error.message.strip().rstrip("."), prefix_error.line)
+            for prefix_error in error_log
+        ]
+        root_element = etree.fromstring(xml_bytes, safe_parser(recover=True))
+    if root_element is None:
         raise ConversionError("xml-syntax", "there is no XML element in the file", file=file)
-    check_entities(root, file)
-    return root, slips
+    check_entities(root_element, file)
+    return root_element, slips
 
 
 def fix_slips(data: bytes) -> tuple[bytes, list[Slip]]:
@@ -90,95 +93,101 @@ class _Fixer:
         """Return the text without the slips, which are added to ``slips``."""
         self._remove_final_nulls()
         self._comments = [match.span() for match in re.finditer(_COMMENT, self.data)]
-        text = re.sub(_DECLARATION, self._fix_declaration, self.data)
-        text = re.sub(_COMMENT, self._fix_comment, text)
+        fixed_bytes = re.sub(_DECLARATION, self._fix_declaration, self.data)
+        fixed_bytes = re.sub(_COMMENT, self._fix_comment, fixed_bytes)
         if self._encoding is not None:
             declaration = b'<?xml version="1.0" encoding="' + self._encoding + b'"?>'
-            text = text[: self._start] + declaration + text[self._start :]
-        if re.search(_ENCODING, text[:200]) or _is_utf_8(text):
-            return text
-        without_comments = re.sub(_COMMENT, _blank_comment, text)
+            fixed_bytes = fixed_bytes[: self._start] + declaration + fixed_bytes[self._start :]
+        if re.search(_ENCODING, fixed_bytes[:200]) or _is_utf_8(fixed_bytes):
+            return fixed_bytes
+        without_comments = re.sub(_COMMENT, _blank_comment, fixed_bytes)
         if not _is_utf_8(without_comments):
-            return text
-        comments = re.finditer(_COMMENT, text)
+            return fixed_bytes
+        comments = re.finditer(_COMMENT, fixed_bytes)
         position = next(match.start() for match in comments if not _is_utf_8(match[1]))
-        self._add("there are letters within a comment that are not UTF-8", position)
+        self._add_slip("there are letters within a comment that are not UTF-8", position)
         return without_comments
 
-    def _add(self, message: str, position: int) -> None:
+    def _add_slip(self, message: str, position: int) -> None:
         """Add a slip at a position (bytes) of the text."""
         self.slips.append(Slip("xml-mended", message, bisect_left(self._line_ends, position)))
 
     def _remove_final_nulls(self) -> None:
-        bare = self.data.rstrip(BLANK)
-        if b"\0" in self.data[len(bare) :] and b"\0" not in bare:  # in UTF-16 a letter has one
-            self._add("the file ends in NUL bytes", len(bare))
-            self.data = bare.ljust(len(self.data))
+        content = self.data.rstrip(BLANK)
+        # in UTF-16 each letter has a NUL byte
+        if b"\0" in self.data[len(content) :] and b"\0" not in content:
+            self._add_slip("the file ends in NUL bytes", len(content))
+            self.data = content.ljust(len(self.data))
 
-    def _fix_declaration(self, match: re.Match[bytes]) -> bytes:
+    def _fix_declaration(self, declaration: re.Match[bytes]) -> bytes:
         """Return a declaration, or blanks if it is misplaced or has a wrong version."""
-        position = match.start()
-        number = bisect_left(self._comments, (position,))
-        if number and position < self._comments[number - 1][1]:
-            return match[0]  # it is within a comment
-        version, encoding = re.search(_VERSION, match[1]), re.search(_ENCODING, match[1])
+        position = declaration.start()
+        comment_index = bisect_left(self._comments, (position,))
+        if comment_index and position < self._comments[comment_index - 1][1]:
+            return declaration[0]  # it is within a comment
+        version_match = re.search(_VERSION, declaration[1])
+        encoding_match = re.search(_ENCODING, declaration[1])
         if position != self._start:
-            first = len(self.data) - len(self.data[self._start :].lstrip())
-            before = "there is something" if first < position else "there are blanks"
-            message = f"<?xml ...?> is not at the very beginning of the file: {before} before it"
-            self._add(message, position)
-        elif version is None:
-            self._add("<?xml ...?> says no version", position)
-        elif not version[1].startswith(b"1."):
-            number_text = version[1].decode("ascii", "replace")
-            self._add(f"there is no XML version {number_text!r}: 1.0 is read", position)
-        elif version[1] == b"1.0":
-            return match[0]
-        self._encoding = self._encoding or (encoding[1] if encoding else None)
-        return _blank(match[0])
+            content_start = len(self.data) - len(self.data[self._start :].lstrip())
+            preceding_text = (
+                "there is something" if content_start < position else "there are blanks"
+            )
+            message = (
+                f"<?xml ...?> is not at the very beginning of the file: {preceding_text} before it"
+            )
+            self._add_slip(message, position)
+        elif version_match is None:
+            self._add_slip("<?xml ...?> says no version", position)
+        elif not version_match[1].startswith(b"1."):
+            number_text = version_match[1].decode("ascii", "replace")
+            self._add_slip(f"there is no XML version {number_text!r}: 1.0 is read", position)
+        elif version_match[1] == b"1.0":
+            return declaration[0]
+        self._encoding = self._encoding or (encoding_match[1] if encoding_match else None)
+        return _replace_by_blanks(declaration[0])
 
-    def _fix_comment(self, match: re.Match[bytes]) -> bytes:
+    def _fix_comment(self, comment: re.Match[bytes]) -> bytes:
         """Return a comment, or blanks in it if it is too long or has ``--`` in it."""
-        if match[2] is not None:
-            return match[0]
-        if len(match[1]) > _MAX_COMMENT:
-            self._add("a comment has more than 10,000,000 letters", match.start())
-            return b"<!--" + b"\n" * match[1].count(b"\n") + b"-->"
-        if b"--" not in match[1] and not match[1].endswith(b"-"):
-            return match[0]
-        self._add("there is a '--' within a comment", match.start())
-        return _blank_comment(match)
+        if comment[2] is not None:
+            return comment[0]
+        if len(comment[1]) > _MAX_COMMENT:
+            self._add_slip("a comment has more than 10,000,000 letters", comment.start())
+            return b"<!--" + b"\n" * comment[1].count(b"\n") + b"-->"
+        if b"--" not in comment[1] and not comment[1].endswith(b"-"):
+            return comment[0]
+        self._add_slip("there is a '--' within a comment", comment.start())
+        return _blank_comment(comment)
 
 
-def _attempt(data: bytes) -> tuple[Any, list[Any], etree.XMLSyntaxError | None]:
+def _try_parsing(data: bytes) -> tuple[Any, list[Any], etree.XMLSyntaxError | None]:
     """Return the root element of a text, or the log of its errors and the last one."""
     parser = safe_parser()
     try:
         return etree.fromstring(data, parser), [], None
     except etree.XMLSyntaxError as error:
         # an exception's own log also has the errors of other parsers
-        entries: Any = parser.error_log
-        return None, list(entries), error
+        error_log: Any = parser.error_log
+        return None, list(error_log), error
 
 
-def _has_only_prefixes(log: list[Any]) -> bool:
+def _has_only_prefixes(error_log: list[Any]) -> bool:
     """Return True if all errors are prefixes that are not declared."""
-    return bool(log) and all(entry.domain_name == "NAMESPACE" for entry in log)
+    return bool(error_log) and all(entry.domain_name == "NAMESPACE" for entry in error_log)
 
 
-def _blank(text: bytes) -> bytes:
+def _replace_by_blanks(replaced_bytes: bytes) -> bytes:
     """Return blanks in place of a text, with its line ends."""
-    return re.sub(rb"[^\r\n]", b" ", text)
+    return re.sub(rb"[^\r\n]", b" ", replaced_bytes)
 
 
-def _blank_comment(match: re.Match[bytes]) -> bytes:
-    end = b"-->" if match[2] is None else b""
-    return b"<!--" + _blank(match[1]) + end
+def _blank_comment(comment: re.Match[bytes]) -> bytes:
+    comment_end = b"-->" if comment[2] is None else b""
+    return b"<!--" + _replace_by_blanks(comment[1]) + comment_end
 
 
-def _is_utf_8(text: bytes) -> bool:
+def _is_utf_8(encoded_text: bytes) -> bool:
     try:
-        text.decode("utf-8")
+        encoded_text.decode("utf-8")
     except UnicodeDecodeError:
         return False
     return True
