@@ -41,7 +41,7 @@ class Settings(msgspec.Struct, frozen=True):
     folder: Path = Path()
     """The folder of the config; the paths in the config are relative to it."""
     fresh: bool = False
-    """Whether to start over, without what people changed in the .mbs."""
+    """Whether to start over, without the user's edits of the .mbs."""
 
 
 class Step(msgspec.Struct):
@@ -265,7 +265,7 @@ class Conversion(msgspec.Struct, eq=False):
     """Shows what a pass that takes long is doing; by default, nothing is shown."""
 
     def __setattr__(self, name: str, value: Any) -> None:
-        """Set a field; refuse what is not a field, which would be lost without a word."""
+        """Set a field; raise an error for another attribute, which would be lost silently."""
         if name not in self.__struct_fields__:
             state = f"conversion.state(Class).{name} keeps data of a plugin"
             remedies = [nearest(name, self.__struct_fields__), state]
@@ -417,7 +417,7 @@ class Conversion(msgspec.Struct, eq=False):
 
         Args:
             code: The code of the message; the plugin's ``urdf2mbs_codes`` has it.
-            message: What is wrong, in one sentence.
+            message: The fault, in one sentence.
             link: The URDF link that the message is about.
             joint: The URDF joint that the message is about.
             hint: What to do; by default, what the meaning of the code says.

@@ -48,7 +48,7 @@ class Pass(msgspec.Struct, forbid_unknown_fields=True):
     """The name of the pass in a config; by default that of the class: ``LockJoints`` is
     ``lock-joints``."""
     reads: ClassVar[tuple[str, ...]] = ()
-    """The sections that the pass uses for what it writes, or says."""
+    """The sections from which the pass makes its result or its messages."""
     writes: ClassVar[tuple[str, ...]] = ()
     """The sections that the pass fills or changes."""
     after: ClassVar[tuple[str, ...]] = ()
@@ -84,7 +84,7 @@ def always(conversion: Conversion, given: bool) -> bool:
 
 
 def asked(conversion: Conversion, given: bool) -> bool:
-    """Return whether the config gives the pass options, or names the pass."""
+    """Return whether the config names the pass or sets its options."""
     return given
 
 
@@ -106,8 +106,8 @@ class PassEntry(msgspec.Struct, frozen=True):
     after: tuple[str, ...]
     """As ``Pass.after``."""
     work: Callable[[Conversion, bool], bool] = asked
-    """Return whether the pass has something to do with the conversion as it stands.  The second
-    argument is True if the config gives the pass options, or names the pass."""
+    """Return whether the pass has work in the current conversion.  The second argument is True if
+    the config names the pass or sets its options."""
     presets: tuple[str, ...] = ()
     """The presets that the pass joins, and those that extend them; empty: all."""
     kind: type[Pass] | None = None
@@ -269,7 +269,7 @@ def urdf2mbs_locate(source: str) -> Located | None:
 def urdf2mbs_read(
     source: Path, data: bytes, packages: Packages, args: Mapping[str, str], trust: bool
 ) -> Expansion | None:
-    """Return the URDF that a robot's file stands for; None: it is not of this plugin's format.
+    """Return the URDF of a robot's file; None: it is not of this plugin's format.
 
     Args:
         source: The file.
@@ -300,7 +300,7 @@ def urdf2mbs_summary(conversion: Conversion) -> Summary | None:
 
 @hookspec
 def urdf2mbs_find_faults(conversion: Conversion) -> None:
-    """Warn of what is wrong with a robot, for ``lint``.
+    """Warn of the faults of a robot, for ``lint``.
 
     Args:
         conversion: A conversion whose robot has been read and changed, but has no base yet.

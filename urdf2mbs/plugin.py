@@ -1,6 +1,6 @@
 """All that a plugin imports, ours as anybody's: one door, stable from version to version.
 
-What stands in ``__all__`` keeps its name and meaning within one ``VERSION``.  Before a name goes,
+Each name in ``__all__`` keeps its name and meaning within one ``VERSION``.  Before a name goes,
 it warns for one minor release (``DeprecationWarning``; a hook by pluggy's ``warn_on_impl``).
 Everything else in the package may change from one day to the next.
 

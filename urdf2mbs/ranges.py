@@ -12,7 +12,7 @@ from typing import Annotated, Any
 
 from msgspec import Meta
 
-#: Largest deviation, relative to what is compared, up to which two descriptions may be the same.
+#: Largest deviation, relative to the compared value, up to which two descriptions may be the same.
 #: Beyond it, robots that anyone can tell apart would be the same.
 LARGEST_TOLERANCE = 1e-3
 Tolerance = Annotated[float, Meta(gt=0.0, le=LARGEST_TOLERANCE)]

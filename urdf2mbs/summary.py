@@ -64,8 +64,8 @@ class Report(msgspec.Struct):
     left_out: dict[str, dict[str, dict[str, Any]]]
     """The numbers of URDF joints that are not in the .mbs: by joint, part and name."""
     verdict: str
-    """``NOT CHECKED``, ``NOT the same robot``, or ``the same robot`` with what it is but for, and
-    what was not compared."""
+    """``NOT CHECKED``, ``NOT the same robot``, or ``the same robot`` with the exceptions: intended
+    changes, and properties that were not compared."""
     proof: Proof | None
     """The result of ``check``; None: it did not run."""
     diagnostics: list[Diagnostic]

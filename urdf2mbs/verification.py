@@ -167,8 +167,9 @@ def verify_config(
 ) -> Verdict:
     """Compare the robot that the passes of a config make with an .mbs.
 
-    The passes run as in a conversion that starts over, and nothing is written.  What they change
-    of the robot on purpose, hold, drive and name is what the .mbs should have.
+    The passes run as in a conversion that starts over, and nothing is written.  The .mbs should
+    have the changes that the passes make on purpose, the joints that they lock and drive, and the
+    names that they give.
 
     Args:
         config: The config.
@@ -284,7 +285,7 @@ def _check_tolerance(tolerance: float) -> None:
 
 
 def _read_robot(source: str, mbs: Mbs, intent: Intent, fields: dict[str, Any]) -> Conversion:
-    """Read a robot, with the base of an .mbs and what was changed on purpose.
+    """Read a robot, with the base of an .mbs and the intended changes.
 
     Args:
         source: The robot's file.

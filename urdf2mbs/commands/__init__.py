@@ -1,6 +1,6 @@
 """Reads a command line, carries it out, and prints the error that ends it.
 
-Each command is a file: its options, and what it does and prints.  Help lists the commands from the
+Each command is a file: its options, its function and its output.  Help lists the commands from the
 table below; only the file of the named command is imported, so that help is shown at once.
 """
 
@@ -103,7 +103,7 @@ def _print_error(error: Exception, *, as_json: bool) -> int:
 
 
 def _close_stdout() -> None:
-    """Discard what is still written to standard output, also when the process ends."""
+    """Discard any further standard output, also when the process ends."""
     with suppress(OSError, ValueError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 

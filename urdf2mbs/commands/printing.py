@@ -27,7 +27,7 @@ def print_summary(
 
     Args:
         conversion: The conversion.
-        report: What it has counted.
+        report: The report of the conversion.
         outcome: Where the result is, such as ``"written to robot.mbs"``.
         verbose: Whether to print notes and counts, too.
         elsewhere: Where the warnings are shown instead, such as ``"the page shows them"``.

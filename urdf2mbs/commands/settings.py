@@ -1,4 +1,4 @@
-"""Options that several commands have, and the ``Config`` that a command line stands for."""
+"""Options that several commands have, and the ``Config`` that they form."""
 
 from __future__ import annotations
 
@@ -119,7 +119,7 @@ def read_config(file: Path, arguments: argparse.Namespace) -> tuple[Config, Line
 
 
 def without_config(robot: str, output: Any, arguments: argparse.Namespace) -> tuple[Config, Lines]:
-    """Return the config that a command line stands for, which names a robot."""
+    """Return the config of a command line that names a robot."""
     if robot == "-":
         robot = files.take_stdin()
     return config_of({"source": robot, "output": output, **choose_fields(arguments)})
@@ -144,7 +144,7 @@ def robot_or_config(arguments: argparse.Namespace) -> tuple[Config, Lines]:
 
 
 def refuse(arguments: argparse.Namespace, names: Iterable[str], why: str) -> None:
-    """Raise ConfigError if one of some options is given; ``why`` says what it is for."""
+    """Raise ConfigError if one of some options is given; ``why`` says when it applies."""
     for option_name in names:
         if getattr(arguments, option_name) not in (None, False, []):
             raise ConfigError("usage", f"--{option_name.replace('_', '-')} is for {why}")

@@ -11,7 +11,7 @@ from pathlib import Path
 from urdf2mbs.engine.output import write_files
 from urdf2mbs.messages.diagnostics import ConfigError
 
-#: The name that stands for standard input or output.
+#: The name of standard input or output on a command line.
 STREAM = "-"
 
 

@@ -100,7 +100,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
 
 
 def _print_verdict(verdict: Verdict, arguments: argparse.Namespace) -> None:
-    """Print what was compared, the differences, the warnings, and the verdict."""
+    """Print the compared properties, the differences, the warnings, and the verdict."""
     _print_match(verdict)
     if _is_of_config(arguments):
         print(f"  the robot is that of {arguments.robot}; the model is {near(Path(verdict.model))}")

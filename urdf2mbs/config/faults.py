@@ -74,7 +74,7 @@ def take_faults(
 def _describe(
     schema_error: ValidationError, config_lines: Lines, block_key: Key
 ) -> Iterator[ConfigError]:
-    """Yield the faults that an error of jsonschema stands for."""
+    """Yield the faults that cause an error of jsonschema."""
     faulty_key = (*block_key, *schema_error.absolute_path)
     match schema_error.validator:
         case "anyOf":

@@ -15,7 +15,7 @@ Key = tuple[str | int, ...]
 
 
 class Lines(msgspec.Struct):
-    """The line of each value of a config file, and what is wrong with the config."""
+    """The line of each value of a config file, and the faults of the config."""
 
     file: Path | None = None
     """The config file; None: the config comes from a command line or a call."""
@@ -24,7 +24,7 @@ class Lines(msgspec.Struct):
     folder: Path = Path()
     """The folder of the relative paths in the config."""
     faults: list[ConfigError] = []
-    """What is wrong with the config as far as it has been read; ``check`` raises it."""
+    """The faults in the part of the config that has been read; ``check`` raises them."""
     overridden: set[Key] = set()
     """The values that a command line or a call has set, and not the file."""
 

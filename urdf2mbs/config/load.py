@@ -86,7 +86,7 @@ def config_of(
         source: A robot, a config file, a ``Config``, or a mapping of its fields.
         fields: Fields of ``Config`` that override those of the source.  A block of keys, such as
             ``xacro_args``, changes the block of the source; of ``passes``, the block of each pass.
-            A path may stand for a text, any sequence for a list.
+            A path is allowed in place of a text, any sequence in place of a list.
 
     Raises:
         ConfigError: A value is wrong.  With a config file, wrong values become faults of the lines.
@@ -172,7 +172,7 @@ def _override(config_data: dict[str, Any], fields: dict[str, Any], config_lines:
 
 
 def _read_fields(struct_class: Any, plain_data: Any, config_lines: Lines, block_key: Key) -> Any:
-    """Convert data into an instance of a Struct, without what is wrong, which becomes faults.
+    """Convert data into an instance of a Struct; wrong values are left out and become faults.
 
     A key that is nearly a known one is read as the known one.  Raises ConfigError if nothing can
     be read.

@@ -15,7 +15,7 @@ Number = Annotated[int, Meta(ge=-(10**15), le=10**15)] | Annotated[float, Meta(g
 #: The level of a message.
 Level = Literal["error", "warning", "note", "ignore"]
 
-#: A name or a path.  An empty text would stand for the folder of the config.
+#: A name or a path.  An empty text would be the folder of the config.
 Name = Annotated[str, Meta(min_length=1)]
 
 

@@ -1,4 +1,4 @@
-"""Parses the YAML of a config, with the line of each value, and explains what is not YAML."""
+"""Parses the YAML of a config, with the line of each value, and explains syntax errors."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ _EXPLANATIONS = [
 
 
 def parse_value(value_text: str) -> Any:
-    """Return a value of a command line: what it means as YAML, or the text itself."""
+    """Return a value of a command line, parsed as YAML; the text itself if it is not YAML."""
     try:
         return parse_yaml(value_text, None)[0]
     except ConfigError:

@@ -1,4 +1,4 @@
-"""Parse XML files that may come from anywhere, and explain what is wrong with one, by line."""
+"""Parse XML files that may come from anywhere, and explain syntax errors, with their line."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Explanation(NamedTuple):
     """An error of libxml2 in words for the user."""
 
     reason: str
-    """What is wrong; ``{0}`` is the first group of ``pattern``."""
+    """The fault; ``{0}`` is the first group of ``pattern``."""
     hint: str | None = None
     """What to do."""
     pattern: str = ""

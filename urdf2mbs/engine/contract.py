@@ -139,7 +139,7 @@ def find_stale(
 
     Args:
         pass_class: The pass.
-        altered: The sections of which the pass changed what was there.
+        altered: The sections whose earlier parts the pass changed or removed.
         earlier_passes: The passes that ran before it.
 
     Returns:
@@ -205,7 +205,7 @@ def record_change(
     plugin_name: str,
     declared: bool,
 ) -> None:
-    """Record what has changed of the robot; the inserted base is no part of the URDF.
+    """Record the changes of the robot; the inserted base is no part of the URDF.
 
     Args:
         conversion: The conversion, with the robot as it is now.
@@ -215,7 +215,7 @@ def record_change(
         declared: Whether the code declares to write the robot.
 
     Raises:
-        ConversionError: ``plugin-robot-broken``, the robot holds what no URDF can hold.
+        ConversionError: ``plugin-robot-broken``, the robot has a value that no URDF can have.
     """
     robot, inserted = conversion.robot, conversion.base.inserted
     base_names = {inserted, robot.joints[inserted].parent} if inserted in robot.joints else set()

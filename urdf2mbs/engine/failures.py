@@ -26,7 +26,7 @@ def naming_plugin(
 
     Args:
         plugins: The plugins that are loaded.
-        describe: Returns what has failed, as the subject of a sentence, for the name of a plugin.
+        describe: Returns the subject of the message, given the name of the plugin that failed.
         conversion: The conversion; None while its config is read.
 
     Raises:
@@ -54,7 +54,7 @@ def naming_pass(
 
     Args:
         entry: The pass.
-        conversion: What it changes.
+        conversion: The conversion that the pass changes.
         earlier: The passes that ran before it.
 
     Raises:

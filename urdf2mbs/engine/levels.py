@@ -35,7 +35,7 @@ def apply_levels(
             _, _, remedy = plugins.codes.get(diagnostic.code, "").partition(". ")
             hint = (remedy[:1].lower() + remedy[1:].rstrip(".")).replace("`", "'") or None
         if user_level != diagnostic.level and "--level" in (hint or ""):
-            hint = None  # a hint never recommends what is already set
+            hint = None  # a hint never recommends a level that is set already
         if user_level != "ignore":
             leveled_diagnostics.append(
                 msgspec.structs.replace(diagnostic, level=user_level, hint=hint)

@@ -55,10 +55,10 @@ class ConfiguredPass:
         self.key = config_key
         self.swapped = swapped
         self.given = bool(options) or swapped or named
-        """Whether the config gives the pass options, or names the pass."""
+        """Whether the config names the pass or sets its options."""
         self._config_lines = config_lines
         if options:
-            _ = self.pass_  # raises what is wrong with the options
+            _ = self.pass_  # raises the faults of the options
 
     @property
     def name(self) -> str:
@@ -80,7 +80,7 @@ class ConfiguredPass:
 def resolve(config: Config, config_lines: Lines, plugins: Plugins) -> list[ConfiguredPass]:
     """Return the passes of a config, chosen, placed and with their options.
 
-    What is wrong with single passes becomes faults of the lines.
+    Errors of single passes become faults of the lines.
 
     Raises:
         ConfigError: The pipeline as a whole cannot be resolved.
@@ -310,7 +310,7 @@ def _explain_missing(
 
 
 def _list_dependent(passes: Sequence[ConfiguredPass]) -> list[str]:
-    """Return the passes that have to be left out, as no pass writes what they need."""
+    """Return the passes that have to be left out, as no pass writes a section that they need."""
     written_sections: set[str] = set()
     dependent_passes: list[str] = []
     for configured_pass in passes:

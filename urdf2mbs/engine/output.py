@@ -172,7 +172,7 @@ def write_files(
         )
         for target, temporary_file in temporary_files.items():
             with _naming_path(target):
-                os.replace(temporary_file, target)  # noqa: PTH105  tests stand in for it
+                os.replace(temporary_file, target)  # noqa: PTH105  tests replace it
     for file_path in obsolete:
         with _naming_path(file_path):
             if (

@@ -39,7 +39,7 @@ class Pipeline:
         config: The config.
         config_lines: The line of each value of the config.
         installed_plugins: Whether the plugins of other installed packages take part.
-        fresh: Whether to start over, and forget what people changed in the .mbs.
+        fresh: Whether to start over, and discard the user's edits of the .mbs.
 
     Raises:
         ConfigError: The config is wrong; with all its faults in the order of their lines.
@@ -96,7 +96,7 @@ class Pipeline:
         return plugin_files
 
     def _resolve_passes(self, load_installed: bool) -> None:
-        """Load the plugins and choose the passes; what is wrong becomes faults of the lines."""
+        """Load the plugins and choose the passes; errors become faults of the lines."""
         config_lines = self._config_lines
         with config_lines.gather():
             self.plugins = load_plugins(self._plugin_files, installed=load_installed)
@@ -108,7 +108,7 @@ class Pipeline:
             n_earlier_faults = len(config_lines.faults)
             self.passes = resolve(self._config, config_lines, self.plugins)
             for fault in config_lines.faults[n_earlier_faults:]:
-                # what is missing may be in a plugin that was left out
+                # a plugin that was left out may have the missing pass
                 broken_plugins = map(str, self.plugins.broken)
                 fault.hint = "\n  ".join([fault.hint or "", *broken_plugins]).lstrip() or None
 
@@ -263,7 +263,7 @@ class Pipeline:
         conversion: Conversion,
         finished_passes: Sequence[ConfiguredPass],
     ) -> None:
-        """Run a pass, and check what it has changed.
+        """Run a pass, and check its changes.
 
         Args:
             configured_pass: The pass, with its options.
@@ -298,7 +298,7 @@ class Pipeline:
         """Call a hook around a pass, of all plugins and observers.
 
         Raises:
-            ConversionError: A plugin's hook failed, or changed what is for reading.
+            ConversionError: A plugin's hook failed, or changed a read-only field.
         """
         listeners = [
             hook_relay

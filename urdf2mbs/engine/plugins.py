@@ -1,4 +1,4 @@
-"""Loads plugins, and collects what they bring: passes, presets, commands, codes, names."""
+"""Loads plugins, and collects their passes, presets, commands, codes, names."""
 
 from __future__ import annotations
 
@@ -187,7 +187,7 @@ class Plugins:
     def _add_plugin(
         self, plugin: Any, plugin_name: str, distribution: str, plugin_file: str
     ) -> None:
-        """Register a plugin and collect what it brings; a plugin with an error leaves nothing."""
+        """Register a plugin and collect its passes and commands, unless it has an error."""
         if plugin_name in self._plugin_files:
             loaded_file = self._plugin_files[plugin_name]
             message = f"two plugins are called '{plugin_name}': {loaded_file} and {plugin_file}"
@@ -383,7 +383,7 @@ def _list_hooks() -> list[str]:
 
 
 def _find_pass_fault(pass_class: type[Pass]) -> tuple[str, str]:
-    """Return what is wrong with a pass and what to do; two empty texts if nothing is wrong."""
+    """Return the fault of a pass and its remedy; two empty texts if the pass has no fault."""
     if not isinstance(pass_class.name, str) or not pass_class.name.strip():
         return "its name is not a word", "call it something like 'my-pass'"
     if pass_class.run is Pass.run:

@@ -170,7 +170,7 @@ def take_snapshot(conversion: Conversion) -> dict[str, Counter[bytes]]:
     """Return the parts of each section, as bytes that can be compared.
 
     Raises:
-        TypeError: A section holds what no file can hold.
+        TypeError: A section has a value that no file can hold.
         ValueError: Likewise.
     """
     section_parts = {

@@ -18,13 +18,13 @@ from urdf2mbs.urdf.reader import Located, stem
 def make_settings(
     config: Config, lines: Lines, hook: Any = None, *, fresh: bool = False
 ) -> Settings:
-    """Return the settings that a config stands for.
+    """Return the settings of a config, with absolute paths.
 
     Args:
         config: The config.
         lines: The line of each value of the config, and the folder of its relative paths.
         hook: The hooks of plugins, which find a robot by its name; None: the source is a file.
-        fresh: Whether to start over, and forget what people changed in the .mbs.
+        fresh: Whether to start over, and discard the user's edits of the .mbs.
 
     Raises:
         ConfigError: A path of the config is wrong, or no robot has the name.

@@ -2,7 +2,7 @@
 
 With X the pose of a body's parent in the base, p the anchor point and J_1, J_2, ... the motions of
 its joints, the pose of the body is ``X p J_1(q_1) J_2(q_2) ...``.  J is a rotation about, or a
-translation along, the axis x, y or z of the frame reached so far.
+translation along, the axis x, y or z of the frame after the joints before it.
 """
 
 from __future__ import annotations

@@ -9,7 +9,7 @@ import msgspec
 from urdf2mbs.spatial import ZERO, Pose, Sym, Vec
 
 #: Names that a file uses for the ground as a parent, whatever ``Base.name`` says, and for the point
-#: at a body's own frame.  In the model both are None, so that no name can be mistaken for them.
+#: at a body's own frame.  In the model both are None, so that they differ from every name.
 BASE = "base"
 ORIGIN = "origin"
 

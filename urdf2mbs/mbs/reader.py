@@ -99,13 +99,13 @@ class _Reader(ValueReader):
             ("body", BASE): "the ground",
             ("body", ORIGIN): "a body's own frame",
         }
-        """What has a name, for messages, by the kind and the name."""
+        """A label for messages of each named object, by its kind and its name."""
         self.elements: list[_Element] = []
         """The elements of the objects, by the numbers of their ``SourceElement``."""
         self.owner: str | None = None
         """The body whose points are read; None for the base."""
         self.points: dict[str | None, set[str]] = {None: set()}
-        """The names of the points of the base and of each body read so far."""
+        """The names of the points of the base and of each body that was read."""
 
     def read_model(self, root: _Element) -> model.Mbs:
         """Return the model of a file, from its root."""

@@ -34,7 +34,7 @@ class ValueReader:
     def __init__(self, data: bytes, file: str) -> None:
         self.data, self.file = data, file
         self._numbers: dict[str, float] = {}
-        """The numbers read so far, by their texts: most are repeated."""
+        """The numbers that were read, by their texts: most are repeated."""
 
     # --- texts and numbers ---
 
@@ -66,7 +66,7 @@ class ValueReader:
                 value = self._numbers[number_text] = float(number_text)
             except ValueError:
                 value = nan
-            # Python also reads what no file may contain: nan, 1_0, the digits of all scripts.
+            # Python also parses texts that an .mbs must not have: nan, 1_0, digits of all scripts.
             if (
                 not isfinite(value)
                 or len(element)

@@ -35,12 +35,12 @@ def write(mbs: Mbs) -> bytes:
     """Return the content of the .mbs file of a model: the same bytes for the same model.
 
     Bodies, joints and points are written in the order of the model, and numbers to the last digit.
-    What is None is left out; MBSysPad needs the ``drawing`` of every body, the 3D viewer needs
-    ``view``.
+    A value that is None is left out.  MBSysPad needs the ``drawing`` of every body, the 3D viewer
+    needs ``view``.
 
     Raises:
-        ValueError: The model has what no .mbs can hold: a number that is not finite, a character
-            that XML does not allow, a word that the format does not have, a body without a joint,
+        ValueError: The model is not valid: it has a number that is not finite, a character that
+            XML does not allow, a word that the format does not have, a body without a joint,
             or a sensor or force on a point of the base.
     """
     _check_model(mbs)
@@ -221,17 +221,17 @@ def _format_number(number: float) -> str:
 
 @lru_cache(4096)
 def _escape(text: str) -> str:
-    """Return a text with the characters replaced that XML gives a meaning."""
+    """Return a text with the special characters of XML escaped."""
     if _find_invalid_character(text):
         raise ValueError(f"an .mbs file cannot hold the name {text!r}")
     return text.translate(_ESCAPE_TABLE)
 
 
-# --- what no .mbs can hold ---
+# --- checks of the model ---
 
 
 def _check_model(mbs: Mbs) -> None:
-    """Raise a ValueError for what no .mbs can hold, other than numbers and characters."""
+    """Raise a ValueError for a model that is not valid, but for its numbers and characters."""
     for point in mbs.base.points:
         if point.sensor is not None or point.extforce is not None:
             raise ValueError(
