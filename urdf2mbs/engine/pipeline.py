@@ -118,14 +118,8 @@ class Pipeline:
         if not levels:
             return
         codes = self.plugins.codes
-        adjustable = {
-            unknown_code
-            for unknown_code, meaning in codes.items()
-            if not meaning.startswith("error:")
-        }
-        for unknown_code in [
-            unknown_code for unknown_code in levels if unknown_code not in adjustable
-        ]:
+        adjustable = {code for code, text in codes.items() if not text.startswith("error:")}
+        for unknown_code in [code for code in levels if code not in adjustable]:
             message = f"there is no '{unknown_code}' among the codes whose level can be changed"
             hint = nearest(unknown_code, adjustable) or "docs/diagnostics.md lists them"
             if unknown_code not in codes:
