@@ -47,6 +47,11 @@ ROBOTS: dict[str, tuple[Path, dict[str, dict[str, Any]]]] = {
             },
         },
     ),
+    # it stands, so that its motors have to hold it
+    "standing": (
+        CONFIGS / "biped.urdf.xacro",
+        {"contacts": {"links": ["*"]}, "posture": {"hold": {"frequency": 10}}},
+    ),
     # a loop that <gazebo> closes, and a mesh
     "lamp": (
         CONFIGS / "lamp.urdf",
