@@ -560,14 +560,14 @@ def add_body(robot: Robot, frames: Frames, body: ET.Element, coordinates: Collec
     name = body.findtext("bodyname", "base")
     parent = body.findtext("parent/bodyname"), body.findtext("parent/pointname")
     is_possible = parent in frames and (name, "origin") not in frames
-    require(is_possible, f"body {name!r} cannot be on {parent}")
+    require(is_possible, f"body {name!r}: its parent {parent} is unknown, or it is doubled")
     placed = frames[parent]
     for joint in body.iterfind("joint"):
         placed = add_mbs_joint(robot, joint, placed, coordinates)
     frames[name, "origin"] = placed
     for point in body.iterfind("point"):
         xyz, key = read_vector(point, "coordinates/"), (name, point.findtext("pointname"))
-        require(key not in frames or not any(xyz), f"point {key} is elsewhere")
+        require(key not in frames or not any(xyz), f"point {key} is doubled, at another position")
         frames[key] = placed._replace(frame=multiply(placed.frame, make_frame(AXES, xyz)))
     centre = make_frame(AXES, read_vector(body, "com/coordinates/"))
     tensor = read_vector(body, "inertia/I", TENSOR_KEYS)
@@ -581,7 +581,7 @@ def add_mbs_joint(
     """Add the group that a joint of an .mbs moves, and its facts; return the frame after it."""
     name, joint_type = joint.findtext("jointname", ""), joint.findtext("type", "")
     is_possible = name not in robot.groups and re.fullmatch("[TR][123]", joint_type) is not None
-    require(is_possible, f"{name!r} of {joint_type!r}")
+    require(is_possible, f"joint {name!r} of type {joint_type!r}: expected a new name, T1 to R3")
     kind, axis = joint_type[0], AXES[int(joint_type[1]) - 1]
     nature = joint.findtext("nature", "unknown")
     q, *velocities = read_vector(joint, "initialvalue/", SYMBOLS)

@@ -1,4 +1,4 @@
-"""The same robot with the fewest joints: a body for what moves as one, framed along its joint."""
+"""The same robot with the fewest joints: one body for each rigid group, aligned with its joint."""
 
 from typing import Any
 

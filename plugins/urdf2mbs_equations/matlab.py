@@ -1,7 +1,7 @@
 """The equations in MATLAB, for MBsysLab; GNU Octave runs them, too.
 
 Names, arguments and results are those of files that Robotran's generator wrote for public projects,
-in which there is no ``accelred`` and no ``link3D``.
+which have no ``accelred``, no ``invdynared`` and no ``link3D``.
 """
 
 from __future__ import annotations

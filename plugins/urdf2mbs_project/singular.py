@@ -8,7 +8,7 @@ A determinant cannot tell a singular matrix from that of a very light finger on 
 each joint is compared with its own inertia ``M[k, k]``.  First, a joint is singular if this is
 rounding only.  Then Cholesky's method eliminates the joints from the tips inwards::
 
-    M = | M_inner   c |    joint k is regular if  d > 1e-10 M[k, k]  is left of its inertia;
+    M = | M_inner   c |    joint k is regular if  d > 1e-10 M[k, k],  where d is left of M[k, k];
         |   c'      d |    then M_inner := M_inner - c c' / d
 
 If less is left, the regular joints after k can move along with it so that no mass moves, and k is

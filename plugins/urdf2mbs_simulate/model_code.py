@@ -20,7 +20,7 @@ class RowCounts(NamedTuple):
 
 
 class Code:
-    """The functions of a model, with the partition of its joints.
+    """Abstract base of the functions of a model, in Python or C, with the partition of its joints.
 
     Joints are independent, dependent or driven (Robotran's qu, qv, qc).  As many constraints are
     used as there are dependent joints.
@@ -36,7 +36,7 @@ class Code:
         self.set_partition(np.arange(sum(row_counts)))
 
     def set_partition(self, used_rows: Any) -> None:
-        """Take the natures of the joints from the data.
+        """Set which joints are independent or dependent, and which constraints are used.
 
         Args:
             used_rows: The constraints that are used, as indices among all, from 0.

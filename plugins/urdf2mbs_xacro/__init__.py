@@ -95,7 +95,8 @@ def urdf2mbs_codes() -> dict[str, str]:
 def _is_instruction(element: Any) -> bool:
     """Return True if an element is an instruction of xacro.
 
-    The call of a macro alone is not: no macro is defined.  Nor is a macro without a name.
+    The call of a macro does not count, since something else defines the macro; nor does a
+    ``<macro>`` without a name.
     """
     from urdf2mbs.plugin import is_xacro, plain
 

@@ -101,6 +101,13 @@ def pipeline_of(folder: Path, text: str = "") -> Pipeline:
     return Pipeline(*load(folder / "c.yaml"))
 
 
+def test_a_pass_behind_one_that_is_left_out_keeps_its_line(tmp_path: Path) -> None:
+    passes = "[expand,\n  insert-base,\n  nosuch]\nwithout: [insert-base]\n"
+    with pytest.raises(ConfigError, match="unknown-pass") as wrong:
+        pipeline_of(tmp_path, f"pipeline: {passes}")
+    assert wrong.value.line == 4
+
+
 def test_hooks_are_called_around_every_pass(tmp_path: Path) -> None:
     """And where a pass says what it is at."""
     write_plugin(tmp_path, "slow", "conversion.progress('half')")

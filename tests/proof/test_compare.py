@@ -398,7 +398,7 @@ def test_a_massless_link_is_placed_by_its_children() -> None:
     result, mbs = convert_and_read()
     find_body(mbs, "arm").points[0].coordinates = (0.05, 0.0, 0.3)
     (difference,) = compared(result, mbs).differences
-    assert difference.message.startswith("link 'wrist' is displaced behind joint 'wrist_roll'")
+    assert difference.message.startswith("link 'wrist' is displaced after joint 'wrist_roll'")
     result, mbs = convert_and_read(
         re.sub(r'(?s)(<link name="arm">\s*)<inertial>.*?</inertial>', r"\1", TINY)
     )

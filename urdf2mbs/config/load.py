@@ -64,7 +64,9 @@ def _explain_xml(xml_file: Path) -> ConfigError:
 
 def parse(config_text: str, config_file: Path | None, **fields: Any) -> tuple[Config, Lines]:
     """Read the text of a config, as ``load`` reads a file."""
-    from urdf2mbs.config import yaml_text  # PyYAML: not for a robot without a config
+    from urdf2mbs.config import (
+        yaml_text,
+    )  # imports PyYAML, which a robot without a config needs not
 
     config_data, lines_by_key = yaml_text.parse_yaml(config_text, config_file)
     config_lines = Lines(config_file, lines_by_key, config_file.parent if config_file else Path())
@@ -145,7 +147,9 @@ def _convert_value(call_value: Any) -> Any:
     try:
         return list(call_value)
     except TypeError:
-        raise ConfigError("config-type", f"a config holds no such thing: {call_value!r}") from None
+        raise ConfigError(
+            "config-type", f"expected text, a number, a list or a mapping, got {call_value!r}"
+        ) from None
 
 
 def _override(config_data: dict[str, Any], fields: dict[str, Any], config_lines: Lines) -> None:
@@ -196,7 +200,7 @@ def _read_fields(struct_class: Any, plain_data: Any, config_lines: Lines, block_
         from urdf2mbs.config.faults import take_faults  # jsonschema takes long
 
         faults = take_faults(json_schema, plain_data, config_lines, block_key)
-        if not faults:  # values that the class refuses together, or a text with half a letter
+        if not faults:  # values that the class refuses together, or a text with a lone surrogate
             reason = str(error).partition(" - at `")[0]
             raise config_lines.error(
                 "config-type", f"'{dotted(block_key)}': {reason}", block_key

@@ -27,7 +27,7 @@ RIGHT = re.compile(r"[Rr]ight|RIGHT|(^|[^A-Za-z])[rR]([^A-Za-z]|$)|^R[A-Z][a-z]|
 class LimbView(msgspec.Struct):
     """A body with all its descendants, seen from the front.
 
-    Positions (m) are: to the right of the picture, away from the reader, and up.
+    Positions (m) are: to the right of the picture, in depth, and up.  Depth is only compared.
     """
 
     start: Vec

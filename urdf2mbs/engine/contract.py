@@ -85,7 +85,7 @@ class PassCheck:
             return
         entry, pass_class = self._configured_pass.entry, self._configured_pass.kind
         change = compare(self._sections, take_snapshot(self._conversion))
-        # of two passes of ours, the tests show it
+        # the tests check our own passes against each other
         readers = [
             earlier_pass
             for earlier_pass in self._earlier_passes
@@ -116,7 +116,7 @@ class PassCheck:
             )
 
     def _check_result(self) -> None:
-        """Raise ConversionError for a robot that is no tree, or files that cannot be written."""
+        """Raise ConversionError for a robot that is not a tree, or files that cannot be written."""
         robot = self._conversion.robot
         code, hint = "plugin-robot-broken", "each link but one is the child of one joint"
         fault = _find_tree_fault(robot) if self._had_robot or robot.links else None
@@ -143,8 +143,8 @@ def find_stale(
         earlier_passes: The passes that ran before it.
 
     Returns:
-        The message and a hint; None if nothing is stale.  What the pass declares to write it makes
-        anew, so that this is not stale.
+        The message and a hint; None if nothing is stale.  A section that the pass declares to write
+        is made anew, and so is not stale.
     """
     for section in altered:
         for reader in earlier_passes:

@@ -1,4 +1,4 @@
-"""Which passes a config means, in which order, and whether that order can work.
+"""Choose and order the passes of a config, and check that the order can work.
 
 A preset is a list of passes.  Passes of plugins join it at the places that they name, and a config
 leaves passes out and puts others before and after.  Two rules are checked of the result, from what
@@ -358,9 +358,9 @@ def _place_passes(
         for _, _, placed_passes in pending_placements
         for pass_name in _as_list(placed_passes)
     }
-    pass_names = [
-        pass_name
-        for pass_name in pass_names
+    remaining = [
+        (pass_name, ("pipeline", index))
+        for index, pass_name in enumerate(pass_names)
         if pass_name not in config.without
         # a pass that names its place is moved; one that a list names twice is doubled
         and not (
@@ -370,9 +370,8 @@ def _place_passes(
             and known_passes[pass_name][0].after
         )
     ]
-    config_keys: list[Key] = [
-        ("pipeline", insertion_index) for insertion_index in range(len(pass_names))
-    ]
+    pass_names = [pass_name for pass_name, _ in remaining]
+    config_keys: list[Key] = [config_key for _, config_key in remaining]
     while pending_placements:  # a pass may be placed beside one that is put in, too
         ready_placement = next(
             (placing for placing in pending_placements if placing[1] in pass_names), None
@@ -421,9 +420,7 @@ def _doubled_pass_error(
     pass_name: str, first_key: Key, second_key: Key, config_lines: Lines
 ) -> ConfigError:
     """Return the error for a pass that is in the pipeline twice, at the key that puts it in."""
-    inserting_keys = [
-        faulty_key for faulty_key in (first_key, second_key) if faulty_key[0] in ("before", "after")
-    ]
+    inserting_keys = [key for key in (first_key, second_key) if key[0] in ("before", "after")]
     faulty_key = (*inserting_keys, second_key)[0]
     return config_lines.error(
         "pass-doubled", f"pass '{pass_name}' is in the pipeline twice", faulty_key

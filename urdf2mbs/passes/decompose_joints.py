@@ -8,7 +8,7 @@ along or about the current coordinate axes.  So a URDF joint becomes
 3. the real joint, which keeps the URDF joint's name (a planar joint is three, a floating six);
 4. the rotations of 2. undone, so that the body frame is the URDF link frame.
 
-Such as a revolute joint ``knee`` about the axis (0, 1, 1), whose origin has a yaw::
+For example, a revolute joint ``knee`` about the axis (0, 1, 1), whose origin has a yaw::
 
     knee_origin_R3   knee_axis_R1   knee   knee_back_R1
     R3(yaw)          R1(45 deg)     R2(q)  R1(-45 deg)

@@ -128,7 +128,7 @@ def _explain_displacement(
 ) -> Difference:
     """Describe a joint that puts its child in a wrong place."""
     urdf, mbs = pair.urdf, pair.mbs
-    message = f"link '{urdf.child}' is displaced behind joint '{urdf.joint}': "
+    message = f"link '{urdf.child}' is displaced after joint '{urdf.joint}': "
     message += describe_displacement(displacement)
     if mbs.driven_before:
         message += f" (driven before it: {', '.join(mbs.driven_before)})"
@@ -182,7 +182,7 @@ def explain_inertia(
 def _find_lost_links(
     pair: GroupPair, frames: Mapping[str, LinkFrame], tolerance: float
 ) -> list[str]:
-    """Find the links whose mass is what the .mbs lacks: all those without a body, or one."""
+    """Find the links whose mass the .mbs lacks: all without a body, or a single one of them."""
     missing_mass = pair.urdf_inertia.mass - pair.mbs_inertia.mass
     margin = tolerance * pair.urdf_inertia.mass
     if missing_mass <= margin:

@@ -54,7 +54,8 @@ class Group(msgspec.Struct):
     child: str
     """The link (URDF) or body (.mbs) to which the joint leads."""
     reach: float = 0.0
-    """Largest distance (m) of its joint in the parent group, and of its children and bodies."""
+    """Largest absolute coordinate (m): of its joint in the parent group; of its children's joints
+    and its centres of mass in this group.  It is the scale of deviations."""
     inertias: dict[str, Inertia] = {}
     """Of each link or body, in the frame of the group."""
     children: list[int] = []

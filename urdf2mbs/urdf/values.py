@@ -35,7 +35,7 @@ _COMMAS = r"\s*[^\s,]+(?:(?:,\s+[^\s,]+)+|(?:,[^\s,]+)+)\s*"
 class Reading(Messages):
     """One URDF file being read: its values, and the messages about it.
 
-    ``element`` is an element of lxml in all methods.
+    In all methods, ``element`` is an element of lxml.
     """
 
     def __init__(self, file: str, expanded: Sequence[str]) -> None:
@@ -53,7 +53,7 @@ class Reading(Messages):
         return root_element
 
     def name(self, element: Any, kind: str, taken: Mapping[str, Any]) -> str | None:
-        """Return the ``name`` of a link or joint, which it alone must have.
+        """Return the ``name`` of a link or joint, which must be unique among its kind.
 
         Args:
             element: The ``<link>`` or ``<joint>``.
@@ -191,7 +191,7 @@ class Reading(Messages):
     def fail_number(
         self, element: Any, attribute: str, attribute_text: str | None, n_numbers: int
     ) -> NoReturn:
-        """Raise the error for an attribute that has not ``n_numbers`` numbers."""
+        """Raise the error for an attribute that does not have ``n_numbers`` numbers."""
         expected = "a number" if n_numbers == 1 else f"{n_numbers} numbers"
         subject = f"{self.where}: {attribute} of <{element.tag}>"
         if attribute_text is None or not attribute_text.strip():

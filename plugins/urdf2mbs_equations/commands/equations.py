@@ -155,7 +155,8 @@ def _print_equations(
             )
     if equations.fixed:
         joints = counted(len(equations.fixed), "joint")
-        print(f"  {joints} never move{'s' * (len(equations.fixed) == 1)}: numbers")
+        verb = "moves" if len(equations.fixed) == 1 else "move"
+        print(f"  {joints} never {verb}; their coordinates are numbers in the equations")
     for name, reason in equations.left_out.items():
         print(f"  {name} is not generated: {reason}")
 
@@ -171,4 +172,4 @@ def _print_next_steps(project: Path, languages: tuple[str, ...]) -> None:
     if not steps:
         steps.append("call them, as docs/equations.md says; in a project Robotran does")
     print("Next: " + "\n      in C: ".join(steps))
-    print("      they belong to this model: make them again when it has changed")
+    print("      the equations are of this model only: generate them again after a change")

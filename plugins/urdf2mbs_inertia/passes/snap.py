@@ -1,7 +1,7 @@
 """Snap: an angle that is nearly a multiple of 45 degrees becomes this multiple, if asked.
 
-Beyond the method, which uses the numbers as they are written.  The robot is another one then, and
-the verdict says so.  A note for each joint bounds how far this moves the tips after the joint.
+Beyond the method, which uses the numbers as they are written.  This changes the robot, and the
+verdict says so.  A note for each joint bounds how far this moves the tips after the joint.
 With d the angle between the two origins, e that between the two axes and l the longest distance
 from the joint to a tip, a tip moves by at most ``(d + 2 e) l``, at any angle of the joint.
 """
@@ -142,7 +142,10 @@ def _bound_displacement(
 
 
 def _compute_tip_distances(robot: Robot) -> dict[str, float]:
-    """Compute the longest distance (m) from each link to a tip or a centre of mass after it."""
+    """Compute the longest distance (m) from each link to a tip or a centre of mass after it.
+
+    Planar and floating joints, and prismatic ones without limits, are at their initial position.
+    """
     distances = {
         link_name: hypot(*link.inertial.origin.xyz) if link.inertial else 0.0
         for link_name, link in robot.links.items()

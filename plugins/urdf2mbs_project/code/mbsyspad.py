@@ -34,10 +34,10 @@ class Identifier(NamedTuple):
 
 
 def assign_identifiers(mbs: Mbs) -> dict[str, dict[str, Identifier]]:
-    """Return the identifiers of all elements, by kind and name.
+    """Return the identifiers of the elements, by kind and name.
 
-    The kind is part of an identifier if the name is used already: a sensor is often called as its
-    link.
+    The kind is part of an identifier if the name is used already: a sensor often has the name of
+    its link.  An element for which both are used has none.
     """
     numbers = mbs.numbers()
     points = [

@@ -204,7 +204,9 @@ def _first_of_sweep(config: Config, lines: Lines, arguments: argparse.Namespace)
         message = "this config is a sweep, and no plugin expands sweeps"
         raise lines.error("plugin-missing", message, ("sweep",), "install urdf2mbs whole")
     first_config, values_text = robot_configs[0]
-    print(f"sweep   {counted(len(robot_configs), 'robot')}; this is the first: {values_text}")
+    if not arguments.json:
+        count = counted(len(robot_configs), "robot")
+        print(f"sweep   {count}; this is the first: {values_text}")
     return first_config
 
 

@@ -175,3 +175,16 @@ def test_set_changes_a_config(here: Path, capsys: Capture) -> None:
     options = {entry["name"]: entry["options"] for entry in json.loads(capsys.readouterr().out)}
     assert options["check"]["tolerance"] == 1e-3
     assert options["prune-massless"]["keep"] == ["tool"]
+
+
+def test_json_of_a_sweep_is_json_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    config = f"source: {ROOT}/configs/biped.urdf.xacro\n"
+    config += "output: m/{check.tolerance}.mbs\nsweep: {passes: {check: {tolerance: [1e-9, 1e-8]}}}\n"
+    Path("sweep.yaml").write_text(config)
+    assert main(["explain", "sweep.yaml"]) == 0
+    assert "2 robots; this is the first" in capsys.readouterr().out
+    assert main(["explain", "sweep.yaml", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)[0]["name"] == "expand"
