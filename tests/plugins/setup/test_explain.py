@@ -182,7 +182,9 @@ def test_json_of_a_sweep_is_json_alone(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     config = f"source: {ROOT}/configs/biped.urdf.xacro\n"
-    config += "output: m/{check.tolerance}.mbs\nsweep: {passes: {check: {tolerance: [1e-9, 1e-8]}}}\n"
+    config += (
+        "output: m/{check.tolerance}.mbs\nsweep: {passes: {check: {tolerance: [1e-9, 1e-8]}}}\n"
+    )
     Path("sweep.yaml").write_text(config)
     assert main(["explain", "sweep.yaml"]) == 0
     assert "2 robots; this is the first" in capsys.readouterr().out
