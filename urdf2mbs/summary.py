@@ -13,7 +13,7 @@ from urdf2mbs.messages.diagnostics import Diagnostic, counted
 from urdf2mbs.proof.verdict import NOT_CHECKED, Proof
 from urdf2mbs.spatial import Vec
 from urdf2mbs.states import Placed
-from urdf2mbs.urdf.changes import RobotChange, describe_changes
+from urdf2mbs.urdf.changes import RobotChange
 
 
 class Joints(msgspec.Struct):
@@ -93,11 +93,7 @@ def verdict(conversion: Conversion) -> str:
     proof = conversion.checked.proof
     if proof is None:
         return NOT_CHECKED
-    changes = [
-        f"what {change.by} changed: {describe_changes(change.changes)}"
-        for change in conversion.checked.changed
-    ]
-    return proof.describe(changes)
+    return proof.describe([change.describe() for change in conversion.checked.changed])
 
 
 def report(conversion: Conversion) -> Report:

@@ -31,7 +31,6 @@ from urdf2mbs.proof.pair import TOLERANCE
 from urdf2mbs.proof.verdict import Difference, Proof
 from urdf2mbs.ranges import LARGEST_TOLERANCE
 from urdf2mbs.states import OnPurpose
-from urdf2mbs.urdf.changes import describe_changes
 from urdf2mbs.urdf.model import Robot
 from urdf2mbs.urdf.reader import is_name
 
@@ -103,16 +102,27 @@ def verify(
         raise _misplaced_config(model)
     _check_tolerance(tolerance)
     robot, model = _order_sides(os.fspath(source), os.fspath(model))
+    converted: Conversion | None = None
     if _is_robot(model):
-        return _verify_robots(robot, model, frames, tolerance, fields)
+        # the passes after emit merge people's edits of an .mbs, which are not of the second robot
+        converted = Pipeline(*config_of(model, **fields)).run(stop_after="emit")
+        mbs, intent = converted.mbs, Intent()
+    else:
+        mbs = read_mbs(files.read_model(model), model)
+        intent = load_plugins().hook.urdf2mbs_intent(model=Path(model)) or Intent()
     fields["output"] = {"project": files.project_of(Path(model))}  # rotors are for projects only
-    mbs = read_mbs(files.read_model(model), model)
-    intent = load_plugins().hook.urdf2mbs_intent(model=Path(model)) or Intent()
     conversion = _read_robot(robot, mbs, intent, fields)
     expected = match_by_name(conversion.robot, mbs)
-    proof = _compare_with_robot(conversion, mbs, expected, intent, tolerance)
+    user_models = None if converted is None else mbs.user_models
+    proof = _compare_with_robot(
+        conversion, mbs, expected, intent, tolerance, user_models=user_models
+    )
+    if converted is not None:
+        _compare_followers(conversion.robot, converted.robot, expected, proof)
     _compare_base(proof, conversion, expected, fields.get("base", "auto"))
-    return _make_verdict(proof, conversion, mbs, expected, model=model, frames=frames)
+    verdict = _make_verdict(proof, conversion, mbs, expected, model=model, frames=frames)
+    verdict.made_of = "" if converted is None else model
+    return verdict
 
 
 def _order_sides(source: str, model: str) -> tuple[str, str]:
@@ -129,26 +139,6 @@ def _order_sides(source: str, model: str) -> tuple[str, str]:
         message = "verify compares a URDF with an .mbs, and neither file is a URDF"
         raise ConfigError("usage", message, hint=f"urdf2mbs diff {source} {model}")
     return model, source
-
-
-def _verify_robots(
-    robot: str, other: str, frames: bool, tolerance: float, fields: dict[str, Any]
-) -> Verdict:
-    """Compare a robot with a second one, which is converted in memory."""
-    # the passes after emit merge people's edits of an .mbs, which are not of the second robot
-    converted = Pipeline(*config_of(other, **fields)).run(stop_after="emit")
-    fields["output"] = {"project": files.project_of(Path(other))}
-    mbs = converted.mbs
-    conversion = _read_robot(robot, mbs, Intent(), fields)
-    expected = match_by_name(conversion.robot, mbs)
-    proof = _compare_with_robot(
-        conversion, mbs, expected, Intent(), tolerance, user_models=mbs.user_models
-    )
-    _compare_followers(conversion.robot, converted.robot, expected, proof)
-    _compare_base(proof, conversion, expected, fields.get("base", "auto"))
-    verdict = _make_verdict(proof, conversion, mbs, expected, model=other, frames=frames)
-    verdict.made_of = other
-    return verdict
 
 
 def is_config(source: str | os.PathLike[str]) -> bool:
@@ -216,9 +206,7 @@ def verify_config(
         if not change.declared
     )
     verdict = _make_verdict(proof, conversion, mbs, expected, model=os.fspath(path), frames=frames)
-    verdict.changed = [
-        f"what {change.by} changed: {describe_changes(change.changes)}" for change in declared
-    ]
+    verdict.changed = [change.describe() for change in declared]
     return verdict
 
 
@@ -329,8 +317,7 @@ def _compare_with_robot(
     )
     proof = compare(conversion.robot, mbs, expected, expectation, tolerance)
     for change in conversion.checked.changed:
-        changed = f"what {change.by} changed: {describe_changes(change.changes)}"
-        proof.but_for[changed] = "on purpose, as the certificate says"
+        proof.but_for[change.describe()] = "on purpose, as the certificate says"
     return proof
 
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import Any
 
 from urdf2mbs.config.lines import Key, Lines
 from urdf2mbs.config.model import Config
 from urdf2mbs.conversion import Conversion
+from urdf2mbs.engine.order import ConfiguredPass
 from urdf2mbs.engine.plugins import Plugins
-from urdf2mbs.hookspecs import PassEntry
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, memory_full_error
 from urdf2mbs.messages.tracebacks import FAILURES, describe_exception, list_frames
 
@@ -48,44 +48,54 @@ def naming_plugin(
 
 @contextmanager
 def naming_pass(
-    entry: PassEntry, conversion: Conversion, earlier: Sequence[PassEntry]
+    plugins: Plugins,
+    configured_pass: ConfiguredPass,
+    conversion: Conversion,
+    finished_passes: Sequence[ConfiguredPass],
 ) -> Iterator[None]:
-    """Raise an exception of a pass as an error that names the pass.
+    """Raise an exception of a pass as an error that names the pass, or a plugin that it called.
 
     Args:
-        entry: The pass.
+        plugins: The plugins that are loaded.
+        configured_pass: The pass.
         conversion: The conversion that the pass changes.
-        earlier: The passes that ran before it.
+        finished_passes: The passes that ran before it.
 
     Raises:
-        ConversionError: ``plugin-failed``, or ``internal`` if the pass is one of ours.
+        ConversionError: ``plugin-failed``, or ``internal`` if the code of urdf2mbs has failed.
     """
+    entry = configured_pass.entry
+    subject = f"pass '{entry.name}'"
+    # of another author's pass, each exception goes through its own plugin
+    naming_hooks: AbstractContextManager[None] = nullcontext()
+    if entry.is_ours:
+        called_plugin = f"plugin '{{}}', called by {subject},"
+        naming_hooks = naming_plugin(plugins, called_plugin.format, conversion)
     try:
-        yield
+        with naming_hooks:
+            yield
     except ConversionError:
         raise
     except MemoryError as error:
-        raise memory_full_error(
-            f"pass '{entry.name}' on robot '{_get_robot_name(conversion)}'"
-        ) from error
+        raise memory_full_error(f"{subject} on robot '{_get_robot_name(conversion)}'") from error
     except FAILURES as error:
-        if not entry.is_ours:
-            subject = f"pass '{entry.name}' of plugin '{entry.plugin}'"
-            raise _make_failure_error(
-                "plugin-failed", subject, error, conversion, file=entry.source, hint=_DEBUG
-            ) from error
-        foreign_passes = [
-            f"'{earlier_pass.name}' ({earlier_pass.plugin})"
-            for earlier_pass in earlier
-            if not earlier_pass.is_ours
-        ]
-        hint = "this is a mistake in urdf2mbs: please report it with the robot; --debug shows more"
-        if foreign_passes:
-            hint = f"a plugin's pass may have caused it before: {', '.join(foreign_passes)}"
-        subject = f"pass '{entry.name}'"
+        code, hint = "plugin-failed", _DEBUG
+        if entry.is_ours:
+            code, hint = "internal", _explain_internal_error(finished_passes)
+        else:
+            subject += f" of plugin '{entry.plugin}'"
         raise _make_failure_error(
-            "internal", subject, error, conversion, file=entry.source, hint=hint
+            code, subject, error, conversion, file=entry.source, hint=hint
         ) from error
+
+
+def _explain_internal_error(finished_passes: Sequence[ConfiguredPass]) -> str:
+    """Return the hint for an error of urdf2mbs: other authors' passes may be the cause."""
+    foreign_entries = [step.entry for step in finished_passes if not step.entry.is_ours]
+    if foreign_entries:
+        named = ", ".join(f"'{entry.name}' ({entry.plugin})" for entry in foreign_entries)
+        return f"a plugin's pass may have caused it before: {named}"
+    return "this is a mistake in urdf2mbs: please report it with the robot; --debug shows more"
 
 
 @contextmanager

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import ExitStack
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -66,14 +66,15 @@ class Pipeline:
         self._plugin_files = self._list_plugin_files()
         if len(self._plugin_files) == len(config.plugins):  # otherwise passes would be missing, too
             self._resolve_passes(installed_plugins)
-        hook = None
+        hook: Any = None
+        naming_hook: AbstractContextManager[None] = nullcontext()
         if is_name(config.source):
             config_lines.check()  # before a robot is downloaded
             hook = self.plugins.hook
-        with config_lines.gather(), ExitStack() as stack:
-            if hook is not None:
-                failure_format = "hook 'urdf2mbs_locate' of plugin '{}'"
-                stack.enter_context(naming_plugin(self.plugins, failure_format.format))
+            naming_hook = naming_plugin(
+                self.plugins, "hook 'urdf2mbs_locate' of plugin '{}'".format
+            )
+        with config_lines.gather(), naming_hook:
             self.settings = make_settings(config, config_lines, hook, fresh=fresh)
         config_lines.check()
         self._hook_relays: list[Any] = [self.plugins.hook]
@@ -241,11 +242,7 @@ class Pipeline:
         finished_passes: Sequence[ConfiguredPass],
     ) -> bool:
         """Return whether a pass has work; the pass is imported then."""
-        with naming_pass(
-            configured_pass.entry,
-            conversion,
-            [finished_pass.entry for finished_pass in finished_passes],
-        ):
+        with naming_pass(self.plugins, configured_pass, conversion, finished_passes):
             return (
                 configured_pass.entry.work(conversion, configured_pass.given)
                 and configured_pass.pass_ is not None
@@ -268,20 +265,8 @@ class Pipeline:
             ConversionError: The pass failed, or broke the contract.
         """
         pass_check = PassCheck(configured_pass, conversion, finished_passes)
-        with naming_pass(
-            configured_pass.entry,
-            conversion,
-            [finished_pass.entry for finished_pass in finished_passes],
-        ):
-            with (
-                locating_option(configured_pass.name, self._config, self._config_lines),
-                ExitStack() as stack,
-            ):
-                if configured_pass.entry.is_ours:  # it may call the hooks of plugins
-                    failure_format = f"plugin '{{}}', called by pass '{configured_pass.name}',"
-                    stack.enter_context(
-                        naming_plugin(self.plugins, failure_format.format, conversion)
-                    )
+        with naming_pass(self.plugins, configured_pass, conversion, finished_passes):
+            with locating_option(configured_pass.name, self._config, self._config_lines):
                 configured_pass.pass_.run(conversion)
             pass_check.finish()
         pass_check.check_sections()

@@ -56,6 +56,10 @@ class RobotChange(msgspec.Struct):
         changes = describe_changes(self.changes)
         return f"{self.by} (plugin '{self.plugin}') changed of the robot: {changes}"
 
+    def describe(self) -> str:
+        """Return the changes as a verdict names them."""
+        return f"what {self.by} changed: {describe_changes(self.changes)}"
+
 
 def encode(data: Any) -> bytes:
     """Return a copy of data, such as a robot, that later changes do not reach.
