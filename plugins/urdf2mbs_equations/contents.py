@@ -114,6 +114,8 @@ class ContentMaker:
 
     def make_cons_hj(self) -> Routine | Absent:
         """Make the constraints of all cuts, and their Jacobian."""
+        if not self.mbs.cuts:
+            return Absent("cuts")
         tree = self.make_tree()
         routine = Routine(tree.graph)
         for row, constraint in enumerate(list_constraints(tree), start=1):
@@ -121,13 +123,15 @@ class ContentMaker:
             for k, value in constraint.jacobian.items():
                 if value:
                     routine.store(f"Jac[{row}][{k}]", value)
-        return routine if self.mbs.cuts else Absent("cuts")
+        return routine
 
     def make_cons_jdqd(self) -> Routine | Absent:
         """Make the second derivatives of the constraints for qdd = 0."""
+        if not self.mbs.cuts:
+            return Absent("cuts")
         tree = self.make_tree()
         jdqd = [constraint.jdqd for constraint in list_constraints(tree)]
-        return Routine(tree.graph).fill("Jdqd", jdqd) if self.mbs.cuts else Absent("cuts")
+        return Routine(tree.graph).fill("Jdqd", jdqd)
 
     def make_link(self) -> Routine | Absent:
         """Make the forces of all links."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Any
 
-from urdf2mbs.plugin import ConversionError, nearest, split_tag
-from urdf2mbs_project.followers import get_text
+from urdf2mbs.plugin import nearest, split_tag
+from urdf2mbs_project.followers import get_text, read_number
 
 if TYPE_CHECKING:
     from urdf2mbs.plugin import Extension, Reading, Robot
@@ -65,7 +65,7 @@ class ActuationReader:
         for start in element.iterfind("joint/state_interface[@name='position']/param"):
             name = start.getparent().getparent().get("name")
             if start.get("name") == "initial_value" and name:
-                value = self._read_number(start, f"the initial_value of joint '{name}'")
+                value = read_number(self.reading, start, f"the initial_value of joint '{name}'")
                 if value is not None:
                     extension.starts[name] = value
 
@@ -88,8 +88,8 @@ class ActuationReader:
             return
         reduction = next((parts[name] for name in REDUCTION if name in parts), None)
         text = "the inertia of a rotor"
-        rotor_inertia = self._read_number(inertia, text)
-        ratio = 1.0 if reduction is None else self._read_number(reduction, text)
+        rotor_inertia = read_number(self.reading, inertia, text)
+        ratio = 1.0 if reduction is None else read_number(self.reading, reduction, text)
         if rotor_inertia is None or ratio is None:
             return
         name = joints[0].get("name")
@@ -131,12 +131,3 @@ class ActuationReader:
                 owner, detail = ("joint", name), f"of actuator '{actuators[0]}'"
                 line = element.sourceline
                 self.reading.warn("mechanics-unread", message, line, owner=owner, detail=detail)
-
-    def _read_number(self, element: Any, name: str) -> float | None:
-        """Return the number in an element; None, after a warning, if it has none."""
-        text = element.get("value") or get_text(element)
-        try:
-            return self.reading.number(element, "the text", text)
-        except ConversionError as error:
-            self.reading.warn_of_left_out(element, name, error)
-            return None

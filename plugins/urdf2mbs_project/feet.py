@@ -119,10 +119,11 @@ def _find_touching_feet(
             return FootSearch([], f"no shape was found of {some(map(repr, end.links), 3)}")
 
     end_of_body = {end.body: end for end in limb_ends}
+    parts = conversion.parts()
     feet: dict[str, LimbEnd] = {}
     for link_name, height in link_heights.items():
         if height <= touch_height:
-            segment, _ = conversion.parts()[link_name]
+            segment, _ = parts[link_name]
             why_not = _explain_no_foot(link_name, segment, end_of_body)
             if why_not:
                 return FootSearch([], why_not, rests_on_ground=True)
@@ -160,12 +161,12 @@ def compute_link_heights(conversion: Conversion, placement: Placement) -> dict[s
     simulation = conversion.state(Simulation)
     horizontal = simulation.horizontal_axes[0]
     heights: dict[str, float] = {}
-    for link_name, (segment, _) in conversion.parts().items():
+    for link_name, (segment, pose_in_body) in conversion.parts().items():
         if segment is conversion.ground:
             continue
         spots = list_contact_spots(conversion, link_name)
         if spots:
-            pose = compute_link_pose(conversion, placement, link_name)
+            pose = compose(placement.bodies[segment.body.name], pose_in_body)
             points = [spot.compute_position(pose, simulation.up, horizontal) for spot in spots]
             heights[link_name] = min(dot(simulation.up, point) for point in points)
     return heights

@@ -126,3 +126,18 @@ def get_text(element: Any) -> str:
         return ""
     text = str(element.xpath("string()")) if len(element) else element.text or ""
     return text.strip()
+
+
+def read_number(reading: Reading, element: Any, name: str) -> float | None:
+    """Return the number in an attribute ``value`` or text; None, after a warning, if it has none.
+
+    Args:
+        reading: The URDF that is read.
+        element: The element of lxml.
+        name: The element, as a message names it.
+    """
+    try:
+        return reading.number(element, "the text", element.get("value") or get_text(element))
+    except ConversionError as error:
+        reading.warn_of_left_out(element, name, error)
+        return None

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 from urdf2mbs.plugin import (
     OFF,
     ON,
-    ConversionError,
     Dynamics,
     Extension,
     nearest,
@@ -20,7 +19,7 @@ from urdf2mbs.plugin import (
     some,
 )
 from urdf2mbs_project.actuation import ActuationReader
-from urdf2mbs_project.followers import FollowerReader, get_text
+from urdf2mbs_project.followers import FollowerReader, get_text, read_number
 from urdf2mbs_project.sdf import SdfReader
 
 if TYPE_CHECKING:
@@ -146,7 +145,7 @@ class ExtensionReader:
         """Add the friction of Bullet's ``<contact>`` of a link."""
         self.reading.owner = ("link", extension.reference or "")
         for friction in element.iterchildren("lateral_friction"):
-            number = self.read_number(friction, "<lateral_friction>", friction.get("value"))
+            number = read_number(self.reading, friction, "<lateral_friction>")
             if number is not None:
                 extension.numbers["mu1"] = number
                 self.warn_of_negative(friction, extension.reference, number)
@@ -214,8 +213,7 @@ class ExtensionReader:
             if child.tag in SWITCH_TAGS:
                 self.read_switch(child, extension)
             else:
-                written = child.get("value") or get_text(child)
-                number = self.read_number(child, f"<{child.tag}> of <gazebo>", written)
+                number = read_number(self.reading, child, f"<{child.tag}> of <gazebo>")
                 if number is not None:
                     extension.numbers[child.tag] = number
                     self.warn_of_negative(child, extension.reference, number)
@@ -279,17 +277,3 @@ class ExtensionReader:
             message = f"<{element.tag}> of <{parent}> is below zero; expected zero or more"
             owner, line = self.find_owner(reference), element.sourceline
             self.reading.warn("number-negative", message, line, owner=owner, detail=f"{number!r}")
-
-    def read_number(self, element: Any, name: str, written: str | None) -> float | None:
-        """Return the number in an element; None, after a warning, if it has none.
-
-        Args:
-            element: The element of lxml.
-            name: The element, as a message names it.
-            written: Its number as it is written; None for its text.
-        """
-        try:
-            return self.reading.number(element, "the text", written or get_text(element))
-        except ConversionError as error:
-            self.reading.warn_of_left_out(element, name, error)
-            return None

@@ -23,7 +23,7 @@ may make M singular without being found here; the reader of the URDF warns of th
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import msgspec
 
@@ -118,8 +118,13 @@ def _choose_general_position(
     joints: Mapping[str, MbsJoint], free: list[str], size: float
 ) -> dict[str, float]:
     """Choose irregular positions of the free joints: in (-1, 1) rad, or times the size (m)."""
-    spread = {name: 2.0 * (GOLDEN_RATIO * k % 1.0) - 1.0 for k, name in enumerate(joints, start=1)}
-    return {name: spread[name] * (size if joints[name].type[0] == "T" else 1.0) for name in free}
+    numbers = {name: spread(k) for k, name in enumerate(joints, start=1)}
+    return {name: numbers[name] * (size if joints[name].type[0] == "T" else 1.0) for name in free}
+
+
+def spread(k: Any) -> Any:
+    """Return an irregular number from -1 to 1, always the same for an index or array of indices."""
+    return 2.0 * (GOLDEN_RATIO * k % 1.0) - 1.0
 
 
 def estimate_size(mbs: Mbs) -> float:

@@ -5,6 +5,7 @@ All is read from the written .mbs.  Only the use of a point comes from the passe
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from math import dist, isfinite
 from typing import Any, NamedTuple, TypeAlias
 
@@ -99,7 +100,8 @@ def list_marks(summary: Summary, model: Mbs) -> dict[str, Any]:
         ``lines``: (kind, (body, point), (body, point)); ``stops``: (joint, limits).
     """
     point_marks: list[tuple[Any, ...]] = []
-    for (body, _), point in model.points().items():
+    points = model.points()
+    for (body, _), point in points.items():
         if point.sensor is not None:
             use = summary.uses.get(point.sensor.name)
             point_marks.append((body, point.coordinates, "sensors", use and use.rotation))
@@ -110,8 +112,8 @@ def list_marks(summary: Summary, model: Mbs) -> dict[str, Any]:
     line_marks = [
         (
             connection.kind,
-            (connection.endpoint1[0], _get_position(model, connection.endpoint1)),
-            (connection.endpoint2[0], _get_position(model, connection.endpoint2)),
+            (connection.endpoint1[0], _get_position(points, connection.endpoint1)),
+            (connection.endpoint2[0], _get_position(points, connection.endpoint2)),
         )
         for connection in (*model.cuts, *model.links)
         if not connection.is_draft
@@ -129,9 +131,9 @@ def _list_forces(summary: Summary, point: Point) -> list[tuple[Vec, str]]:
     return [(position, force_kind) for position in positions]
 
 
-def _get_position(model: Mbs, endpoint: Endpoint) -> Vec:
+def _get_position(points: Mapping[Endpoint, Point], endpoint: Endpoint) -> Vec:
     """Return the position of an endpoint in its body's frame (m)."""
-    point = model.points().get(endpoint)
+    point = points.get(endpoint)
     return ZERO if point is None else point.coordinates
 
 
@@ -176,11 +178,11 @@ def _make_point_table(summary: Summary, model: Mbs) -> PageTable:
 
 def _make_loop_table(model: Mbs) -> PageTable:
     """Make the table of cuts and links, with the distance of their ends at the start."""
-    placed_bodies = compute_placement(model).bodies
+    placed_bodies, points = compute_placement(model).bodies, model.points()
 
     def compute_position(endpoint: Endpoint) -> Vec:
         body_pose = placed_bodies[endpoint[0]]
-        return add(body_pose.xyz, rotate(body_pose.rot, _get_position(model, endpoint)))
+        return add(body_pose.xyz, rotate(body_pose.rot, _get_position(points, endpoint)))
 
     rows = []
     for connection in (*model.cuts, *model.links):

@@ -30,6 +30,7 @@ from urdf2mbs.plugin import (
     Mbs,
     MbsJoint,
     Point,
+    some,
 )
 
 #: Space around all that is drawn (px).
@@ -140,11 +141,10 @@ def _require_positions(mbs: Mbs) -> None:
             if point.position is None and point.name != ORIGIN
         ]
     if missing:
-        remainder = f" and {len(missing) - 3} more" if len(missing) > 3 else ""
         raise ConversionError(
             "no-drawing",
-            f"model '{mbs.name}' does not say where in the diagram {', '.join(missing[:3])}"
-            f"{remainder} {'is' if len(missing) == 1 else 'are'}",
+            f"model '{mbs.name}' does not say where in the diagram {some(missing, 3)} "
+            f"{'is' if len(missing) == 1 else 'are'}",
             hint="give them graphics/x2D: convert the robot with the pass 'layout', or draw and "
             "save the model in MBSysPad",
         )

@@ -116,14 +116,15 @@ def make_robot_page(conversion: Conversion) -> Page:
     model = read_mbs(conversion.files[output_file], str(output_file))
     mesh_store = MeshStore(conversion.state(MeshLimit).mebibytes)
     stand_ins: set[str] = set()
-    scene_data = _describe_both_sides(conversion, model, mesh_store, stand_ins)
+    summary = of_plugins(conversion)
+    scene_data = _describe_both_sides(conversion, model, summary, mesh_store, stand_ins)
     contents = Contents(
         name=conversion.robot.name,
         title=f"{conversion.robot.name}: URDF and .mbs",
         tree_label="Links",
         facts=_list_robot_facts(conversion),
         made_from=f"{settings.source.name} → {settings.output.name}",
-        summary=of_plugins(conversion),
+        summary=summary,
         joint_table=sections.make_joint_table(model, conversion),
         body_table=sections.make_body_table(model, conversion),
         stand_ins=stand_ins,
@@ -135,13 +136,18 @@ def make_robot_page(conversion: Conversion) -> Page:
 
 
 def _describe_both_sides(
-    conversion: Conversion, model: Mbs, mesh_store: MeshStore, stand_ins: set[str]
+    conversion: Conversion,
+    model: Mbs,
+    summary: Summary,
+    mesh_store: MeshStore,
+    stand_ins: set[str],
 ) -> dict[str, Any]:
     """Describe the 3D model of the .mbs and the URDF.
 
     Args:
         conversion: The conversion.
         model: The .mbs, read back.
+        summary: The summaries of all plugins.
         mesh_store: The meshes of both are added to this.
         stand_ins: The urls of .wrl files that do not exist yet are added to this.
 
@@ -161,7 +167,7 @@ def _describe_both_sides(
         return mesh_files.find(filename)
 
     mbs_description = describe_mbs(model, mesh_store, read_file, find_stand_in)
-    scene_data = _describe_model(model, mesh_store, mbs_description, of_plugins(conversion)) | {
+    scene_data = _describe_model(model, mesh_store, mbs_description, summary) | {
         "urdf": describe_urdf(conversion.robot, mesh_store, mesh_files.find),
         "frames": [
             (

@@ -13,6 +13,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from urdf2mbs.plugin import ConfigError
+from urdf2mbs_project.singular import find_singular_joints
 from urdf2mbs_simulate.c_code import CCode
 from urdf2mbs_simulate.data import MbsData
 from urdf2mbs_simulate.equations import SimulationError
@@ -347,8 +348,6 @@ class _Integration:
 
 def _make_step_error(code: CCode, time: float, y: Any, message: str) -> SimulationError:
     """Return an error that names the joint that accelerates most, and the largest forces."""
-    from urdf2mbs_project.singular import find_singular_joints
-
     data = code.data
     code.accelerate(time, y)
     joint = max(data.joint_id, key=lambda name: abs(data.qdd[data.joint_id[name]]))

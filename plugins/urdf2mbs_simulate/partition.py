@@ -28,10 +28,10 @@ import numpy as np
 from urdf2mbs_equations.constraints import find_constant_gaps
 from urdf2mbs_equations.tree import is_fixed
 from urdf2mbs_project.singular import (
-    GOLDEN_RATIO,
     estimate_size,
     find_singular_joints,
     find_singular_joints_at,
+    spread,
 )
 from urdf2mbs_simulate.data import MbsData
 from urdf2mbs_simulate.equations import SimulationError
@@ -125,7 +125,7 @@ def _choose_rows_and_joints(code: Code) -> None:
     declared = data.qv[1:]
     groups = [declared, data.qu[1:]]
     all_rows = np.arange(sum(code.row_counts))
-    disturbance = _spread(declared) * DISTURBANCE
+    disturbance = spread(np.asarray(declared)) * DISTURBANCE
     data.q[declared] += np.where(drawn_q[declared] == 0.0, disturbance, 0.0)
     disturbed_q = data.q.copy()
     if not (
@@ -161,7 +161,7 @@ def _describe_unused(code: Code, rows: Any) -> str:
     """Describe the constraints that are not used: do they hold where the model has moved?"""
     data, present_q = code.data, code.data.q.copy()
     free = data.qu[1:]
-    data.q[free] += RANK_DISTANCE * _spread(free)
+    data.q[free] += RANK_DISTANCE * spread(np.asarray(free))
     are_implied = close_loops(code, rows, data.qv[1:])
     h, jacobian = code.compute_constraints()
     data.q[:] = present_q
@@ -307,18 +307,13 @@ def _compute_ranks_near(code: Code, groups: Sequence[Any]) -> list[int]:
     """Return the ranks of the first groups of joints together, at a closed pose near by."""
     data, present_q = code.data, code.data.q.copy()
     joints = np.concatenate(groups)
-    data.q[joints] += RANK_DISTANCE * _spread(joints)
+    data.q[joints] += RANK_DISTANCE * spread(np.asarray(joints))
     if not close_loops(code, np.arange(sum(code.row_counts)), joints):
         data.q[:] = present_q
     _, jacobian = code.compute_constraints()
     data.q[:] = present_q
     columns = (np.concatenate(groups[: k + 1]) for k in range(len(groups)))
     return [_compute_rank(jacobian[:, joints]) for joints in columns]
-
-
-def _spread(joints: Any) -> Any:
-    """Return irregular numbers from -1 to 1, always the same for a joint."""
-    return 2.0 * (GOLDEN_RATIO * np.asarray(joints) % 1.0) - 1.0
 
 
 # --- joints without mass ---
@@ -342,7 +337,7 @@ def lock_massless_joints(data: MbsData, code: Code | None = None) -> None:
     present_q, free = data.q.copy(), data.qu[1:]
     massless_at = []
     for distance in (0.0, RANK_DISTANCE):
-        data.q[free] = present_q[free] + distance * _spread(free)
+        data.q[free] = present_q[free] + distance * spread(np.asarray(free))
         massless_at.append(_list_massless_joints(data, code, present_q))
         data.q[:] = present_q
     drawn, general = massless_at

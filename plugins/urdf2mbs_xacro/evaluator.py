@@ -103,7 +103,7 @@ class Evaluator(EvalWithCompoundTypes):  # type: ignore[misc]
         """Return the value of a node, of a limited length."""
         value = self._get_method(node)(node)
         if type(value) is not float:
-            check_length(value)
+            _measure_length(value)  # raises for a value that is too long, or that is no data
         return value
 
     def _eval_owner(self, node: ast.AST) -> Any:
@@ -189,11 +189,6 @@ def _get_attribute(owner: Any, attribute_name: str) -> Any:
     if attribute_name in _FORMATS:
         raise refuse(f"the method '{attribute_name}'")
     return getattr(owner, attribute_name)
-
-
-def check_length(value: Any) -> None:
-    """Raise ConversionError for a value that is too long, or that is no data."""
-    _measure_length(value)
 
 
 def _measure_length(value: Any) -> int:

@@ -12,16 +12,17 @@ from urdf2mbs.mbs import model
 from urdf2mbs.mbs.fields import INSIDE, KEPT, MARK, OBJECTS, Field, Table
 from urdf2mbs.mbs.model import BASE, ORIGIN, Mbs
 
-_ESCAPES = {
-    "&": "&amp;",
-    "<": "&lt;",
-    ">": "&gt;",
-    '"': "&quot;",
-    "'": "&#x27;",
-    "\r": "&#13;",
-    "\n": "&#10;",
-}
-_ESCAPE_TABLE = str.maketrans(_ESCAPES)
+_ESCAPE_TABLE = str.maketrans(
+    {
+        "&": "&amp;",
+        "<": "&lt;",
+        ">": "&gt;",
+        '"': "&quot;",
+        "'": "&#x27;",
+        "\r": "&#13;",
+        "\n": "&#10;",
+    }
+)
 #: Texts that Python reads as a number that is not finite.
 _NOT_FINITE = ("inf", "infinity", "nan")
 _find_invalid_character = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]").search

@@ -10,7 +10,7 @@ from functools import cached_property, partial
 from math import dist
 from typing import NamedTuple
 
-from urdf2mbs.mbs.model import Base, Body, LinkFrame, Mbs
+from urdf2mbs.mbs.model import LinkFrame, Mbs
 from urdf2mbs.mbs.names import identifiers
 from urdf2mbs.proof.causes import (
     explain_frame,
@@ -320,10 +320,8 @@ class Comparison:
     def _convert_shapes(self, mbs: Mbs) -> dict[int, list[Solid]]:
         """Convert the shapes of an .mbs to solids, by the numbers of their groups."""
         solids_of_group: dict[int, list[Solid]] = {}
-        owners: list[Base | Body] = [mbs.base, *mbs.bodies]
-        for owner in owners:
-            name = owner.name if isinstance(owner, Body) else ""
-            group, frame = self.mbs.frames.get(name, MISSING_FRAME)
+        for name, owner in mbs.base_and_bodies():
+            group, frame = self.mbs.frames.get(name or "", MISSING_FRAME)
             solids = (convert_shape(shape, frame) for shape in owner.shapes)
             solids_of_group.setdefault(group, []).extend(s for s in solids if s is not None)
         return solids_of_group

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import msgspec
 
-from urdf2mbs.mbs.model import Connection, Mbs
+from urdf2mbs.mbs.model import Connection, Mbs, Point
 from urdf2mbs.messages.diagnostics import some
 from urdf2mbs.proof.groups import Side
 from urdf2mbs.proof.mbs_side import build_mbs_side
@@ -36,6 +36,8 @@ SINGULAR = 1e-7
 
 #: A row of a constraint Jacobian: the derivatives of one constraint by the joints of the loop.
 JacobianRow = dict[str, float]
+#: Points by body (None: the base) and name.
+Points = Mapping[tuple[str | None, str | None], Point]
 
 
 class Loop(msgspec.Struct):
@@ -154,27 +156,30 @@ def _linearize_cuts(mbs: Mbs) -> list[Loop]:
     """Compute the constraint Jacobian of each cut, all joints at the start."""
     if not mbs.cuts:
         return []
-    joints = mbs.joints()
+    joints, points = mbs.joints(), mbs.points()
     side = build_mbs_side(mbs, {name for name, j in joints.items() if j.nature != "driven"})
     poses = [IDENTITY]
     for group in side.groups[1:]:
         motion = group.motion(joints[group.coordinate].q or 0.0)
         poses.append(compose(compose(poses[group.parent], group.joint_frame), motion))
-    return [Loop([cut], _linearize_cut(mbs, cut, side, poses), set()) for cut in mbs.cuts]
+    return [Loop([cut], _linearize_cut(points, cut, side, poses), set()) for cut in mbs.cuts]
 
 
-def _linearize_cut(mbs: Mbs, cut: Connection, side: Side, poses: list[Frame]) -> list[JacobianRow]:
+def _linearize_cut(
+    points: Points, cut: Connection, side: Side, poses: list[Frame]
+) -> list[JacobianRow]:
     """Compute the constraint Jacobian of a cut.
 
     Args:
-        mbs: The model.
+        points: The points of the model, by body and name.
         cut: The cut.
         side: Its rigid groups.
         poses: Pose of each group in the ground.
     """
     import numpy as np
 
-    first, second = (_find_cut_end(mbs, endpoint, side, poses) for endpoint in _endpoints(cut))
+    endpoints = (cut.endpoint1, cut.endpoint2)
+    first, second = (_find_cut_end(points, endpoint, side, poses) for endpoint in endpoints)
     rod = second.point - first.point
     rod /= np.linalg.norm(rod) or 1.0
     selections = {"ball": np.eye(3, 6), "rod": np.array([[*rod, 0.0, 0.0, 0.0]])}
@@ -194,13 +199,8 @@ def _linearize_cut(mbs: Mbs, cut: Connection, side: Side, poses: list[Frame]) ->
     return [dict(zip(columns, map(float, row), strict=True)) for row in rows]
 
 
-def _endpoints(cut: Connection) -> tuple[tuple[str | None, str | None], ...]:
-    """Return the two ends of a cut, each a body and a point."""
-    return cut.endpoint1, cut.endpoint2
-
-
 def _find_cut_end(
-    mbs: Mbs, endpoint: tuple[str | None, str | None], side: Side, poses: list[Frame]
+    points: Points, endpoint: tuple[str | None, str | None], side: Side, poses: list[Frame]
 ) -> CutEnd:
     """Find where an end of a cut is, and which groups lead to it."""
     import numpy as np
@@ -210,7 +210,7 @@ def _find_cut_end(
     frame = compose(poses[number], pose)
     position = frame[9:]
     if point:
-        position = transform_point(frame, mbs.points()[body, point].coordinates)
+        position = transform_point(frame, points[body, point].coordinates)
     return CutEnd(np.array(position), _find_chain(side, number))
 
 

@@ -130,7 +130,7 @@ def convert_shape(shape: Shape, body_frame: Frame) -> Solid | None:
     for axis, angle in zip((X, Y, Z), shape.rotation, strict=True):
         frame = compose(frame, compute_rotation(axis, angle))
     frame = compose(body_frame, (*frame[:9], *shape.position))
-    centre = transform_point(body_frame, shape.position)
+    centre = frame[9:]
     if shape.kind == "sphere" and shape.radius is not None:
         return Solid("sphere", (shape.radius,), centre, ())
     if shape.kind == "cylinder" and shape.radius is not None and shape.height is not None:

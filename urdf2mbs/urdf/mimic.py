@@ -121,13 +121,12 @@ def find_locked_joints(robot: Robot) -> list[LockedJoints]:
         if joint.mimic is None or JOINT_TYPES[joint.type] != 1:
             continue
         leader_name, multiplier, offset = follow(robot, joint.name)
-        leader_limits = _get_limits(robot.joints[leader_name])
-        if JOINT_TYPES[robot.joints[leader_name].type] != 1:
+        leader = robot.joints[leader_name]
+        if JOINT_TYPES[leader.type] != 1:
             continue
         if leader_name not in bounds_by_leader:
-            bounds_by_leader[leader_name] = [
-                Bound(robot.joints[leader_name], leader_limits, *leader_limits)
-            ]
+            leader_limits = _get_limits(leader)
+            bounds_by_leader[leader_name] = [Bound(leader, leader_limits, *leader_limits)]
         bounds_by_leader[leader_name].append(_compute_bound(joint, multiplier, offset))
     locked_joints = []
     for leader_name, leader_bounds in bounds_by_leader.items():

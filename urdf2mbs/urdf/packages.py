@@ -103,9 +103,9 @@ def folders_above(source: Path) -> list[Path]:
     """
     root = workspace(source)
     is_closed = (root / "package.xml").exists() or _is_root(root)
-    folders = []
+    home_folder, folders = _find_home(), []
     for folder in source.parents:
-        is_last = folder == _find_home() or folder.parent == folder
+        is_last = folder == home_folder or folder.parent == folder
         if is_last or not folder.is_dir() or _is_writable_by_all(folder):
             break
         folders.append(folder)

@@ -25,7 +25,7 @@ from urdf2mbs.urdf.model import JOINT_TYPES, Extension, Robot
 from urdf2mbs.urdf.rewrite import rename_doubled, rename_drake_joints, split_joints
 from urdf2mbs.urdf.shapes import check_materials, read_global_material
 from urdf2mbs.urdf.tree import check_tree
-from urdf2mbs.urdf.unread import report_stray_texts
+from urdf2mbs.urdf.unread import report_stray_texts, report_xacro
 from urdf2mbs.urdf.values import Reading
 
 if TYPE_CHECKING:
@@ -235,7 +235,7 @@ def _read_children(reading: Reading, robot_element: Any, robot: Robot) -> list[A
             read_global_material(reading, child, robot)
         elif isinstance(child_tag, str):
             reading.owner = ("robot", "")
-            if child_tag not in FOREIGN and reading.report_xacro(child):
+            if child_tag not in FOREIGN and report_xacro(reading, child):
                 continue
             if child_tag not in FOREIGN and not _is_joint_of_another_program(reading, child):
                 unknown_children.append(child)

@@ -6,6 +6,7 @@ from collections.abc import Collection, Mapping
 
 from lxml import etree
 
+from urdf2mbs.disk.xml import safe_parser
 from urdf2mbs.messages.diagnostics import ConfigError, nearest
 from urdf2mbs.urdf.model import Extension, Robot
 
@@ -82,9 +83,7 @@ def _rename_extension(
         joints.get(joint_name, joint_name): start_position
         for joint_name, start_position in extension.starts.items()
     }
-    xml_root = etree.fromstring(
-        extension.xml, etree.XMLParser(recover=True, resolve_entities=False)
-    )
+    xml_root = etree.fromstring(extension.xml, safe_parser(recover=True))
     xml_before = etree.tostring(xml_root)
     for element in xml_root.iter(etree.Element):
         names_of_kind = {"joint": joints, "link": links}.get(str(element.tag), {})

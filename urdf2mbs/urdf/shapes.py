@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.urdf.elements import ELEMENTS, is_drake, plain, split_tag
 from urdf2mbs.urdf.model import Collision, Material, Visual
+from urdf2mbs.urdf.unread import report_xacro
 
 if TYPE_CHECKING:
     from urdf2mbs.spatial import Vec
@@ -119,7 +120,7 @@ def _find_shape(reading: Reading, shape_owner: Any, element: Any) -> Any:
     reading.unknown_children("geometry", unknown_shapes, SHAPES)
     if first_shape.tag in SHAPES:
         return first_shape
-    reading.report_xacro(first_shape)
+    report_xacro(reading, first_shape)
     message = (
         f"<{shape_owner.tag}> is left out, its geometry <{plain(first_shape.tag)}> is not known"
     )

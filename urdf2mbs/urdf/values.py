@@ -22,7 +22,7 @@ from urdf2mbs.urdf.elements import (
 )
 from urdf2mbs.urdf.messages import Messages
 from urdf2mbs.urdf.model import Origin
-from urdf2mbs.urdf.unread import report_unknown_attributes, report_unknown_children, report_xacro
+from urdf2mbs.urdf.unread import report_unknown_attributes, report_unknown_children
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -271,10 +271,6 @@ class Reading(Messages):
             readable: The tags that are read in this parent.
         """
         report_unknown_children(self, parent, children, readable)
-
-    def report_xacro(self, element: Any) -> bool:
-        """Return True, after a message, if an element is one of xacro that was not expanded."""
-        return report_xacro(self, element)
 
     def warn_of_double(self, parent: str, child: Any) -> None:
         """Warn that an element is there twice, and only the first is used."""

@@ -26,6 +26,7 @@ from urdf2mbs.plugin import (
     Origin,
     Pass,
     UrdfJoint,
+    Vec,
     files,
     in_plane,
     unit,
@@ -36,8 +37,6 @@ CHANGING_PASSES = ("snap", "estimate-inertia", "rotors")
 #: The kinds of changes of a link's ``<inertial>``.
 INERTIAL_CHANGES = ("mass", "centre", "inertia")
 TENSOR_ATTRIBUTES = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-
-Vec = tuple[float, float, float]
 
 
 class Change(msgspec.Struct, array_like=True):

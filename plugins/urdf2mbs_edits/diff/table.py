@@ -53,6 +53,8 @@ CHILD_KINDS = {
 KINDS = ("model", *CHILD_KINDS.values())
 #: Kinds of entities that are only drawn.
 GRAPHICAL_KINDS = frozenset(["shape", "view", "viewpoint", "light"])
+#: Kinds of which a model has one, without a name.
+UNNAMED_KINDS = ("model", "base", "view")
 #: Beginnings of the fields of other entities that are only drawn.
 _GRAPHICAL_FIELDS = ("position", "drawing", "graphics", "x2D", "x3D")
 #: The meaning of values that a file may omit.
@@ -119,7 +121,7 @@ class Entity(msgspec.Struct, eq=False):
     @property
     def label(self) -> str:
         """The kind and the name."""
-        if self.kind in ("model", "base", "view"):
+        if self.kind in UNNAMED_KINDS:
             return f"the {self.kind}"
         return f"{self.kind} '{self.name}'"
 

@@ -8,6 +8,7 @@ from typing import Any
 
 from urdf2mbs.plugin import counted, some
 from urdf2mbs_edits.diff.changes import Change, Differences
+from urdf2mbs_edits.diff.table import UNNAMED_KINDS
 
 #: The words for fields of the model whose names are not these words.
 FIELDS = {
@@ -74,7 +75,7 @@ def describe_change(change: Change) -> str:
     """Describe one change."""
     name = f" '{change.name}'" if change.name else ""
     entity = f"{change.kind}{name}" + (f" of {change.owner}" if change.owner else "")
-    if change.kind in ("model", "base", "view"):
+    if change.kind in UNNAMED_KINDS:
         entity = f"the {change.kind}"
     if change.change == "added":
         return f"{entity} added{_summarize(change.kind, change.after)}"

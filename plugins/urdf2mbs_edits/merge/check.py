@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
-from urdf2mbs_edits.diff.table import ModelTable
+from urdf2mbs_edits.diff.table import UNNAMED_KINDS, ModelTable
 from urdf2mbs_edits.merge.decide import MergedTable
 
 #: Kinds of which their owner has at most one.
@@ -61,7 +61,7 @@ def _check_references(table: MergedTable, names: SideNames) -> Iterator[str]:
                     side = table.edited if is_removed_by_urdf else table.converted
                     remover = names.converted if is_removed_by_urdf else names.edited
                     verb = "belongs" if field == "owner" else "refers"
-                    label = f"{entity.kind} '{table.get_name(number)}'"
+                    label = _get_label(table, number)
                     target_label = side.entities[target].qualified_label
                     yield f"{label} {verb} to {target_label}, which {remover} removed"
                     break  # a point is removed with its body
@@ -138,6 +138,6 @@ def _get_label(table: MergedTable, number: int) -> str:
     entity = table.entities.get(number)
     if entity is None:
         return (table.edited.entities.get(number) or table.converted.entities[number]).label
-    if entity.kind in ("model", "base", "view"):
+    if entity.kind in UNNAMED_KINDS:
         return entity.label
     return f"{entity.kind} '{table.get_name(number)}'"

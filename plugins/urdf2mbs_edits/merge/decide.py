@@ -63,8 +63,7 @@ class MergedTable(msgspec.Struct):
 
     def get_value(self, number: int, field: str) -> Any:
         """Return a merged value; None if the entity has no such field."""
-        table = self.edited if self.is_from_edited(number, field) else self.converted
-        return table.values[number].get(field)
+        return self._get_side(number, field).values[number].get(field)
 
     def get_name(self, number: int) -> str:
         """Return the merged name of an entity; a parameter may have the name of a joint."""
@@ -74,8 +73,11 @@ class MergedTable(msgspec.Struct):
             return str(target)
         if target in self.entities:
             return self.get_name(target)
-        table = self.edited if self.is_from_edited(number, "name") else self.converted
-        return table.entities[number].name
+        return self._get_side(number, "name").entities[number].name
+
+    def _get_side(self, number: int, field: str) -> ModelTable:
+        """Return the side that gives a value."""
+        return self.edited if self.is_from_edited(number, field) else self.converted
 
 
 def decide(

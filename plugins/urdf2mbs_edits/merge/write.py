@@ -173,10 +173,9 @@ def _copy_attribute(element: _Element, source: _Element | None, name: str) -> No
 def _write_names(element: _Element, table: MergedTable, number: int) -> None:
     """Write the merged names of an entity and of its references' targets."""
     entity, name, paths = table.entities[number], table.get_name(number), _list_paths(element.tag)
-    side = table.edited if number in table.edited.entities else table.converted
     if entity.kind in ("sensor", "force"):
         element.set("name", name)
-    elif name != side.entities[number].name:
+    elif name != entity.name:
         _write_texts(element, paths["name"], [name])
     for field in entity.references:
         if field == "name":

@@ -111,10 +111,8 @@ def _snap_joint(joint: UrdfJoint, max_deviation: float) -> list[str]:
 
 def _compute_angle(first_direction: Vec, second_direction: Vec) -> float:
     """Compute the angle (rad) between two directions."""
-    return atan2(
-        hypot(*cross(unit(first_direction), unit(second_direction))),
-        dot(unit(first_direction), unit(second_direction)),
-    )
+    first, second = unit(first_direction), unit(second_direction)
+    return atan2(hypot(*cross(first, second)), dot(first, second))
 
 
 def _bound_displacement(

@@ -28,6 +28,7 @@ from urdf2mbs.plugin import (
     Mbs,
     MbsSensor,
     Pass,
+    Placement,
     Point,
     Pose,
     PositiveLength,
@@ -108,10 +109,11 @@ class Contacts(Pass):
             raise ConfigError("contacts-shape", message, hint=hint)
         if self.stand:
             _put_on_ground(conversion, self.ground)
-        simulation.stance = _find_lowest_spots(mbs, simulation, self.within)
+        placement = compute_placement(mbs)
+        spots = _compute_spot_positions(placement, simulation)
+        simulation.stance = _find_lowest_spots(spots, simulation.up, self.within)
         if find_floating_body(mbs) is not None and has_gravity:
-            positions = [position for _, position in _compute_spot_positions(mbs, simulation)]
-            warn_of_falling(conversion, compute_placement(mbs), positions)
+            warn_of_falling(conversion, placement, [position for _, position in spots])
         _add_law(conversion, self)
         conversion.report["contacts"] = [
             {"links": contact.links, "point": contact.point, "spots": len(contact.spots)}
@@ -244,20 +246,22 @@ def _replace_mesh(
 # --- where the robot stands ---
 
 
-def _find_lowest_spots(mbs: Mbs, simulation: Simulation, height: float) -> list[tuple[str, Vec]]:
+def _find_lowest_spots(
+    spots: list[tuple[str, Vec]], up: Vec, height: float
+) -> list[tuple[str, Vec]]:
     """Find the spots that are at most a height (m) above the lowest one.
 
-    Returns:
-        For each of them its body, and its position (m, in the base).
+    Args:
+        spots: The body of each spot, and its position (m, in the base).
+        up: The direction against gravity.
+        height: The height (m).
     """
-    spots, up = _compute_spot_positions(mbs, simulation), simulation.up
     lowest = min(dot(up, position) for _, position in spots)
     return [(body, position) for body, position in spots if dot(up, position) <= lowest + height]
 
 
-def _compute_spot_positions(mbs: Mbs, simulation: Simulation) -> list[tuple[str, Vec]]:
+def _compute_spot_positions(placement: Placement, simulation: Simulation) -> list[tuple[str, Vec]]:
     """Compute the position of each spot at the start (m, in the base), with its body."""
-    placement = compute_placement(mbs)
     horizontal = simulation.horizontal_axes[0]
     spots = []
     for contact in simulation.contacts:
@@ -278,9 +282,11 @@ def _put_on_ground(conversion: Conversion, ground: float) -> None:
     if body is None:
         conversion.note("stand", "the base is fixed, and stays where it is, wherever the ground is")
         return
-    _, lowest = _find_lowest_spots(conversion.mbs, simulation, 0.0)[0]
+    placement = compute_placement(conversion.mbs)
+    spots = _compute_spot_positions(placement, simulation)
+    _, lowest = _find_lowest_spots(spots, simulation.up, 0.0)[0]
     rise = ground - dot(simulation.up, lowest)
-    for placed in compute_placement(conversion.mbs).joints:
+    for placed in placement.joints:
         joint = placed.joint
         if joint in body.joints and joint.type[0] == "T" and joint.nature == "independent":
             joint.q = (joint.q or 0.0) + rise * dot(placed.axis, simulation.up)

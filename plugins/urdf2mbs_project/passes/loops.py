@@ -344,8 +344,12 @@ def _compute_rank(jacobian: Array) -> int:
 def _drop_redundant_cuts(conversion: Conversion, mass: MassModel, optional: set[str]) -> None:
     """Drop those of the optional cuts that add no constraint, and their points."""
     mbs = conversion.mbs
-    for cut in [cut for cut in mbs.cuts if cut.name in optional]:
-        rank = _compute_rank(_compute_jacobian(conversion, mass))
+    optional_cuts = [cut for cut in mbs.cuts if cut.name in optional]
+    if not optional_cuts:
+        return
+    # a cut is dropped only if the rank stays
+    rank = _compute_rank(_compute_jacobian(conversion, mass))
+    for cut in optional_cuts:
         mbs.cuts.remove(cut)
         if _compute_rank(_compute_jacobian(conversion, mass)) < rank:
             mbs.cuts.append(cut)

@@ -28,6 +28,7 @@ from urdf2mbs.plugin import (
     files,
     fits,
     nearest,
+    rounded,
     safe_parser,
     some,
 )
@@ -274,7 +275,7 @@ def _compute_middle(step: Step) -> float:
     """Return the middle of the limits of a URDF joint (rad or m), in few digits."""
     lower, upper = get_limits(step)
     middle = (lower + upper) / 2
-    short = float(f"{middle:.3g}")
+    short = rounded(middle, 3)
     return short if abs(short - middle) < (upper - lower) / 4 else middle
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import argparse
 import re
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 
 from urdf2mbs.plugin import GROUP, ConfigError, Plugins, add_printing, path, print_json, write_files
@@ -77,12 +78,17 @@ def new_pass(name: str, folder: Path, *, force: bool = False) -> tuple[Path, Pat
     replacements = {"NAME": name, "CLASS": name.title().replace("-", ""), "FILE": file_stem}
     files = {}
     for output_file, template in ((plugin_file, "plugin.py.in"), (test_file, "test_plugin.py.in")):
-        content = (TEMPLATES / template).read_text("utf-8")
-        for placeholder, replacement in replacements.items():
-            content = content.replace(placeholder, replacement)
+        content = fill_template((TEMPLATES / template).read_text("utf-8"), replacements)
         files[output_file] = content.encode()
     write_files(files, force=force)
     return plugin_file, test_file
+
+
+def fill_template(template: str, replacements: Mapping[str, str]) -> str:
+    """Return a template with its placeholders replaced."""
+    for placeholder, replacement in replacements.items():
+        template = template.replace(placeholder, replacement)
+    return template
 
 
 def suggest_name(name: str) -> str:

@@ -23,7 +23,7 @@ from urdf2mbs.plugin import (
     print_json,
     some,
 )
-from urdf2mbs_setup.commands.new_pass import NAME, suggest_name
+from urdf2mbs_setup.commands.new_pass import NAME, fill_template, suggest_name
 
 EXAMPLES = (
     "urdf2mbs new-plugin our-lab",
@@ -104,7 +104,7 @@ def new_plugin(name: str, parent: Path) -> tuple[Path, list[Path]]:
     }
     folder = parent / name
     file_contents = {
-        folder / _fill_template(file, replacements): _fill_template(
+        folder / fill_template(file, replacements): fill_template(
             (TEMPLATES / template).read_text("utf-8"), replacements
         )
         for file, template in FILES.items()
@@ -124,13 +124,6 @@ def new_plugin(name: str, parent: Path) -> tuple[Path, list[Path]]:
             message = f"cannot write '{file}': {error.strerror}"
             raise ConfigError("output-unwritable", message) from None
     return folder, list(file_contents)
-
-
-def _fill_template(template: str, replacements: dict[str, str]) -> str:
-    """Fill a template with the words of a plugin."""
-    for placeholder, replacement in replacements.items():
-        template = template.replace(placeholder, replacement)
-    return template
 
 
 def _check_name(plugin_name: str) -> None:

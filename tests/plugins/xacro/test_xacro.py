@@ -395,6 +395,14 @@ def test_an_error_in_a_macro_of_an_include_names_its_file_and_line(tmp_path: Pat
     assert error.message == ("division by zero when evaluating expression '1/0', in the macro 'm'")
 
 
+def test_an_error_in_a_macro_of_the_file_itself_names_its_line(tmp_path: Path) -> None:
+    macro = '<xacro:macro name="m">\n<link name="${1/0}"/></xacro:macro>'
+    source = write(tmp_path, f"{macro}<xacro:m/>")
+    error = failure(source)
+    assert (error.file, error.line) == (str(source), 3)
+    assert error.message == ("division by zero when evaluating expression '1/0', in the macro 'm'")
+
+
 def test_no_line_is_given_where_it_could_be_one_of_two(tmp_path: Path) -> None:
     error = failure(write(tmp_path, '<link name="${x}"/>\n<link name="${x}"/>'))
     assert (error.file, error.line) == (str(tmp_path / "main.urdf.xacro"), None)
