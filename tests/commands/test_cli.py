@@ -1,5 +1,6 @@
 """The commands: what they print, write and return."""
 
+import contextlib
 import json
 import os
 import subprocess
@@ -15,6 +16,7 @@ import pytest
 from urdf2mbs.cli import main
 from urdf2mbs.commands.progress import Progress
 from urdf2mbs.config.load import load
+from urdf2mbs.disk.version import find_version
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.hookspecs import hookimpl
 from urdf2mbs.mbs.reader import read_mbs
@@ -164,11 +166,30 @@ def test_a_run_that_lasts_says_where_it_is(
     assert (" ms  emit\n" in ear.text) == verbose
 
 
-def test_version(capsys: Any) -> None:
-    with pytest.raises(SystemExit) as caught:
-        main(["--version"])
-    assert caught.value.code == 0
+@pytest.mark.parametrize("command_line", [["--version"], ["-v", "--version"]])
+def test_version(command_line: list[str], capsys: Any) -> None:
+    with contextlib.suppress(SystemExit):  # argparse ends the program, where it reads the options
+        assert main(command_line) == 0
     assert capsys.readouterr().out == f"urdf2mbs {version('urdf2mbs')}\n"
+
+
+def test_version_imports_nothing_else() -> None:
+    imported = loaded("from urdf2mbs.cli import main; main(['--version'])") - loaded("pass")
+    allowed = {"__future__", "urdf2mbs", "urdf2mbs.cli", "urdf2mbs.disk", "urdf2mbs.disk.version"}
+    assert imported <= allowed
+
+
+def test_the_version_is_found_without_a_folder_of_that_name(
+    here: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where no folder has the version in its name, importlib.metadata reads it."""
+    metadata = here / "urdf2mbs.egg-info"
+    metadata.mkdir()
+    (metadata / "PKG-INFO").write_text("Metadata-Version: 2.1\nName: urdf2mbs\nVersion: 7.8\n")
+    monkeypatch.setattr(sys, "path", [str(here / "nowhere"), str(here)])
+    assert find_version() == "7.8"
+    (here / "urdf2mbs-9.1.dist-info").mkdir()
+    assert find_version() == "9.1"
 
 
 def test_versions_in_file_names_stay(robot: Path) -> None:

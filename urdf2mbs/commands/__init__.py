@@ -19,6 +19,7 @@ from typing import Any, NoReturn
 
 from urdf2mbs.commands.colours import clean_streams
 from urdf2mbs.disk.files import absolute
+from urdf2mbs.disk.version import find_version
 from urdf2mbs.engine.plugins import Plugins, load_plugins
 from urdf2mbs.hookspecs import Command
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, memory_full_error, nearest
@@ -262,13 +263,11 @@ class _Parser(argparse.ArgumentParser):
 
 
 class _Version(argparse.Action):
-    """Looks up the version only if it is asked for."""
+    """Looks up the version only if it is asked for, beside other options: ``cli`` answers first."""
 
     def __init__(self, option_strings: list[str], dest: str, **settings: Any) -> None:
         super().__init__(option_strings, dest, nargs=0, **settings)
 
     def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> None:
-        from importlib.metadata import version
-
-        print(f"urdf2mbs {version('urdf2mbs')}")
+        print(f"urdf2mbs {find_version()}")
         parser.exit()
