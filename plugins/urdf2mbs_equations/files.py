@@ -13,6 +13,7 @@ from urdf2mbs_equations.constraints import find_constant_gaps
 from urdf2mbs_equations.contents import ContentMaker
 from urdf2mbs_equations.equations_fit import fingerprint
 from urdf2mbs_equations.matlab import MatlabWriter
+from urdf2mbs_equations.matlab_data import write_data, write_example
 from urdf2mbs_equations.options import EquationOptions
 from urdf2mbs_equations.python import PythonWriter
 from urdf2mbs_equations.routine import (
@@ -130,6 +131,8 @@ def generate(
     file_writer = _FileWriter(mbs, data, file, options, equations)
     for name in names:
         file_writer.write(name)
+    if options.language == "matlab":
+        file_writer.write_matlab_data(data)
     return equations
 
 
@@ -177,6 +180,17 @@ class _FileWriter:
         lines = "".join(f"{writer.comment} {line}".rstrip() + "\n" for line in head)
         file = f"mbs_{name}_{self.mbs.name}.{writer.suffix}"
         equations.files[file] = f"{lines}\n{text}".encode()
+
+    def write_matlab_data(self, data: bytes) -> None:
+        """Write the data of the .mbs, which must fit its numbers, and an example."""
+        checksum = f"Fits (tree, numbers): sha256 {fingerprint(data, 'tree, numbers')}"
+        name, (mark, fits) = self.mbs.name, self.head
+        for file, lines, text in (
+            (f"{name}_data.m", (mark, checksum), write_data(self.mbs)),
+            (f"{name}_example.m", (mark, fits), write_example(self.mbs)),
+        ):
+            head = "".join(f"% {line}\n" for line in lines)
+            self.equations.files[file] = f"{head}\n{text}".encode()
 
     def _describe(self, content: Content) -> list[str]:
         """Return what the head of a file says about its function."""

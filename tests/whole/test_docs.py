@@ -120,6 +120,14 @@ class Page:
     def c(self, block: Block) -> None:
         """A file, which a command compiles."""
 
+    def matlab(self, block: Block) -> None:
+        """Commands in the folder of an example, which GNU Octave runs where it is installed."""
+        (example,) = self.folder.rglob("*_example.m")
+        (example.parent / "commands.m").write_text(block.text)
+        if shutil.which("octave-cli"):
+            code, self.said = self.run(f"cd {example.parent} && octave-cli --norc -q commands.m")
+            assert code == 0, self.said
+
     def yaml(self, block: Block) -> None:
         if block.file:
             config, lines = load(self.folder / block.file)

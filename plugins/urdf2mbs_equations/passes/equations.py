@@ -120,14 +120,21 @@ class _StaleEquations(NamedTuple):
 
 def _find_stale(conversion: Conversion, folder: Path, model: bytes) -> _StaleEquations:
     name = "*" if conversion.settings.project else conversion.mbs.name
-    equations = [
-        path for path in sorted(folder.glob(f"mbs_*_{name}.*")) if path not in conversion.files
-    ]
-    verdicts = {path: fits(files.read_beginning(path, HEAD_SIZE), model) for path in equations}
+    patterns = (f"mbs_*_{name}.*", f"{name}_data.m", f"{name}_example.m")
+    equations = sorted(path for pattern in patterns for path in folder.glob(pattern))
+    verdicts = {
+        path: fits(files.read_beginning(path, HEAD_SIZE), model)
+        for path in equations
+        if path not in conversion.files
+    }
     stale = [path for path, verdict in verdicts.items() if verdict is False]
     removed = [path for path in stale if is_ours(path)]
     remaining = [path for path in stale if path not in removed]
-    unknown = [path for path, verdict in verdicts.items() if verdict is None]
+    unknown = [
+        path
+        for path, verdict in verdicts.items()
+        if verdict is None and path.name.startswith("mbs_")  # any other file may be the user's
+    ]
     return _StaleEquations(removed, remaining + _choose_stale(conversion, unknown, model))
 
 

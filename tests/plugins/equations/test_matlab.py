@@ -13,7 +13,7 @@ from conftest import SHARED
 from oracle.generated import TABLES, Data, PythonEquations, error, random_state
 from urdf2mbs.mbs.model import Body, Connection, Joint, Mbs, Point, Sensor
 from urdf2mbs.mbs.reader import read_mbs
-from urdf2mbs.testing import convert_text
+from urdf2mbs.testing import TINY, convert_text
 from urdf2mbs_equations.constraints import count_equations
 from urdf2mbs_equations.files import generate
 from urdf2mbs_equations.options import EquationOptions
@@ -87,9 +87,9 @@ def make_complete_model() -> Mbs:
     return mbs
 
 
-def convert_biped() -> Mbs:
-    text = (CONFIGS / "biped.urdf.xacro").read_text()
-    return read_mbs(convert_text(text).data, "biped", mechanics_only=True)
+def convert_config(name: str) -> Mbs:
+    text = (CONFIGS / name).read_text()
+    return read_mbs(convert_text(text).data, name, mechanics_only=True)
 
 
 def read_sample(name: str) -> Mbs:
@@ -142,10 +142,28 @@ def call_python(eq: PythonEquations, s: Received) -> dict[str, list[Any]]:
     return out
 
 
+def run_octave(script: str, folder: Path) -> str:
+    """Return what a script prints."""
+    (folder / "driver.m").write_text(script)
+    ran = subprocess.run(
+        ["octave-cli", "--norc", "--quiet", "driver.m"],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert ran.returncode == 0, ran.stderr
+    return ran.stdout
+
+
 @needs_octave
 @pytest.mark.parametrize(
     "make",
-    [convert_biped, make_complete_model, lambda: read_sample("Vhinque-Ankle.mbs")],
+    [
+        lambda: convert_config("biped.urdf.xacro"),
+        make_complete_model,
+        lambda: read_sample("Vhinque-Ankle.mbs"),
+    ],
     ids=["biped", "all", "ankle"],
 )
 def test_octave_computes_what_python_computes(make: Any, tmp_path: Path) -> None:
@@ -179,22 +197,67 @@ def test_octave_computes_what_python_computes(make: Any, tmp_path: Path) -> None
         script += f"[{', '.join(outs)}] = mbs_{name}_{mbs.name}(s, 0, usrfun{more});\n"
         script += "".join(f"show({out});\n" for out in outs)
         script += "show(told); printf('\\n');\n" * (name == "extforces") + "printf('end\\n');\n"
-    (tmp_path / "driver.m").write_text(script)
-    ran = subprocess.run(
-        ["octave-cli", "--norc", "--quiet", "driver.m"],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert ran.returncode == 0, ran.stderr
-    *printed, rest = ran.stdout.split("end\n")
+    *printed, rest = run_octave(script, tmp_path).split("end\n")
     assert rest == ""
     for (call, results), text in zip(expected.items(), printed, strict=True):
         generated = np.concatenate([np.ravel(result, order="F") for result in results])
         actual = np.array(text.split(), dtype=float)
         assert actual.shape == generated.shape, call
         assert error(actual, generated) < 1e-12, call
+
+
+@needs_octave
+@pytest.mark.parametrize(
+    ("make", "tolerance"),
+    [
+        (lambda: read_mbs(convert_text(TINY).data, "tiny", mechanics_only=True), 1e-14),
+        (lambda: convert_config("arm.urdf.xacro"), 1e-14),
+        (lambda: convert_config("biped.urdf.xacro"), 1e-14),
+        (lambda: read_sample("Vhinque-Ankle.mbs"), 1e-9),  # Newton's method closes its loops
+    ],
+    ids=["tiny", "arm", "biped", "ankle"],
+)
+def test_the_example_computes_accelerations(make: Any, tolerance: float, tmp_path: Path) -> None:
+    """From nothing but the generated files: the data of the .mbs are in one of them."""
+    mbs: Mbs = make()
+    python, matlab = (
+        generate(mbs, b"<mbsDescR7/>", "m.mbs", EquationOptions(language=language))
+        for language in ("python", "matlab")
+    )
+    for name, text in matlab.files.items():
+        (tmp_path / name).write_bytes(text)
+    s = random_state(mbs, np.random.default_rng(3), loads=False)
+    s.qdd[:] = 0.0
+    s.Qq[1:] = np.random.default_rng(4).uniform(-10, 10, s.njoint)
+    if mbs.cuts:
+        s.q[1:] = [joint.q or 0.0 for joint in mbs.joints().values()]
+    eq = PythonEquations(python, mbs, tmp_path)
+    assert eq.accelred(s) >= 0
+    mass, bias = eq.dirdyna(s)
+    script = f"1;\ns = {mbs.name}_data();\n"
+    for name in ("q", "qd", "Qq"):
+        script += f"s.{name} = [{';'.join(map(repr, getattr(s, name)[1:].tolist()))}];\n"
+    script += f"[qdd, M, c] = {mbs.name}_example(s);\nprintf('%.17g\\n', qdd, M, c);\n"
+    actual = np.array(run_octave(script, tmp_path).split(), dtype=float)
+    n = s.njoint
+    assert actual.shape == (2 * n + n * n,)
+    assert error(actual[n:-n], mass.ravel()) <= 1e-14
+    assert error(actual[-n:], bias) <= 1e-14
+    assert error(actual[:n], s.qdd[1:]) <= tolerance
+
+
+def test_the_data_of_matlab_are_those_of_the_file() -> None:
+    """Without Octave: names with quotes, empty lists, and the checksums of both files."""
+    mbs = make_complete_model()
+    mbs.bodies[0].joints[0].name = "the leg's"
+    made = generate(mbs, b"<mbsDescR7/>", "m.mbs", EquationOptions(language="matlab"))
+    data, example = (made.files[f"everything_{name}.m"].decode() for name in ("data", "example"))
+    assert "s.joints = {'the leg''s', 'j1', 'j2', 'j3'};" in data
+    assert "s.qc = zeros(1,0);" in data
+    assert "s.lrod = [0.4]';" in data
+    assert "0.1, 0.01, 0.02, 0.01, 0.2, 0.03, 0.02, 0.03, 0.25" in data
+    assert "% Fits (tree, numbers): sha256 " in data
+    assert "% Fits (tree, fixed): sha256 " in example
 
 
 def test_matlab_says_what_it_leaves_out() -> None:

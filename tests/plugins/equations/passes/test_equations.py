@@ -77,6 +77,29 @@ def test_each_run_warns_until_there_are_equations_again(tmp_path: Path) -> None:
     assert run() == []
 
 
+def test_data_for_matlab_are_of_the_numbers(tmp_path: Path) -> None:
+    """A new mass makes them stale, and no other file; a file of the user is not ours."""
+    source, text = tmp_path / "tiny.urdf", "source: tiny.urdf\noutput: {project: tiny}\n"
+    folder = tmp_path / "tiny" / "symbolicR"
+
+    def run() -> list[str]:
+        conversion = Pipeline(*parse(text, tmp_path / "tiny.yaml")).run()
+        write(conversion)
+        return [d.message for d in conversion.diagnostics if d.code == "equations-stale"]
+
+    source.write_text(TINY)
+    assert run() == []
+    assert main(["equations", str(tmp_path / "tiny"), "--language", "matlab"]) == 0
+    assert run() == []
+    (folder / "tiny_2_data.m").write_text("% of the user\n")
+    source.write_text(TINY.replace('mass value="2"', 'mass value="1.5"', 1))
+    (message,) = run()
+    assert message.startswith("1 file of equations")
+    assert message.endswith("tiny_data.m")
+    assert not (folder / "tiny_data.m").exists()
+    assert (folder / "tiny_example.m").is_file()
+
+
 def test_equations_of_robotran_for_other_joints_are_named_each_time(tmp_path: Path) -> None:
     (tmp_path / "tiny.urdf").write_text(TINY)
     text = "source: tiny.urdf\noutput: {project: tiny}\n"
