@@ -200,7 +200,9 @@ class Input(msgspec.Struct):
     data: bytes = b""
     """The file of the robot, as it was read."""
     expansion: Expansion | None = None
-    """The file with xacro expanded; None if it has no xacro."""
+    """The URDF that the file was expanded to; None if the file is a URDF."""
+    settings: dict[str, Any] = {}
+    """What the robot's file states of the config's keys, and the config does not overrule."""
 
 
 class Base(msgspec.Struct):

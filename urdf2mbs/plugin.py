@@ -47,6 +47,7 @@ EXPORTS: dict[str, dict[str, tuple[str, ...]]] = {
             "JointModels",
             "OnPurpose",
             "Placed",
+            "SecondOpinions",
         ),
     },
     "Messages and errors": {

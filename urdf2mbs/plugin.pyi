@@ -160,6 +160,7 @@ from urdf2mbs.states import Estimates as Estimates
 from urdf2mbs.states import JointModels as JointModels
 from urdf2mbs.states import OnPurpose as OnPurpose
 from urdf2mbs.states import Placed as Placed
+from urdf2mbs.states import SecondOpinions as SecondOpinions
 from urdf2mbs.summary import Report as Report
 from urdf2mbs.summary import left_out as left_out
 from urdf2mbs.summary import report as report
@@ -301,6 +302,7 @@ __all__ = [
     "Report",
     "Robot",
     "Rot",
+    "SecondOpinions",
     "Segment",
     "Settings",
     "Shape",

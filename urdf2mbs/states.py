@@ -7,6 +7,7 @@ from typing import Any
 import msgspec
 
 from urdf2mbs.mbs.model import Joint
+from urdf2mbs.proof.verdict import Difference, Proof
 from urdf2mbs.urdf.model import Extension
 
 
@@ -50,3 +51,16 @@ class OnPurpose(msgspec.Struct):
     """The files whose edits make the .mbs another robot than the URDF's."""
     added: dict[str, str] = {}
     """Elements that people added to the .mbs, and where each of them is."""
+
+
+class SecondOpinions(msgspec.Struct):
+    """What other programs compute for the robot that was read; the verdict states it."""
+
+    confirmed: list[str] = []
+    """What agrees, such as ``as MuJoCo computes it, to 1e-13``."""
+    differences: list[Difference] = []
+
+    def add_to(self, proof: Proof) -> None:
+        """Add the opinions to a proof; with differences it is not the same robot."""
+        proof.confirmed += self.confirmed
+        proof.add_differences(self.differences)

@@ -68,6 +68,8 @@ class Report(msgspec.Struct):
     changes, and properties that were not compared."""
     proof: Proof | None
     """The result of ``check``; None: it did not run."""
+    robot_settings: dict[str, Any]
+    """What the robot's own file states of the config's keys, and the config does not overrule."""
     diagnostics: list[Diagnostic]
     passes: dict[str, Any]
     """The parts of the report by passes, each under its name."""
@@ -129,9 +131,28 @@ def report(conversion: Conversion) -> Report:
         left_out=left_out(conversion),
         verdict=verdict(conversion),
         proof=conversion.checked.proof,
+        robot_settings=conversion.input.settings,
         diagnostics=conversion.diagnostics,
         passes=conversion.report,
     )
+
+
+def list_robot_settings(conversion: Conversion) -> list[str]:
+    """Return the keys of a config that the robot's own file has set: ``rotors.armature (12)``.
+
+    The number is that of the entries of a block.
+    """
+    settings = conversion.input.settings
+    names = []
+    if "base" in settings:
+        names.append(f"base {settings['base']}")
+    if "gravity" in settings:
+        names.append("gravity " + " ".join(f"{number:g}" for number in settings["gravity"]))
+    for pass_name, options in settings.get("passes", {}).items():
+        for option, value in options.items():
+            count = f" ({len(value)})" if isinstance(value, (dict, list)) else ""
+            names.append(f"{pass_name}.{option}{count}")
+    return names
 
 
 #: The parts of a URDF joint for which an .mbs has no element, and the code of the note about each.

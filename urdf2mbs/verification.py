@@ -30,7 +30,7 @@ from urdf2mbs.proof.match import (
 from urdf2mbs.proof.pair import TOLERANCE
 from urdf2mbs.proof.verdict import Difference, Proof
 from urdf2mbs.ranges import LARGEST_TOLERANCE
-from urdf2mbs.states import OnPurpose
+from urdf2mbs.states import OnPurpose, SecondOpinions
 from urdf2mbs.urdf.model import Robot
 from urdf2mbs.urdf.reader import is_name
 
@@ -119,6 +119,7 @@ def verify(
     )
     if converted is not None:
         _compare_followers(conversion.robot, converted.robot, expected, proof)
+        converted.state(SecondOpinions).add_to(proof)
     _compare_base(proof, conversion, expected, fields.get("base", "auto"))
     verdict = _make_verdict(proof, conversion, mbs, expected, model=model, frames=frames)
     verdict.made_of = "" if converted is None else model
@@ -188,7 +189,7 @@ def verify_config(
     expected = _match_conversion(conversion, mbs)
     on_purpose = conversion.state(OnPurpose)
     expectation = Expectation(
-        gravity=config.gravity,
+        gravity=conversion.settings.config.gravity,
         massless=[
             name
             for name in expected.locked
@@ -350,6 +351,7 @@ def _make_verdict(
         frames: Whether frames that are elsewhere are differences.
     """
     robot, inserted = conversion.robot, conversion.base.inserted or ""
+    conversion.state(SecondOpinions).add_to(proof)
     if frames:
         proof.not_compared |= _list_missing_frames(robot, mbs, expected)
     verdict = Verdict(
@@ -386,7 +388,7 @@ def _compare_followers(robot: Robot, second: Robot, expected: Match, proof: Proo
 
 def _is_robot(file: str) -> bool:
     """Return whether a name is that of a URDF or xacro file; an .mbs may have any ending."""
-    return is_name(file) or Path(file).suffix.lower() in (".urdf", ".xacro", ".xml")
+    return is_name(file) or Path(file).suffix.lower() in (".urdf", ".xacro", ".xml", ".mjcf")
 
 
 def _list_missing_frames(robot: Robot, mbs: Mbs, expected: Match) -> dict[str, str]:

@@ -14,7 +14,7 @@ import msgspec
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.summaries import of_plugins
 from urdf2mbs.messages.diagnostics import Diagnostic, counted
-from urdf2mbs.summary import Report
+from urdf2mbs.summary import Report, list_robot_settings
 
 #: The most messages of one code that are printed, unless all are asked for.
 MAX_PER_CODE = 5
@@ -45,7 +45,16 @@ def print_summary(
         link_count, urdf_joints = counted(report.links, "link"), counted(joints.urdf, "URDF joint")
         compared_lines = [] if report.proof is None else [report.proof.compared]
         printed_lines += [f"{link_count} -> {bodies}, {urdf_joints} -> {joints}", *compared_lines]
+    print_robot_settings(conversion)
     print("".join(f"  {line}\n" for line in printed_lines), end="")
+
+
+def print_robot_settings(conversion: Conversion) -> None:
+    """Print which keys of the config the robot's own file has set."""
+    names = list_robot_settings(conversion)
+    if names:
+        source = near(conversion.settings.source)
+        print(f"  set by {source}, unless the config says otherwise: {', '.join(names)}")
 
 
 def print_diagnostics(

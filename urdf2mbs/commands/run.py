@@ -15,6 +15,7 @@ from urdf2mbs.commands.printing import (
     near,
     print_diagnostics,
     print_json,
+    print_robot_settings,
     print_summary,
 )
 from urdf2mbs.commands.progress import Progress
@@ -110,7 +111,14 @@ def _show_plan(conversion: Conversion, arguments: argparse.Namespace) -> int:
     changed_files = {change_kind: list(map(near, paths)) for change_kind, paths in changes.items()}
     merge = conversion.report.get("merge")
     if arguments.json:
-        print_json({"merge": merge, "files": changed_files, "diagnostics": conversion.diagnostics})
+        print_json(
+            {
+                "merge": merge,
+                "files": changed_files,
+                "robot_settings": conversion.input.settings,
+                "diagnostics": conversion.diagnostics,
+            }
+        )
     else:
         print(f"{conversion.robot.name}: the plan; nothing is written")
         for change_kind, sentences in (merge["words"] if merge else {}).items():
@@ -122,6 +130,7 @@ def _show_plan(conversion: Conversion, arguments: argparse.Namespace) -> int:
         for change_kind, paths in changed_files.items():
             if paths:
                 print(f"  {change_kind} files: {some(paths, 6)}")
+        print_robot_settings(conversion)
         print_diagnostics(conversion.diagnostics, arguments.verbose)
     return 0 if conversion.checked.rejected is None else 3
 

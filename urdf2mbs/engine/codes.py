@@ -31,5 +31,9 @@ CODES = {
     "plugin-failed": "error: a plugin's pass or hook has failed. See `--debug`.",
     "plugin-robot-broken": "error: a plugin's pass leaves no tree of links. Correct the pass.",
     "plugin-output-broken": "error: a plugin leaves files that nobody can write. Correct it.",
+    "robot-settings": "note: settings that the robot's own file states. Set them in the config to "
+    "overrule them.",
+    "robot-settings-invalid": "error: the reader of a file returns settings that no config has. "
+    "Correct the plugin.",
     "internal": "error: urdf2mbs has failed. Please report it.",
 }

@@ -76,6 +76,30 @@ class ConfiguredPass:
         configured: Pass = typed(self.kind, self.options, self._config_lines, ("passes", self.name))
         return configured
 
+    def add_defaults(self, options: dict[str, Any]) -> ConfiguredPass:
+        """Return this pass with options beneath its own.
+
+        Raises:
+            ConfigError: The pass has no such option.
+        """
+        return ConfiguredPass(
+            self.entry,
+            merge_options(options, self.options),
+            self.key,
+            self._config_lines,
+            swapped=self.swapped,
+            named=self.given,
+        )
+
+
+def merge_options(defaults: Mapping[str, Any], options: Mapping[str, Any]) -> dict[str, Any]:
+    """Return options over defaults; blocks of keys are merged key by key, defaults first."""
+    merged = {**defaults, **options}
+    for key, default in defaults.items():
+        if isinstance(default, Mapping) and isinstance(merged[key], Mapping):
+            merged[key] = merge_options(default, merged[key])
+    return merged
+
 
 def resolve(config: Config, config_lines: Lines, plugins: Plugins) -> list[ConfiguredPass]:
     """Return the passes of a config, chosen, placed and with their options.

@@ -21,6 +21,7 @@ from urdf2mbs.engine.failures import locating_option, naming_pass, naming_plugin
 from urdf2mbs.engine.levels import apply_levels, raise_errors
 from urdf2mbs.engine.order import ConfiguredPass, check_order, list_method, resolve
 from urdf2mbs.engine.plugins import Plugins, load_plugins
+from urdf2mbs.engine.robot_settings import apply_robot_settings
 from urdf2mbs.engine.settings import check_output, make_settings
 from urdf2mbs.hookspecs import GROUP, Pass
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, nearest
@@ -219,13 +220,20 @@ class Pipeline:
 
     def _run_passes(self, conversion: Conversion, stop_after: str | None) -> None:
         finished_passes: list[ConfiguredPass] = []
-        for configured_pass in self.passes:
+        passes = list(self.passes)
+        has_robot_settings = False
+        for position, configured_pass in enumerate(passes):
             if self._has_work(configured_pass, conversion, finished_passes):
                 self._call_hook("urdf2mbs_before_pass", configured_pass.pass_, conversion)
                 start_time = perf_counter()
                 self._run_pass(configured_pass, conversion, finished_passes)
                 seconds = perf_counter() - start_time
                 finished_passes.append(configured_pass)
+                if not has_robot_settings and conversion.input.expansion is not None:
+                    has_robot_settings = True
+                    later_passes = passes[position + 1 :]
+                    apply_robot_settings(conversion, self._config_lines, later_passes)
+                    passes[position + 1 :] = later_passes
                 conversion.diagnostics = apply_levels(
                     conversion.diagnostics, self._config, self.plugins
                 )
@@ -266,7 +274,8 @@ class Pipeline:
         """
         pass_check = PassCheck(configured_pass, conversion, finished_passes)
         with naming_pass(self.plugins, configured_pass, conversion, finished_passes):
-            with locating_option(configured_pass.name, self._config, self._config_lines):
+            config = conversion.settings.config
+            with locating_option(configured_pass.name, config, self._config_lines):
                 configured_pass.pass_.run(conversion)
             pass_check.finish()
         pass_check.check_sections()

@@ -23,7 +23,7 @@ from urdf2mbs.proof.match import Match
 from urdf2mbs.proof.pair import TOLERANCE
 from urdf2mbs.proof.verdict import Difference, Proof
 from urdf2mbs.ranges import Tolerance
-from urdf2mbs.states import OnPurpose
+from urdf2mbs.states import OnPurpose, SecondOpinions
 from urdf2mbs.urdf.model import Robot
 
 
@@ -101,4 +101,5 @@ def prove(
         for change in conversion.checked.changed
         if not change.declared
     )
+    conversion.state(SecondOpinions).add_to(proof)
     return proof

@@ -30,6 +30,8 @@ class Expand(Pass):
             conversion.hook.urdf2mbs_extension,
         )
         conversion.diagnostics += diagnostics
+        if conversion.input.expansion is not None:
+            conversion.states |= conversion.input.expansion.states
 
 
 def _read_source(conversion: Conversion) -> None:

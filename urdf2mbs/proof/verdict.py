@@ -57,6 +57,8 @@ class Proof(msgspec.Struct, kw_only=True):
     """Known deviations from the URDF that are not differences, each with the reason."""
     not_compared: dict[str, str]
     """What Robotran reads and nothing here compares, each with the reason."""
+    confirmed: list[str] = []
+    """What another program computes for the same robot: ``as MuJoCo computes it, to 1e-13``."""
 
     @property
     def compared(self) -> str:
@@ -98,7 +100,8 @@ class Proof(msgspec.Struct, kw_only=True):
         if not self.same:
             return NOT_THE_SAME
         deviations = [*changes, *_group_by_reason(self.but_for)]
-        words = THE_SAME + (f", but for {'; '.join(deviations)}" if deviations else "")
+        words = ", and ".join([THE_SAME, *self.confirmed])
+        words += f", but for {'; '.join(deviations)}" if deviations else ""
         not_compared = "; ".join(_group_by_reason(self.not_compared))
         return words + (f"; not compared: {not_compared}" if not_compared else "")
 

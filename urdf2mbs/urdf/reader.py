@@ -8,7 +8,7 @@ as urdfdom does.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -29,7 +29,7 @@ from urdf2mbs.urdf.unread import report_stray_texts, report_xacro
 from urdf2mbs.urdf.values import Reading
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Sequence
 
 #: Roots of other kinds of file.
 OTHER_ROOTS = {
@@ -38,7 +38,7 @@ OTHER_ROOTS = {
     "mbsDescR7": "an .mbs file (Robotran) already",
 }
 #: Endings of a robot's file that are no part of its name.
-_ENDINGS = (".urdf", ".xacro", ".xml")
+_ENDINGS = (".urdf", ".xacro", ".xml", ".mjcf")
 
 
 class Expansion(NamedTuple):
@@ -49,6 +49,11 @@ class Expansion(NamedTuple):
     files: list[str]
     """All files that were read, the source first."""
     warnings: list[Diagnostic]
+    settings: Mapping[str, Any] = {}
+    """What the file states and a URDF cannot, as defaults of the keys ``base``, ``gravity`` and
+    ``passes`` of a config.  A value of the config overrules them, key by key."""
+    states: Mapping[type, Any] = {}
+    """Data for passes of the reader's plugin: the objects of ``conversion.state``, by class."""
 
 
 class Located(NamedTuple):
@@ -134,7 +139,7 @@ def read_text(
     Raises:
         ConversionError: The last of the errors, with the others in its ``earlier``.
     """
-    urdf_bytes, expanded_files, warnings = expansion or (data, [], [])
+    urdf_bytes, expanded_files, warnings = expansion[:3] if expansion else (data, [], [])
     try:
         robot, diagnostics = parse_urdf(
             urdf_bytes, str(source), expanded=expanded_files, extend=extend
