@@ -167,9 +167,6 @@ def test_gravity_is_that_of_the_config(lab: Path) -> None:
     [
         ("lab.yaml none.mbs", "cannot read 'none.mbs'", ""),
         ("new.yaml", "no model to compare: 'new.mbs' does not exist", "urdf2mbs run new.yaml"),
-        ("lab.yaml tiny.urdf", "'tiny.urdf' is a robot", "urdf2mbs verify ROBOT tiny.urdf"),
-        ("lab.yaml new.yaml", "'new.yaml' is a config", "urdf2mbs verify new.yaml"),
-        ("tiny.urdf lab.yaml", "'lab.yaml' is a config", "urdf2mbs verify lab.yaml"),
         ("tiny.urdf", "no model to compare", "urdf2mbs verify tiny.urdf MODEL.mbs"),
         ("out/tiny.mbs", "no robot to compare", "urdf2mbs verify ROBOT out/tiny.mbs"),
         ("lab.yaml --base fixed", "--base is for a robot without a config", "lab.yaml"),
@@ -188,6 +185,19 @@ def test_errors_say_what_to_do(
     told = capsys.readouterr().err
     assert message in told
     assert hint in told
+
+
+def test_a_config_stands_for_a_robot_on_either_side(
+    lab: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The payload is part of the robot of lab.yaml, and not of tiny.urdf."""
+    (lab / "plain.yaml").write_text("source: tiny.urdf\noutput: plain.mbs\n")
+    for words in ("tiny.urdf lab.yaml", "lab.yaml tiny.urdf", "lab.yaml plain.yaml"):
+        assert main(["verify", *words.split()]) == 3
+        assert "mass is" in capsys.readouterr().out
+    for words in ("tiny.urdf plain.yaml", "plain.yaml tiny.urdf", "lab.yaml lab.yaml"):
+        assert main(["verify", *words.split()]) == 0
+        assert "the same robot" in capsys.readouterr().out
 
 
 def test_from_python_errors_are_the_same(lab: Path) -> None:

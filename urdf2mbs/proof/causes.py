@@ -35,6 +35,8 @@ from urdf2mbs.spatial import Vec, fewest_turns
 
 #: If the motion of a joint explains a displacement but for this share, its zero is wrong.
 ZERO_SHARE = 1e-3
+#: A link and a body whose mass and centre deviate by less, relatively, are probably the same.
+NEARLY = 1e-3
 
 
 def explain_gravity(urdf: Vec, mbs: Vec, deviation: float) -> Difference:
@@ -167,7 +169,11 @@ def explain_inertia(
     """
     lost_links = _find_lost_links(pair, frames, tolerance)
     differences = [_explain_lost_mass(pair, link) for link in lost_links]
-    for body_pair in _pair_bodies(pair, frames, lost_links):
+    for body_pair in _pair_bodies(pair, relative_pose, frames, lost_links):
+        blamed = _blame_link(pair, body_pair, relative_pose, tolerance)
+        if blamed is not None:
+            differences.append(blamed)
+            continue
         differences += _explain_body(pair, body_pair, relative_pose, tolerance)
     if differences:
         return differences
@@ -201,9 +207,12 @@ def _get_body(link: str, frames: Mapping[str, LinkFrame]) -> str | None:
 
 
 def _pair_bodies(
-    pair: GroupPair, frames: Mapping[str, LinkFrame], lost_links: list[str]
+    pair: GroupPair,
+    relative_pose: Frame,
+    frames: Mapping[str, LinkFrame],
+    lost_links: list[str],
 ) -> list[BodyPair]:
-    """Pair the bodies of a group with their links; all together if they are not all known."""
+    """Pair the bodies of a group with their links: by name, or else by what they weigh."""
     inertias = {
         name: inertia for name, inertia in pair.urdf.inertias.items() if name not in lost_links
     }
@@ -212,13 +221,83 @@ def _pair_bodies(
         links_of_body.setdefault(_get_body(name, frames) or "", []).append(name)
     bodies = pair.mbs.inertias
     if "" in links_of_body or not links_of_body.keys() >= bodies.keys():
-        return [BodyPair([*inertias], sum_inertias([*inertias.values()]), pair.mbs_inertia)]
+        return _pair_by_inertia(pair, relative_pose, inertias)
     return [
         BodyPair(
             links, sum_inertias([inertias[name] for name in links]), bodies.get(body, NO_INERTIA)
         )
         for body, links in links_of_body.items()
     ]
+
+
+def _pair_by_inertia(
+    pair: GroupPair, relative_pose: Frame, inertias: Mapping[str, Inertia]
+) -> list[BodyPair]:
+    """Pair bodies with links of about the same mass and centre; all others together.
+
+    Args:
+        pair: The two groups.
+        relative_pose: Pose X of the URDF's group in the .mbs's group.
+        inertias: The inertias of the links that are not lost, in the URDF's group.
+    """
+    links, bodies = dict(inertias), dict(pair.mbs.inertias)
+    body_pairs = []
+    for link, inertia in inertias.items():
+        urdf = transform_inertia(inertia, relative_pose)
+        deviations = {
+            body: max(compare_inertias(urdf, mbs, pair.scale)[kind] for kind in ("mass", "centre"))
+            for body, mbs in bodies.items()
+        }
+        nearest = min(deviations, key=deviations.__getitem__, default="")
+        if deviations and deviations[nearest] <= NEARLY:
+            body_pairs.append(BodyPair([link], inertia, bodies.pop(nearest)))
+            del links[link]
+    if links or bodies:
+        urdf_sum, mbs_sum = sum_inertias([*links.values()]), sum_inertias([*bodies.values()])
+        body_pairs.append(BodyPair([*links], urdf_sum, mbs_sum))
+    return body_pairs
+
+
+def _blame_link(
+    pair: GroupPair, body_pair: BodyPair, relative_pose: Frame, tolerance: float
+) -> Difference | None:
+    """Find the link whose wrong mass alone explains the inertia of a body; None if none does.
+
+    The body is the sum of several links.  The tensor of the link may be that of its wrong mass, or
+    as it should be.
+    """
+    missing_mass = body_pair.mbs.mass - body_pair.urdf.mass
+    if len(body_pair.links) < 2 or abs(missing_mass) <= tolerance * body_pair.urdf.mass:
+        return None
+    for link in body_pair.links:
+        expected = pair.urdf.inertias[link]
+        mass = expected.mass + missing_mass
+        if expected.mass <= 0.0 or mass < 0.0:
+            continue
+        others = [pair.urdf.inertias[each] for each in body_pair.links if each != link]
+        for factor in (1.0, mass / expected.mass):
+            xx, xy, xz, yy, yz, zz = (factor * c for c in expected.tensor)
+            wrong = Inertia(mass, expected.centre, (xx, xy, xz, yy, yz, zz))
+            total = transform_inertia(sum_inertias([wrong, *others]), relative_pose)
+            deviations = compare_inertias(total, body_pair.mbs, pair.scale).values()
+            if max(deviations) <= max(tolerance, NEARLY * abs(missing_mass) / mass):
+                return _explain_mass(pair, link, mass)
+    return None
+
+
+def _explain_mass(pair: GroupPair, link: str, mass: float) -> Difference:
+    """Describe a link that has another mass in the .mbs (kg)."""
+    expected = pair.urdf.inertias[link].mass
+    return Difference(
+        "mass",
+        f"link '{link}': mass is {format_value(mass)} in the .mbs; "
+        f"expected {format_value(expected)}",
+        abs(mass - expected) / max(mass, expected),
+        link=link,
+        joint=pair.urdf.joint,
+        urdf=expected,
+        mbs=mass,
+    )
 
 
 def _explain_lost_mass(pair: GroupPair, link: str) -> Difference:

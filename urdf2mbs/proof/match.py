@@ -22,6 +22,14 @@ from urdf2mbs.urdf.model import Robot
 _ROTATION_BEFORE_JOINT = re.compile(r"_(origin|axis)_R[123](_joint(_\d+)?)?$")
 
 
+class Exchange(msgspec.Struct):
+    """Two URDF joints that names would exchange, and numbers do not."""
+
+    joints: tuple[str, str]
+    differing: int
+    """How many joints would differ if they were exchanged."""
+
+
 class Match(msgspec.Struct):
     """The joints and frames of an .mbs that are those of a URDF."""
 
@@ -34,6 +42,16 @@ class Match(msgspec.Struct):
     """The URDF joints that are constant at zero in the .mbs, each with the reason."""
     floating_orders: dict[str, tuple[str, ...]] = {}
     """Order of the coordinates of floating joints, if it is not ``FLOATING_ORDER``."""
+    by: dict[str, str] = {}
+    """How each joint was matched: by its ``name``, a ``map`` or its ``place``."""
+    equal: list[list[str]] = []
+    """Groups of URDF joints that may be exchanged, with as few differences."""
+    against: list[Exchange] = []
+    """Exchanges of two joints that names ask for, and numbers refuse."""
+    turned: bool = False
+    """Whether another pose of the whole robot leaves as few differences."""
+    instead_of_names: int = 0
+    """How many joints would differ if all joints of the same name were matched."""
 
 
 class OwnedJoint(NamedTuple):
@@ -43,19 +61,31 @@ class OwnedJoint(NamedTuple):
     joint: Joint
 
 
-def match_by_name(robot: Robot, mbs: Mbs) -> Match:
+def match_by_name(
+    robot: Robot, mbs: Mbs, given: Mapping[str, tuple[str, ...]] | None = None
+) -> Match:
     """Match a URDF by name with an .mbs that may have been drawn or edited by hand.
 
     A joint has its name in the URDF, or the identifier that a conversion makes of it.  The six
     joints of a floating base are found by their types.  The frame of a link that a moving joint
     leads to should be that of the joint's body; the frame of any other link, that of the body of
     its name.
+
+    Args:
+        robot: The robot of the URDF.
+        mbs: The model.
+        given: The .mbs joints of some URDF joints, as a map states them, whatever their names.
     """
-    mbs_joints = {
+    given = given or {}
+    all_joints = {
         joint.name: OwnedJoint(body, joint) for body in mbs.bodies for joint in body.joints
     }
+    taken = {name for names in given.values() for name in names}
+    mbs_joints = {name: owned for name, owned in all_joints.items() if name not in taken}
     carriers = find_links_that_carry_mass(robot)
-    moving_joints = [joint for joint in _list_as_written(robot) if joint.moves]
+    moving_joints = [
+        joint for joint in _list_as_written(robot) if joint.moves and joint.name not in given
+    ]
     match = Match()
     # Names that become the same identifier are matched in the order of the file, unless a joint
     # that is needed is then left over.
@@ -63,14 +93,26 @@ def match_by_name(robot: Robot, mbs: Mbs) -> Match:
         match.joints = _match_joints(order, mbs_joints, carriers)
         if all(joint.name in match.joints for joint in moving_joints if joint.child in carriers):
             break
-    _match_floating_base(match, moving_joints, find_floating_joints(mbs), mbs_joints)
+    floating_joints = find_floating_joints(mbs)
+    if taken.isdisjoint(floating_joints):
+        _match_floating_base(match, moving_joints, floating_joints, mbs_joints)
     for joint in moving_joints:
         if joint.name not in match.joints and joint.child not in carriers:
             match.locked[joint.name] = "nothing that it moves has mass"
+    match.by = dict.fromkeys(match.joints, "name") | dict.fromkeys(given, "map")
+    match.joints |= given
     match.joints = {name: match.joints[name] for name in robot.joints if name in match.joints}
-    _match_moving_frames(match, robot, mbs_joints)
+    _match_moving_frames(match, robot, all_joints)
     _match_fixed_frames(match, robot, mbs)
     return match
+
+
+def has_unmatched(match: Match, robot: Robot, mbs: Mbs) -> bool:
+    """Return whether both sides have joints that move and have no partner."""
+    used = {name for names in match.joints.values() for name in names}
+    return any(
+        joint.moves and joint.name not in match.joints for joint in robot.joints.values()
+    ) and any(joint.nature != "driven" and name not in used for name, joint in mbs.joints().items())
 
 
 # --- joints ---
@@ -247,7 +289,7 @@ def _match_moving_frames(match: Match, robot: Robot, mbs_joints: Mapping[str, Ow
     fixed_names = {name for joint in fixed_joints for name in list_spellings(joint, "joint")}
     for joint in robot.joints.values():
         names = match.joints.get(joint.name)
-        if names is not None:
+        if names is not None and match.by[joint.name] == "name":
             body = mbs_joints[names[-1]].body
             last_joint = _find_last_joint(body, names[-1], fixed_names)
             match.frames[joint.child] = LinkFrame(body.name, last_joint, Pose())

@@ -58,7 +58,7 @@ def compare_parameters(
             None if they are not known.
     """
     comparison = ParameterComparison()
-    mbs_texts = _read_user_models(mbs)
+    mbs_texts = read_user_models(mbs)
     missing: Counter[str] = Counter()
     for joint in robot.joints.values():
         names = match.joints.get(joint.name, ())
@@ -88,7 +88,7 @@ def compare_parameters(
     return comparison
 
 
-def _read_user_models(mbs: Mbs) -> dict[str, dict[str, str]]:
+def read_user_models(mbs: Mbs) -> dict[str, dict[str, str]]:
     """Read the scalar parameters of the user models: model, parameter, text of the value."""
     texts: dict[str, dict[str, str]] = {}
     for model in mbs.user_models:
