@@ -102,6 +102,7 @@ BAD: list[tuple[str | bytes, str, int | None, str]] = [
     ('<robot name="r">\n<link name="a', "xml-truncated", 2, ""),
     ('<robot name="r">\n<!-- a -', "xml-truncated", 2, ""),
     ('<robot name="r">\n<link name="a"/>\n</rob', "xml-truncated", 3, ""),
+    ('<robot name="r">\n</robot>\ntext\n', "xml-syntax", 3, "expected nothing after the end"),
     ('<?xml version="1.0"?>\n', "xml-truncated", 2, ""),
     ("<robot>\n<link>\n</joint></robot>", "xml-syntax", 3, "</link> .* </joint>"),
     ('<robot name="r"/>\n<robot/>', "xml-syntax", 2, ""),

@@ -15,6 +15,8 @@ BLANK = b"\0 \t\r\n\xef\xbb\xbf\xfe\xff"
 _CONFLICT_MARKER = rb"(?m)^(<{7} |>{7} |={7}\s*$)"
 #: libxml2's first error for a file that is cut off.
 _UNFINISHED = r"ERR_((TAG|COMMENT|CDATA|PI|XMLDECL)_NOT_FINISHED|DOCUMENT_EMPTY)"
+#: libxml2's first error for a file with something after the end of its outermost element.
+_TEXT_AFTER_END = "ERR_DOCUMENT_END"
 _UNKNOWN_REASON = "it cannot be read here"
 _ESCAPE_AMPERSAND = "write &amp; for an ampersand"
 _SAVE_UTF_8 = 'save the file as UTF-8, or name its encoding: <?xml version="1.0" encoding=...?>'
@@ -43,9 +45,9 @@ _EXPLANATIONS = {
         "XML does not define '&{0};'", _ESCAPE_AMPERSAND, r"Entity '(.*?)'"
     ),
     "ERR_ENTITYREF_SEMICOL_MISSING": Explanation("an '&' begins no entity", _ESCAPE_AMPERSAND),
-    "ERR_DOCUMENT_END": Explanation(
+    _TEXT_AFTER_END: Explanation(
         "expected nothing after the end of the outermost element",
-        "an XML file has one outermost element",
+        "an XML file has one outermost element: remove what comes after it",
     ),
     "ERR_ATTRIBUTE_NOT_STARTED": Explanation(
         "the value of an attribute has no quotes", 'write name="value"'
@@ -109,7 +111,8 @@ def raise_syntax_error(
     _check_size(error_log, file, line)
     error_name = error_log[0].type_name if error_log else ""
     is_at_end = line is not None and line > data.rstrip(BLANK).count(b"\n")
-    if re.fullmatch(_UNFINISHED, error_name) or (is_at_end and not stripped_bytes.endswith(b">")):
+    is_cut_off = is_at_end and not stripped_bytes.endswith(b">") and error_name != _TEXT_AFTER_END
+    if is_cut_off or re.fullmatch(_UNFINISHED, error_name):
         message = "the file ends before its elements are closed"
         hint = "it seems to be cut off: get it again, or close the elements"
         raise ConversionError("xml-truncated", message, file=file, line=line, hint=hint)
