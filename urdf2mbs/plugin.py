@@ -118,6 +118,13 @@ EXPORTS: dict[str, dict[str, tuple[str, ...]]] = {
     },
     "Commands": {
         "commands": ("parser",),
+        "commands.kinds": (
+            "check_ending",
+            "check_kind",
+            "find_kind",
+            "find_model",
+            "propose_in_folder",
+        ),
         "commands.printing": (
             "beside",
             "near",
@@ -232,6 +239,7 @@ EXPORTS: dict[str, dict[str, tuple[str, ...]]] = {
             "read_text",
             "stem",
         ),
+        "urdf.macros": ("is_robot_file",),
         "urdf.values": ("Reading",),
         "urdf.elements": (
             "LEGACY",

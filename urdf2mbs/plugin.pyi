@@ -1,5 +1,10 @@
 from urdf2mbs import spatial as spatial
 from urdf2mbs.commands import parser as parser
+from urdf2mbs.commands.kinds import check_ending as check_ending
+from urdf2mbs.commands.kinds import check_kind as check_kind
+from urdf2mbs.commands.kinds import find_kind as find_kind
+from urdf2mbs.commands.kinds import find_model as find_model
+from urdf2mbs.commands.kinds import propose_in_folder as propose_in_folder
 from urdf2mbs.commands.printing import beside as beside
 from urdf2mbs.commands.printing import near as near
 from urdf2mbs.commands.printing import print_diagnostics as tell_diagnostics
@@ -181,6 +186,7 @@ from urdf2mbs.urdf.harmless import ON as ON
 from urdf2mbs.urdf.inertia import moments as moments
 from urdf2mbs.urdf.inertia import principal as principal
 from urdf2mbs.urdf.inertia import second_moment as second_moment
+from urdf2mbs.urdf.macros import is_robot_file as is_robot_file
 from urdf2mbs.urdf.mimic import find_locked_joints as find_locked_joints
 from urdf2mbs.urdf.mimic import follow as follow
 from urdf2mbs.urdf.model import JOINT_TYPES as JOINT_TYPES
@@ -333,6 +339,8 @@ __all__ = [
     "asked",
     "axis_turns",
     "beside",
+    "check_ending",
+    "check_kind",
     "check_ours",
     "checksum",
     "choose",
@@ -350,7 +358,9 @@ __all__ = [
     "fewest_turns",
     "field_docs",
     "files",
+    "find_kind",
     "find_locked_joints",
+    "find_model",
     "fits",
     "follow",
     "free_name",
@@ -367,6 +377,7 @@ __all__ = [
     "is_name",
     "is_ours",
     "is_portable",
+    "is_robot_file",
     "is_stream",
     "is_xacro",
     "left_out",
@@ -390,6 +401,7 @@ __all__ = [
     "print_json",
     "printable",
     "project_of",
+    "propose_in_folder",
     "quote",
     "quoted",
     "read_bytes",

@@ -21,6 +21,7 @@ from urdf2mbs.plugin import (
     near,
     noting,
     path,
+    with_near_paths,
     write_files,
     written,
 )
@@ -77,7 +78,7 @@ class Findings:
         """Print each error and warning with its remedy; with ``verbose`` also the notes."""
         for diagnostic in self.locate():
             if verbose or diagnostic.level != "note":
-                print(diagnostic)
+                print(with_near_paths(str(diagnostic)))
 
     def make_sarif(self) -> dict[str, Any]:
         """Return the findings as SARIF."""

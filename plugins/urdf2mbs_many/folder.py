@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import os
-import re
 import unicodedata
 from collections import Counter
 from pathlib import Path
 from typing import NoReturn
 
-from urdf2mbs.plugin import ConfigError, is_file, read_bytes, stem
-
-#: The root element of a robot.  In a file that only has macros, it has no name.
-_ROBOT = re.compile(rb"<robot\s[^<>]*?\bname\s*=")
+from urdf2mbs.plugin import ConfigError, is_file, is_robot_file, propose_in_folder, stem
 
 
 def find_robots(folder: Path) -> dict[Path, Path]:
@@ -30,15 +26,15 @@ def find_robots(folder: Path) -> dict[Path, Path]:
         robot_file
         for subfolder, _, file_names in os.walk(folder, onerror=_raise_unreadable)
         for robot_file in (Path(subfolder, file_name) for file_name in file_names)
-        if is_file(robot_file)
-        and (robot_file.suffix.lower() == ".urdf" or _is_xacro_robot(robot_file))
+        if is_file(robot_file) and is_robot_file(robot_file)
     )
     if not robot_files:
-        raise ConfigError(
-            "folder-empty",
-            f"'{folder}' contains no robot",
-            hint="a robot is a .urdf file, or a .xacro file whose <robot> has a name",
+        message = (
+            f"'{folder}' contains no robot: no .urdf file, and no .xacro file whose <robot> has a "
+            "name"
         )
+        hint = propose_in_folder(folder, "convert", "robot")
+        raise ConfigError("folder-empty", message, hint=hint)
     outputs = {
         robot_file: robot_file.relative_to(folder).with_name(f"{stem(robot_file)}.mbs")
         for robot_file in robot_files
@@ -62,13 +58,3 @@ def _raise_unreadable(error: OSError) -> NoReturn:
         f"cannot read the folder '{error.filename}': {error.strerror}",
         hint="check its permissions, or move it elsewhere",
     ) from None
-
-
-def _is_xacro_robot(robot_file: Path) -> bool:
-    """Return whether a file is xacro and describes a robot."""
-    if robot_file.suffix.lower() != ".xacro":
-        return False
-    try:
-        return _ROBOT.search(read_bytes(robot_file)) is not None
-    except OSError:
-        return True  # the conversion then reports why

@@ -10,7 +10,7 @@ def urdf2mbs_commands() -> list[Command]:
     """Return the commands of this plugin."""
     package = "urdf2mbs_report.commands"
     page_help = "convert, and write one HTML page to look at instead"
-    diagram_help = "draw the 2D diagram of an .mbs file as an SVG picture"
+    diagram_help = "draw the 2D diagram of a robot or an .mbs as an SVG picture"
     return [
         Command("report", page_help, f"{package}.report"),
         Command("diagram", diagram_help, f"{package}.diagram"),

@@ -205,25 +205,3 @@ def test_from_python_errors_are_the_same(lab: Path) -> None:
         verify("tiny.urdf")
     with pytest.raises(ConfigError, match="unknown key 'bases'"):
         verify("lab.yaml", bases="fixed")
-
-
-@pytest.mark.parametrize(
-    ("words", "code", "message", "hint"),
-    [
-        ("run tiny.urdf", 2, "this is XML, such as a robot", "urdf2mbs convert tiny.urdf"),
-        ("run out/tiny.mbs", 2, "this is a model", "urdf2mbs verify ROBOT out/tiny.mbs"),
-        ("convert lab.yaml", 1, "not an XML file", "urdf2mbs run lab.yaml"),
-    ],
-)
-def test_a_file_of_another_kind_says_which_command_takes_it(
-    words: str,
-    code: int,
-    message: str,
-    hint: str,
-    lab: Path,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    assert main(words.split()) == code
-    told = capsys.readouterr().err
-    assert message in told
-    assert hint in told

@@ -51,9 +51,9 @@ def test_each_command_has_help_with_examples_that_are_commands(command: str, cap
 
 
 #: The flags that commands share: who has them.
-CONVERTING = {"run", "convert", "report", "simulate", "modes"}
-WRITING = {"diagram", "equations", "merge", "new-pass", "new-plugin"}
-ROBOTS = {"init", "convert", "report", "simulate", "modes", "explain", "lint", "verify"}
+CONVERTING = {"run", "convert", "diagram", "report", "simulate", "modes"}
+WRITING = {"equations", "merge", "new-pass", "new-plugin"}
+ROBOTS = {*CONVERTING, "init", "explain", "lint", "verify"} - {"run"}
 PLUGINS = {*CONVERTING, "explain", "schema", "doctor"}
 SHARED = {
     "--debug": set(COMMANDS),
@@ -70,7 +70,7 @@ SHARED = {
     "--arg": ROBOTS,
     "--base": ROBOTS,
     "--sarif": {"lint", "verify"},
-    "--plugin": {"convert", "report", "simulate", "modes", "explain", "schema"},
+    "--plugin": {*CONVERTING, "explain", "schema"} - {"run"},
 }
 
 

@@ -29,8 +29,9 @@ def here(here: Path) -> Path:
     }  # fmt: skip
     for name, text in files.items():
         (here / name).write_text(text)
-    for name in ("d", "d.mbs", "p", "p/workR"):
+    for name in ("d", "d.mbs", "p", "p/workR", "r"):
         (here / name).mkdir()
+    (here / "r" / "tiny.urdf").write_text(TINY)
     (here / "p" / "dataR").touch()
     return here
 
@@ -40,7 +41,7 @@ COMMANDS = [
     ("convert tiny.urdf -o ''", 2, "usage"),
     ("convert ''", 2, "usage"),
     ("convert tiny.urdf -o a.mbs --language c", 2, "usage.*project"),
-    ("convert tiny.urdf -o tiny.urdf", 2, "output-is-source"),
+    ("convert tiny.urdf -o tiny.urdf", 2, "usage.*-o tiny.mbs"),
     ("convert tiny.urdf -o p/", 2, "output-unwritable"),
     (f"convert tiny.urdf -o {LONG}", 2, "path-invalid"),
     (f"convert {LONG}", 2, "path-invalid"),
@@ -65,8 +66,11 @@ COMMANDS = [
     ("convert macros.xacro", 1, "no-links.*'a' and calls none"),
     ("convert calls.xacro", 1, "no-links: the robot has no links\n"),
     ("convert /dev/zero", 1, "file-unreadable"),
-    ("convert d", 2, "usage.*folder"),
-    ("convert d -o tiny.yaml", 2, "usage"),
+    ("convert d", 2, "folder-empty"),
+    ("convert r", 2, "usage.*urdf2mbs convert r -o models/"),
+    ("convert r -o tiny.yaml", 2, "usage.*urdf2mbs convert r -o models/"),
+    ("convert r -o r.mbs", 2, "usage.*urdf2mbs convert r -o models/"),
+    ("convert tiny.urdf -o tiny.txt", 2, "usage.*-o tiny.mbs"),
     ("convert d -o out", 2, "folder-empty"),
     ("convert tiny.urdf --workers 2", 2, "usage.*many"),
     ("run sweep.yaml --workers 0", 2, "usage"),
@@ -75,14 +79,16 @@ COMMANDS = [
     ("report sweep.yaml", 2, "sweep-many"),
     ("run tiny.yaml --stop-after lay", 2, "unknown-pass"),
     ("run tiny.yaml --set check.tolerances=1", 2, "unknown-key.*'tolerance'"),
-    ("run d", 2, "config-unreadable"),
+    ("run d", 2, "usage.*name another folder"),
     (f"run {LONG}", 2, "config-unreadable"),
-    ("run robot.yaml", 2, "config-yaml.*urdf2mbs init robot.yaml"),
+    ("run robot.yaml", 2, "usage.*urdf2mbs convert robot.yaml"),
     ("explain none.yaml", 2, "config-unreadable"),
     ("explain none.urdf", 1, "file-not-found"),
     ("explain blank.urdf", 1, "file-empty"),
     ("report short.yaml", 2, "no-mbs"),
-    ("report d", 2, "config-unreadable"),
+    ("report d", 2, "usage.*name another folder"),
+    ("report tiny.urdf -o tiny.mbs", 2, "usage.*-o tiny.html"),
+    ("report tiny.mbs --arg a:=1", 2, "usage.*is an .mbs already"),
     ("report tiny.yaml --base fixed", 2, "usage.*--base"),
     ("verify d tiny.mbs", 1, "file-is-directory"),
     ("verify tiny.urdf d", 2, "model-unreadable|project-unknown"),
@@ -90,7 +96,14 @@ COMMANDS = [
     ("verify tiny.urdf none.mbs", 2, "model-unreadable"),
     ("verify none.yaml", 2, "config-unreadable"),
     ("verify none.yaml none.mbs", 2, "config-unreadable"),
-    ("diagram d", 2, "model-unreadable"),
+    ("diagram d", 2, "usage.*name another folder"),
+    ("diagram tiny.mbs -o tiny.mbs", 2, "usage.*-o tiny.svg"),
+    ("diagram tiny.mbs --base fixed", 2, "usage.*is an .mbs already"),
+    ("simulate tiny.urdf -o tiny.yaml", 2, "usage.*-o tiny.html"),
+    ("modes tiny.urdf -o tiny.yaml", 2, "usage.*-o tiny.html"),
+    ("diff tiny.urdf tiny.mbs", 2, "usage.*urdf2mbs verify tiny.urdf tiny.mbs"),
+    ("run tny.yaml", 2, "config-unreadable.*'tiny.yaml'"),
+    ("diagram tny.mbs", 2, "model-unreadable.*'tiny.mbs'"),
     ("diagram none.mbs", 2, "model-unreadable"),
     ("diagram tiny.mbs -o d", 2, "output-unwritable"),
     ("diagram tiny.mbs -o - --json", 2, "usage"),

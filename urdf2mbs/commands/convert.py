@@ -12,6 +12,7 @@ import os
 from pathlib import Path
 from typing import Any
 
+from urdf2mbs.commands.kinds import check_ending, check_kind
 from urdf2mbs.commands.printing import print_summary
 from urdf2mbs.commands.run import carry_out_many, carry_out_one, convert_one
 from urdf2mbs.commands.settings import ALONE, add_converting, add_fields, without_config
@@ -60,12 +61,15 @@ def carry_out(arguments: argparse.Namespace) -> int:
         raise ConfigError("usage", "--output: the name of the file is empty")
     if not arguments.robot:
         raise ConfigError("usage", "the name of the robot is empty")
+    check_kind(Path(arguments.robot), arguments, "robot", "folder")
     if is_stream(output) or (output is None and is_stream(arguments.robot)):
         return _convert_to_stdout(arguments)
     if is_folder(Path(arguments.robot)):
         return carry_out_many("convert", [], arguments)
     if is_project:
         output = {"project": output, "language": arguments.language or "python"}
+    else:
+        check_ending(output and Path(output), ".mbs")
     config, lines = without_config(arguments.robot, output, arguments)
     return carry_out_one(config, lines, arguments)
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import argparse
 from contextlib import ExitStack
 
+from urdf2mbs.commands.kinds import check_kind
 from urdf2mbs.commands.printing import (
     list_next_steps,
     near,
@@ -46,6 +47,8 @@ def add_options(command: argparse.ArgumentParser) -> None:
 
 def carry_out(arguments: argparse.Namespace) -> int:
     """Convert the robots of the configs, and return the exit code."""
+    for file in arguments.config:
+        check_kind(file, arguments, "config")
     configs = [read_config(config_file, arguments) for config_file in arguments.config]
     if len(configs) > 1 or configs[0][0].sweep is not None:
         return carry_out_many("run", configs, arguments)

@@ -11,6 +11,7 @@ from typing import Annotated, Any, Literal, NamedTuple, get_args, get_origin, ge
 
 import msgspec
 
+from urdf2mbs.commands.kinds import check_kind
 from urdf2mbs.config.lines import Lines
 from urdf2mbs.config.load import config_of, load
 from urdf2mbs.config.model import Config
@@ -129,10 +130,11 @@ def robot_or_config(arguments: argparse.Namespace) -> tuple[Config, Lines]:
     """Return the config of the named file: a config or a robot, by the file's ending.
 
     Raises:
-        ConfigError: ``usage``, an option is only for a robot without a config; or the config is
-            wrong.
+        ConfigError: ``usage``, the file is neither, or an option is only for a robot without a
+            config; or the config is wrong.
     """
     file: Path = arguments.config
+    check_kind(file, arguments, "robot", "config")
     is_robot = file.suffix.lower() not in (".yaml", ".yml", "") and not files.is_folder(file)
     if is_robot or str(file) == "-" or is_name(str(file)):
         return without_config(str(file), None, arguments)

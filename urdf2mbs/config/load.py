@@ -43,7 +43,9 @@ def load(config_file: Path, **fields: Any) -> tuple[Config, Lines]:
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         message = f"cannot read the config: {reason}"
-        raise ConfigError("config-unreadable", message, file=str(config_file)) from None
+        is_missing = isinstance(error, FileNotFoundError)
+        hint = files.suggest_file(config_file, (".yaml", ".yml")) if is_missing else None
+        raise ConfigError("config-unreadable", message, file=str(config_file), hint=hint) from None
     if config_text.lstrip().startswith("<"):
         raise _explain_xml(config_file)
     return parse(config_text, config_file, **fields)

@@ -82,7 +82,10 @@ def read_model(model: str | os.PathLike[str]) -> bytes:
     try:
         return read_stdin() if os.fspath(model) == "-" else read_bytes(Path(model))
     except OSError as error:
-        raise ConfigError("model-unreadable", f"cannot read '{model}': {error.strerror}") from None
+        is_missing = isinstance(error, FileNotFoundError)
+        hint = suggest_file(Path(model), (".mbs",)) if is_missing else None
+        message = f"cannot read '{model}': {error.strerror}"
+        raise ConfigError("model-unreadable", message, hint=hint) from None
 
 
 def is_stdin(path: Path) -> bool:
@@ -181,6 +184,45 @@ def temporary_name(file: Path) -> Path:
     return file.with_name(f".urdf2mbs.{os.urandom(16).hex()}.part")
 
 
+def list_files(folder: Path, n_entries: int) -> Iterator[Path]:
+    """Yield the files of a folder and of those below it, sorted, but for hidden folders.
+
+    Args:
+        folder: The folder.
+        n_entries: The most files and folders that are looked at, as a home has very many.
+    """
+    for name, subfolders, file_names in os.walk(folder):
+        subfolders[:] = sorted(subfolder for subfolder in subfolders if subfolder[0] != ".")
+        yield from (Path(name, file_name) for file_name in sorted(file_names)[:n_entries])
+        n_entries -= len(subfolders) + len(file_names)
+        if n_entries <= 0:
+            return
+
+
+def suggest_file(path: Path, endings: tuple[str, ...]) -> str | None:
+    """Return a hint with the file beside a path that its user may have meant; None: none is near.
+
+    Args:
+        path: A file that does not exist.
+        endings: The endings of the files that are offered, in lower case.
+    """
+    try:
+        names = sorted(entry.name for entry in path.parent.iterdir())
+    except (OSError, ValueError):
+        return None
+    names_by_stem: dict[str, list[str]] = {}
+    for name in names:
+        if name.lower().endswith(endings):
+            names_by_stem.setdefault(name.split(".")[0], []).append(name)
+    from difflib import get_close_matches
+
+    stems = get_close_matches(path.name.split(".")[0], names_by_stem, n=1, cutoff=0.5)
+    if not stems:
+        return None
+    (name,) = get_close_matches(path.name, names_by_stem[stems[0]], n=1, cutoff=0.0)
+    return f"did you mean '{name}'?"
+
+
 def project_of(model: Path) -> Path:
     """Return the project's folder of an .mbs: the parent of ``dataR``, else the file's folder."""
     return model.parent.parent if model.parent.name == "dataR" else model.parent
@@ -235,16 +277,21 @@ def model_of(path: Path) -> Path | None:
         return path
     if not is_folder(path):
         return None
-    ignored = (".rejected.mbs", ".orphaned.mbs")
-    model_files = [
-        model_file
-        for model_file in path.glob("dataR/*.mbs")
-        if not model_file.name.endswith(ignored)
-    ]
-    if len(model_files) != 1:
+    models = list_models(path)
+    if len(models) != 1:
         message = (
             f"the folder '{path}' is not a Robotran project: expected 1 model (.mbs) in its "
-            f"dataR, got {len(model_files)}; those called rejected or orphaned are ignored"
+            f"dataR, got {len(models)}; those called rejected or orphaned are ignored"
         )
         raise ConfigError("project-unknown", message, hint="name the .mbs itself")
-    return model_files[0]
+    return models[0]
+
+
+def list_models(project: Path) -> list[Path]:
+    """Return the models of a project's folder; none if it is another folder."""
+    return sorted(file for file in project.glob("dataR/*.mbs") if is_model_name(file.name))
+
+
+def is_model_name(name: str) -> bool:
+    """Return whether a name is that of a model, and not of one that was rejected or orphaned."""
+    return name.endswith(".mbs") and not name.endswith((".rejected.mbs", ".orphaned.mbs"))

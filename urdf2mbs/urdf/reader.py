@@ -15,12 +15,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from lxml import etree
 
 from urdf2mbs.disk import files
-from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic, nearest, some
+from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic, some
 from urdf2mbs.urdf import written, xml
 from urdf2mbs.urdf.elements import FOREIGN, plain, quote, split_tag
 from urdf2mbs.urdf.harmless import is_harmless_child
 from urdf2mbs.urdf.joints import check_mimics, read_joint
 from urdf2mbs.urdf.links import read_link
+from urdf2mbs.urdf.macros import list_uncalled_macros, propose_caller
 from urdf2mbs.urdf.model import JOINT_TYPES, Extension, Robot
 from urdf2mbs.urdf.rewrite import rename_doubled, rename_drake_joints, split_joints
 from urdf2mbs.urdf.shapes import check_materials, read_global_material
@@ -92,7 +93,7 @@ def read_robot_file(source: Path) -> bytes:
     try:
         robot_bytes = files.read_bytes(source)
     except FileNotFoundError:
-        hint = nearest(source.name, _list_similar_robots(source))
+        hint = files.suggest_file(source, (".urdf", ".xacro"))
         raise ConversionError("file-not-found", "no such file", file=file_name, hint=hint) from None
     except IsADirectoryError:
         message, hint = "this is a folder, not a URDF or xacro file", "name the file in it"
@@ -103,21 +104,6 @@ def read_robot_file(source: Path) -> bytes:
     if not robot_bytes.strip():
         raise ConversionError("file-empty", "the file is empty", file=file_name)
     return robot_bytes
-
-
-def _list_similar_robots(source: Path) -> list[str]:
-    """Return the robots' files beside a file whose names begin nearly as its name."""
-    try:
-        entry_names = [entry.name for entry in sorted(source.parent.iterdir())]
-    except OSError:
-        return []
-    robot_names = [
-        robot_name for robot_name in entry_names if robot_name.lower().endswith((".urdf", ".xacro"))
-    ]
-    beginning = source.name.split(".")[0]
-    return [
-        robot_name for robot_name in robot_names if nearest(beginning, [robot_name.split(".")[0]])
-    ]
 
 
 def read_text(
@@ -162,11 +148,10 @@ def read_text(
 def _explain_macros(error: ConversionError, data: bytes, source: Path) -> None:
     """Add to an error that a file without links defines macros and calls none."""
     xml_root, _ = xml.parse(data, str(source))
-    macro_names = [macro_element.get("name", "") for macro_element in xml_root.iter("{*}macro")]
-    called_names = {element.tag.partition("}")[2] for element in xml_root.iter(etree.Element)}
-    if macro_names and called_names.isdisjoint(macro_names):
+    macro_names = list_uncalled_macros(xml_root)
+    if macro_names:
         error.message += f": the file defines the macro(s) '{some(macro_names)}' and calls none"
-        error.hint = "convert the file that calls it"
+        error.hint = propose_caller(source, xml_root)
 
 
 def parse_urdf(

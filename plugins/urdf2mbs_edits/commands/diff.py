@@ -10,9 +10,14 @@ import argparse
 from pathlib import Path
 
 from urdf2mbs.plugin import (
+    ConfigError,
     ConversionError,
     add_json,
     counted,
+    find_kind,
+    find_model,
+    is_file,
+    is_stream,
     path,
     print_json,
     printable,
@@ -46,7 +51,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
 
     files: tuple[Path, Path] = (arguments.before, arguments.after)
     try:
-        before, after = map(read_mbs_file, files)
+        before, after = (read_mbs_file(_find_model(file, arguments)) for file in files)
     except ConversionError as error:
         error.exit_code = 2
         raise
@@ -65,3 +70,14 @@ def carry_out(arguments: argparse.Namespace) -> int:
     for sentence in describe_remarks(differences):
         print(printable(f"  ({sentence})"))
     return 1 if changes else 0
+
+
+def _find_model(file: Path, arguments: argparse.Namespace) -> Path:
+    """Return the .mbs that a command line names, by itself or by the folder of its project."""
+    if is_stream(file):
+        return file
+    if find_kind(file) in ("robot", "config") and is_file(file):
+        message = f"'diff' compares two models (.mbs), and '{file}' is none"
+        hint = f"urdf2mbs verify {arguments.before} {arguments.after} compares what they describe"
+        raise ConfigError("usage", message, hint=hint)
+    return find_model(file, arguments) or file

@@ -72,18 +72,19 @@ def convert_configs(configs: Iterable[tuple[Config, Lines]], arguments: argparse
 def convert_folder(arguments: argparse.Namespace) -> int:
     """Convert all robots of a folder; return the highest of their exit codes."""
     folder, output_folder = Path(arguments.robot), arguments.output
+    robot_files = find_robots(folder)
+    hint = f"urdf2mbs convert {folder} -o models/"
     if output_folder is None:
-        raise ConfigError(
-            "usage", f"'{folder}' is a folder; expected an output folder, such as '-o models/'"
+        message = f"'{folder}' is a folder; expected an output folder for its .mbs files"
+        raise ConfigError("usage", message, hint=hint)
+    if is_file(Path(output_folder)) or output_folder.lower().endswith(".mbs"):
+        message = (
+            f"--output: '{output_folder}' is a file; expected a folder, since '{folder}' is one"
         )
-    if is_file(Path(output_folder)):
-        raise ConfigError(
-            "usage",
-            f"--output: '{output_folder}' is a file; expected a folder, since '{folder}' is one",
-        )
+        raise ConfigError("usage", message, hint=hint)
     configs = [
         without_config(str(robot_file), str(Path(output_folder) / relative_output), arguments)
-        for robot_file, relative_output in find_robots(folder).items()
+        for robot_file, relative_output in robot_files.items()
     ]
     return convert_configs(configs, arguments)
 

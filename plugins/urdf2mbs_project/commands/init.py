@@ -24,6 +24,7 @@ from urdf2mbs.plugin import (
     Pipeline,
     add_fields,
     add_printing,
+    check_kind,
     choose_fields,
     counted,
     is_name,
@@ -74,6 +75,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
     """Write the config, and print the facts of the robot."""
     if arguments.robot == STREAM:
         raise ConfigError("usage", "a config names the robot's file, and standard input has none")
+    check_kind(Path(arguments.robot), arguments, "robot")
     fields = choose_fields(arguments)
     config, facts = init(arguments.robot, arguments.output, force=arguments.force, **fields)
     if arguments.json:

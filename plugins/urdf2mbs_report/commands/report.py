@@ -22,8 +22,10 @@ from urdf2mbs.plugin import (
     add_printing,
     add_running,
     beside,
+    check_ending,
     choose_fields,
     counted,
+    find_model,
     is_file,
     is_stream,
     near,
@@ -59,7 +61,8 @@ def add_options(command: argparse.ArgumentParser) -> None:
         "config",
         type=path,
         metavar="CONFIG.yaml",
-        help="or a .urdf or .xacro file, with the options below; or an .mbs, of any origin",
+        help="or a .urdf or .xacro file, with the options below; or an .mbs, of any origin, or "
+        "the folder of its project",
     )
     command.add_argument(
         "-o",
@@ -73,9 +76,10 @@ def add_options(command: argparse.ArgumentParser) -> None:
 
 def carry_out(arguments: argparse.Namespace) -> int:
     """Write the page; return the exit code."""
+    check_ending(arguments.output, ".html")
     with saving(arguments, is_stream(arguments.output)) as save:
-        if arguments.config.suffix.lower() == ".mbs":
-            return _report_model(arguments, save)
+        if model_file := find_model(arguments.config, arguments, "robot", "config"):
+            return _report_model(model_file, arguments, save)
         return _report_robot(arguments, save)
 
 
@@ -101,18 +105,16 @@ def _report_robot(arguments: argparse.Namespace, save: Save) -> int:
         _print_next_steps(page, output, arguments.verbose)
         is_written = is_file(mbs_file) and read_bytes(mbs_file) == conversion.files.get(mbs_file)
         if not is_written and not is_stream(output):
-            print("      the .mbs itself is written by: urdf2mbs run, or urdf2mbs convert")
+            command = "convert" if lines.file is None else "run"
+            print(f"      the .mbs itself is written by: urdf2mbs {command} {arguments.config}")
     return 0 if conversion.checked.rejected is None else 3
 
 
-def _report_model(arguments: argparse.Namespace, save: Save) -> int:
+def _report_model(model_file: Path, arguments: argparse.Namespace, save: Save) -> int:
     """Write the page of an .mbs alone: there is no URDF to convert or to compare."""
     from urdf2mbs_report.page import make_model_page
 
-    model_file: Path = arguments.config
-    for field_name in choose_fields(arguments, ALONE):
-        flag = FLAGS[field_name].flag
-        raise ConfigError("usage", f"{flag} is for a robot; '{model_file}' is an .mbs already")
+    refuse_fields(arguments, model_file)
     model = read_mbs_file(model_file)
     output = arguments.output or beside(model_file, ".html")
     page = make_model_page(model, model_file)
@@ -123,6 +125,13 @@ def _report_model(arguments: argparse.Namespace, save: Save) -> int:
         print(f"{model.name}: page of the model written to {_format_output(output)}")
         _print_next_steps(page, output, arguments.verbose)
     return 0
+
+
+def refuse_fields(arguments: argparse.Namespace, model_file: Path) -> None:
+    """Raise ConfigError if an option is given that has no meaning for an .mbs."""
+    for field_name in choose_fields(arguments, ALONE):
+        flag = FLAGS[field_name].flag
+        raise ConfigError("usage", f"{flag} is for a robot; '{model_file}' is an .mbs already")
 
 
 def _print_page_as_json(page: Page, output: Path) -> None:

@@ -12,11 +12,12 @@ from urdf2mbs.plugin import (
     add_fields,
     add_printing,
     add_running,
+    find_model,
     near,
     path,
     print_json,
 )
-from urdf2mbs_simulate.commands.simulate import is_page, make_project
+from urdf2mbs_simulate.commands.simulate import check_output, is_page, make_project
 
 if TYPE_CHECKING:
     from urdf2mbs_simulate.modal import Modes
@@ -62,11 +63,12 @@ def add_options(command: argparse.ArgumentParser) -> None:
 
 def carry_out(arguments: argparse.Namespace) -> int:
     """Compute the modes, write them, and print the table; return the exit code."""
-    from urdf2mbs.plugin import Progress, model_of, write_files
+    from urdf2mbs.plugin import Progress, write_files
     from urdf2mbs_report.page import make_model_page
     from urdf2mbs_simulate.project import modes
 
-    model = model_of(arguments.config) or make_project(arguments)
+    check_output(arguments.output)
+    model = find_model(arguments.config, arguments, "robot", "config") or make_project(arguments)
     with Progress(arguments) as progress:
         progress.at = "looking for an equilibrium"
         results = modes(model, drawn=arguments.drawn, language=arguments.language)

@@ -27,6 +27,8 @@ from urdf2mbs.plugin import (
     add_running,
     choose_fields,
     counted,
+    find_model,
+    is_file,
     near,
     path,
     print_json,
@@ -131,11 +133,12 @@ class _Clock:
 
 def carry_out(arguments: argparse.Namespace) -> int:
     """Simulate, write the results, and print a summary; return the exit code."""
-    from urdf2mbs.plugin import model_of, project_of
+    from urdf2mbs.plugin import project_of
     from urdf2mbs_simulate.results import check_results
 
     _check_numbers(arguments)
-    model = model_of(arguments.config)
+    check_output(arguments.output)
+    model = find_model(arguments.config, arguments, "robot", "config")
     if model is None:
         model = make_project(arguments)
     elif arguments.output is not None and not is_page(arguments.output):
@@ -266,6 +269,13 @@ def _write_page(
         print(with_near_paths(str(diagnostic)), file=sys.stderr)
     write_files({arguments.output: page.data}, force=arguments.force)
     return Path(arguments.output)
+
+
+def check_output(output: Path | None) -> None:
+    """Raise ConfigError if the output can be neither a page nor the folder of a project."""
+    if output is not None and not is_page(output) and is_file(output):
+        message = f"--output: '{output}' is a file; expected a folder, or a page (.html)"
+        raise ConfigError("usage", message, hint=f"-o {output.with_suffix('.html')}")
 
 
 def _check_numbers(arguments: argparse.Namespace) -> None:
