@@ -1,4 +1,4 @@
-"""Parses the YAML of a config, with the line of each value, and explains syntax errors."""
+"""Parses the YAML of a config, with the line of each value."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import re
 from pathlib import Path
 from typing import Any
 
-import msgspec
 import yaml
 
 from urdf2mbs.config.lines import Key
@@ -29,39 +28,6 @@ MAX_DEPTH = 100
 MAX_VALUES = 100_000
 
 _TOO_MANY = f"it has more than {MAX_VALUES} values, or more than {MAX_DEPTH} lists in one another"
-
-
-class _Explanation(msgspec.Struct, frozen=True):
-    """How a message of PyYAML is explained."""
-
-    pattern: str
-    """What the message of PyYAML contains."""
-    reason: str
-    hint: str | None = None
-
-
-_EXPLANATIONS = [
-    _Explanation("nesting depth", _TOO_MANY),  # libyaml 0.2.6 and later limits it, too
-    _Explanation("'\\\\t'|tab character", "there is a tab character", "indent by blanks"),
-    _Explanation("undefined alias", "a word begins with '*'", "write it in quotes"),
-    _Explanation("constructor", "a value begins with '!'", "write it in quotes"),
-    _Explanation("another document", "a line '---' begins a second config", "keep one of the two"),
-    _Explanation("quoted scalar", "a quote is not closed", "close it"),
-    _Explanation(
-        "flow (mapping|sequence|node)",
-        "a bracket is not closed, or a comma is missing",
-        "look for [ and { in this line and before it",
-    ),
-    _Explanation(
-        "mapping values are not allowed", "a second ':' in one line", "write the value in quotes"
-    ),
-    _Explanation("could not find expected ':'", "this line has no ':'", "write 'key: value'"),
-    _Explanation(
-        "block (mapping|collection|sequence)",
-        "this line does not continue the lines before it",
-        "look at its indentation",
-    ),
-]
 
 
 def parse_value(value_text: str) -> Any:
@@ -89,20 +55,14 @@ def parse_yaml(yaml_text: str, yaml_file: Path | None) -> tuple[Any, dict[Key, i
         lines_by_key = _find_lines(root_node, file_name)
         return loader.construct_document(root_node), lines_by_key
     except yaml.MarkedYAMLError as error:
-        position = error.problem_mark or error.context_mark
-        message = " ".join(
-            message_part for message_part in (error.context, error.problem) if message_part
-        )
-        matching = (
-            candidate for candidate in _EXPLANATIONS if re.search(candidate.pattern, message)
-        )
-        explanation = next(matching, _Explanation("", message))
+        from urdf2mbs.config.yaml_errors import explain
+
+        line, fault = explain(error, yaml_text)
+        # libyaml 0.2.6 and later limits the depth, too
+        reason = _TOO_MANY if "nesting depth" in str(error) else fault.reason
+        message = f"this is not YAML: {reason}"
         raise ConfigError(
-            "config-yaml",
-            f"this is not YAML: {explanation.reason}",
-            file=file_name,
-            line=position.line + 1 if position else None,
-            hint=explanation.hint,
+            "config-yaml", message, file=file_name, line=line, hint=fault.hint
         ) from None
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         raise ConfigError("config-yaml", f"this is not YAML: {error}", file=file_name) from None
