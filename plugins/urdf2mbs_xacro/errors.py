@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from contextlib import suppress
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from xml.parsers.expat import ExpatError
@@ -21,6 +22,7 @@ from urdf2mbs.plugin import (
     files,
     nearest,
     safe_parser,
+    some,
     written,
     xml,
 )
@@ -34,6 +36,8 @@ if TYPE_CHECKING:
 EVALUATING = "when evaluating expression '"
 #: A message that quotes more words, or longer ones, is not searched for all of them.
 _MAX_WORDS, _MAX_WORD = 20, 1000
+#: The most values of an argument that a hint lists.
+_MAX_CHOICES = 20
 _PACKAGE_URL = re.compile(r"package:/+([^/\s'\"*]+)")
 _DECLARED = re.compile(r"""<xacro:arg\s([^<>]*)""")
 _USED = re.compile(r"\$\(arg\s+([^\s()]+)\s*\)")
@@ -120,7 +124,11 @@ def explain(expander: Expander, error: BaseException) -> ConversionError:
         return _locate(expander, exhausted_error, [])
     unread_error = _find_cause(causes, OSError)
     if unread_error is not None and unread_error.filename:
-        return _locate(expander, _explain_unread(unread_error), [Path(unread_error.filename).name])
+        located, texts = _explain_unread(expander, unread_error)
+        return _locate(expander, located, texts)
+    attribute_error = _explain_attribute(expander, message)
+    if attribute_error is not None:
+        return attribute_error
     legacy_error = _find_legacy(expander.list_files())
     if legacy_error is not None:
         return legacy_error
@@ -179,15 +187,112 @@ def _explain_exhausted(causes: Sequence[BaseException]) -> ConversionError | Non
     return None
 
 
-def _explain_unread(error: OSError) -> ConversionError:
-    """Return the error for a file that cannot be read."""
-    hint = "correct the name of the file, or put the file there"
-    package_url = _PACKAGE_URL.search(error.filename)
+def _explain_unread(expander: Expander, error: OSError) -> tuple[ConversionError, list[str]]:
+    """Return the error for a file that cannot be read, and texts that are in its line."""
+    file_name = str(error.filename)
+    texts = [Path(file_name).name]
+    reason, hint = error.strerror, "correct the name of the file, or put the file there"
+    package_url = _PACKAGE_URL.search(file_name)
     if package_url is not None:
-        path_in_package = error.filename[package_url.end() :]
+        path_in_package = file_name[package_url.end() :]
         hint = f"xacro reads no package://: write $(find {package_url[1]}){path_in_package}"
-    message = f"cannot read {error.filename}: {error.strerror}"
-    return ConversionError("xacro", message, hint=hint)
+    elif isinstance(error, FileNotFoundError):
+        path = Path(absolute_path(file_name))
+        missing = _find_missing_part(path)
+        argument = _find_argument(expander, missing.name)
+        if argument is not None:
+            texts.append(f"$(arg {argument})")
+            reason, hint = _blame_argument(expander, argument, path, missing)
+    return ConversionError("xacro", f"cannot read {file_name}: {reason}", hint=hint), texts
+
+
+def _find_missing_part(path: Path) -> Path:
+    """Return the first folder of a path that does not exist, or the file itself."""
+    parts = [path, *path.parents]
+    return next(part for part, parent in pairwise(parts) if files.is_folder(parent))
+
+
+def _find_argument(expander: Expander, file_name: str) -> str | None:
+    """Return the argument whose value is a name of a file, or the longest word in it."""
+    values = {
+        name: value
+        for name, value in expander.args.items()
+        if value and re.search(rf"(?<![^\W_]){re.escape(value)}(?![^\W_])", file_name)
+    }
+    return max(values, key=lambda name: len(values[name])) if values else None
+
+
+def _blame_argument(
+    expander: Expander, argument: str, path: Path, missing: Path
+) -> tuple[str, str]:
+    """Return why a file does not exist, and what to do.
+
+    Args:
+        expander: The expansion that failed.
+        argument: The argument whose value is in the name of the missing part.
+        path: The file.
+        missing: The first of its folders that does not exist, or the file.
+    """
+    value = expander.args[argument]
+    reason = f"'{value}' is the value of the argument '{argument}'"
+    if argument not in expander.args.given:
+        reason = f"'{value}' is the default of the argument '{argument}'"
+        declaration = written.find_declaration("xacro:arg", argument, expander.list_files())
+        if declaration is not None:
+            reason += f" ({declaration[0]}:{declaration[1]})"
+    hint = f"say `--arg {argument}:=VALUE`, or `xacro_args: {{{argument}: VALUE}}` in a config"
+    choices = _list_values(value, path, missing)
+    if choices:
+        hint += f"; the values there are: {some(choices, _MAX_CHOICES)}"
+    return f"{reason}, and '{missing.name}' does not exist", hint
+
+
+def _list_values(value: str, path: Path, missing: Path) -> list[str]:
+    """Return the values of an argument for which a file exists.
+
+    Args:
+        value: The value for which it does not.
+        path: The file.
+        missing: The first of its folders that does not exist, or the file; its name has the value.
+    """
+    before, _, after = missing.name.partition(value)
+    # a value that is the name of a file has an ending, as the others have
+    ending = missing.suffix if missing == path and not after else ""
+    name = re.compile(rf"{re.escape(before)}(.+{re.escape(ending)}){re.escape(after)}")
+    rest = path.relative_to(missing)
+    with suppress(OSError):
+        entries = sorted(missing.parent.iterdir())
+        matches = [(name.fullmatch(entry.name), entry) for entry in entries]
+        return [match[1] for match, entry in matches if match and (entry / rest).exists()]
+    return []
+
+
+def _explain_attribute(expander: Expander, message: str) -> ConversionError | None:
+    """Return the error for an element of xacro that lacks an attribute; None for another error."""
+    match = re.search(r"(xacro:\w+): missing attribute '([^']+)'", message)
+    if match is None:
+        return None
+    tag, attribute = match.groups()
+    has_attribute = re.compile(rf"""(?<!\S){re.escape(attribute)}\s*=""")
+    for file in expander.list_files():
+        text = written.read_text(file)
+        for element in re.finditer(rf"<{tag}(?=[\s/>])[^<>]*", _COMMENT.sub(_blank, text)):
+            if has_attribute.search(element[0]):
+                continue
+            name = written.NAME_ATTRIBUTE.search(element[0])
+            owner = f"<{tag}> '{name[1]}'" if name else f"<{tag}>"
+            error_message = f"{owner} has no attribute '{attribute}', which xacro requires"
+            line = text.count("\n", 0, element.start()) + 1
+            hint = f'write {attribute}="..."'
+            if name and tag == "xacro:arg":
+                hint += f", the value without --arg {name[1]}:=VALUE"
+            return ConversionError("xacro", error_message, file=file, line=line, hint=hint)
+    return None
+
+
+def _blank(comment: re.Match[str]) -> str:
+    """Return blanks in place of a comment, with its line ends."""
+    return re.sub(r"[^\n]", " ", comment[0])
 
 
 def find_missing_package(text: str, expander: Expander) -> ConversionError | None:

@@ -20,7 +20,7 @@ from urdf2mbs_xacro import has_xacro
         (
             f'<robot {XMLNS}><xacro:macro name="arm"/><xacro:macro name="hand"/></robot>',
             "no-links",
-            "defines the macro(s) 'arm, hand' and calls none\n  convert the file that ",
+            "defines the macro(s) 'arm, hand' and calls none\n  name the robot that includes it",
         ),
         (
             '<robot>\n<link name="a"><inertial><mass value="$${m}"/></inertial></link></robot>',

@@ -430,6 +430,72 @@ def test_the_error_of_an_argument_names_all_that_lack_a_value(tmp_path: Path) ->
     assert "`--arg b:=VALUE --arg leg:=VALUE`" in (error.hint or "")
 
 
+def test_an_argument_without_a_default_has_a_line(tmp_path: Path) -> None:
+    """As in ROS, xacro refuses it, whether its value is given or not."""
+    declared = '<!-- <xacro:arg name="old"/> -->\n<xacro:arg name="size" default="1"/>\n'
+    source = write(tmp_path, f'{declared}<xacro:arg\n  name="side"/><link name="$(arg side)"/>')
+    for given in ({}, {"side": "left"}):
+        error = failure(source, {}, **given)
+        assert (error.file, error.line) == (str(source), 4)
+        assert (
+            error.message == "<xacro:arg> 'side' has no attribute 'default', which xacro requires"
+        )
+        assert error.hint == 'write default="...", the value without --arg side:=VALUE'
+    error = failure(write(tmp_path, '\n<xacro:property value="1"/>'))
+    assert (error.line, error.hint) == (3, 'write name="..."')
+
+
+#: A robot that reads the file of its kind, in the folder of its size.
+OF_A_KIND = (
+    '<xacro:arg name="kind" default="arm"/><xacro:arg name="size" default="xl"/>\n'
+    '<xacro:property name="folder" value="sizes/$(arg size)"/>\n'
+    '<xacro:include filename="${folder}/the_$(arg kind).xacro"/>'
+)
+
+
+@pytest.mark.parametrize(
+    ("given", "reason", "values"),
+    [
+        ({}, "'xl' is the default of the argument 'size' (MAIN:2), and 'xl'", "large"),
+        ({"size": "smal"}, "'smal' is the value of the argument 'size', and 'smal'", "large"),
+        (
+            {"size": "small"},
+            "'arm' is the default of the argument 'kind' (MAIN:2), and 'the_arm.xacro'",
+            "hand, leg",
+        ),
+        (
+            {"size": "large", "kind": "legs"},
+            "'legs' is the value of the argument 'kind', and 'the_legs.xacro'",
+            "arm",
+        ),
+    ],
+)
+def test_a_file_that_is_missing_since_an_argument_has_a_wrong_value(
+    given: dict[str, str], reason: str, values: str, tmp_path: Path
+) -> None:
+    robots = {
+        "sizes__small__the_leg": "",
+        "sizes__small__the_hand": "",
+        "sizes__large__the_arm": "",
+    }
+    source = write(tmp_path, OF_A_KIND, sizes__readme_yaml="", **robots)
+    (tmp_path / "sizes" / "small" / "the_arms").mkdir()
+    error = failure(source, {}, **given)
+    assert f"{reason.replace('MAIN', str(source))} does not exist" in error.message
+    argument = "kind" if "kind" in reason else "size"
+    assert error.hint == (
+        f"say `--arg {argument}:=VALUE`, or `xacro_args: {{{argument}: VALUE}}` in a config; "
+        f"the values there are: {values}"
+    )
+
+
+def test_a_missing_file_is_no_fault_of_an_argument_that_is_part_of_a_word(tmp_path: Path) -> None:
+    declared = '<xacro:arg name="n" default="1"/><xacro:arg name="none" default=""/>'
+    error = failure(write(tmp_path, f'{declared}<xacro:include filename="ur10.xacro"/>'))
+    assert error.hint == "correct the name of the file, or put the file there"
+    assert error.message.endswith("ur10.xacro: No such file or directory")
+
+
 def test_a_prefix_that_is_not_declared(tmp_path: Path) -> None:
     source = tmp_path / "a.xacro"
     source.write_text('<robot name="r">\n<xacro:leg/></robot>')
