@@ -12,6 +12,8 @@ from urdf2mbs_equations.c import CWriter
 from urdf2mbs_equations.constraints import find_constant_gaps
 from urdf2mbs_equations.contents import ContentMaker
 from urdf2mbs_equations.equations_fit import fingerprint
+from urdf2mbs_equations.latex import write_document
+from urdf2mbs_equations.latex_recursion import write_recursion
 from urdf2mbs_equations.matlab import MatlabWriter
 from urdf2mbs_equations.matlab_data import write_data, write_example
 from urdf2mbs_equations.options import EquationOptions
@@ -23,6 +25,7 @@ from urdf2mbs_equations.routine import (
     OperationCount,
     Refused,
 )
+from urdf2mbs_equations.symbolic import TooManyJointsError, make_symbolic_equations
 from urdf2mbs_equations.tree import is_fixed
 from urdf2mbs_equations.writer import Writer
 
@@ -128,12 +131,27 @@ def generate(
     names = [*functions]
     names += ENERGY if options.energy else ()
     names += DERIVATIVES if options.derivatives else ()
+    if options.language == "latex":
+        _write_latex(mbs, data, file, equations)
+        return equations
     file_writer = _FileWriter(mbs, data, file, options, equations)
     for name in names:
         file_writer.write(name)
     if options.language == "matlab":
         file_writer.write_matlab_data(data)
     return equations
+
+
+def _write_latex(mbs: Mbs, data: bytes, file: str, equations: Equations) -> None:
+    """Write formulas of M, c and g; of larger robots, the recursion that computes them."""
+    try:
+        text = write_document(make_symbolic_equations(mbs))
+    except TooManyJointsError as error:
+        equations.left_out["M, c, g"] = f"{error}; the file has the recursion of Newton and Euler"
+        text = write_recursion(mbs)
+    checksum = f"Fits (tree, numbers): sha256 {fingerprint(data, 'tree, numbers')}"
+    head = f"% {MARK} {quoted(Path(file).name)}. Do not edit: generate again.\n% {checksum}\n\n"
+    equations.files[f"{mbs.name}_equations.tex"] = f"{head}{text}".encode()
 
 
 def _make_writer(mbs: Mbs, options: EquationOptions) -> Writer:

@@ -8,15 +8,15 @@ from typing import Literal
 import msgspec
 
 #: The languages of equations, and words for several of them.
-Language = Literal["python", "c", "matlab", "both", "project"]
+Language = Literal["python", "c", "matlab", "latex", "both", "project"]
 
 
 class EquationOptions(msgspec.Struct):
     """Options of the generated functions and their files."""
 
     language: Language | None = None
-    """``python`` (for MBsysPy), ``c`` (for MBsysC), ``matlab`` (for MBsysLab), ``both`` (Python
-    and C), or ``project``: the languages of the project's code."""
+    """``python`` (for MBsysPy), ``c`` (for MBsysC), ``matlab`` (for MBsysLab), ``latex`` (for
+    people), ``both`` (Python and C), or ``project``: the languages of the project's code."""
 
     fold: bool = False
     """Write masses, centres of mass, inertias and points as numbers: fewer operations, but a

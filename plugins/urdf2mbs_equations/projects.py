@@ -7,7 +7,7 @@ from pathlib import Path
 #: By language, the suffix of its files.
 SUFFIXES = {"python": ".py", "c": ".c", "matlab": ".m"}
 #: By language, its name in messages.
-NAMES = {"python": "Python", "c": "C", "matlab": "MATLAB"}
+NAMES = {"python": "Python", "c": "C", "matlab": "MATLAB", "latex": "LaTeX"}
 
 
 def find_languages(project: Path) -> list[str]:

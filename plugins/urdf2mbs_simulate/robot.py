@@ -49,7 +49,8 @@ def load_equations(
         language: ``c`` or ``python``; by default C where there is a compiler.
         math: A module with ``sin``, ``cos`` and ``sqrt`` for other numbers than floats: ``numpy``
             for many states at once (q is then (joints, states)), ``casadi``, ``jax.numpy``; the
-            equations are then Python.
+            equations are then Python.  ``sympy`` makes formulas of small robots, in which data are
+            symbols, too: a ``SymbolicRobot``.
         moving: True to leave out the joints that never move, which stay where they are drawn.
         **fields: Fields of the config, as in ``convert``.
 
@@ -61,6 +62,12 @@ def load_equations(
     if language == "c" and math is not None:
         raise ConfigError("usage", "C has floats only: leave language or math out")
     model, temporary_folder = resolve_model(source, fields)
+    if getattr(math, "__name__", "") == "sympy":
+        from urdf2mbs_simulate.symbolic_robot import SymbolicRobot
+
+        symbolic = SymbolicRobot(MbsData(model), math)
+        symbolic.temporary_folder = temporary_folder
+        return symbolic
     if language is None:
         language = "python" if math is not None or compiler() is None else "c"
     robot = Robot(MbsData(model), language, math, moving=moving)

@@ -98,6 +98,9 @@ def carry_out(arguments: argparse.Namespace) -> int:
     languages = list_languages(options.language, find_languages(project))
     if "c" not in languages:
         refuse(arguments, ("no_pairs",), "C: leave it out, or add --language c")
+    if languages == ("latex",):
+        other = "programs: leave it out, or name another language"
+        refuse(arguments, ("fold", "energy", "derivatives"), other)
     folder: Path = arguments.output or project / "symbolicR"
     mbs, equations = _generate(model, options, languages)
     for warning in equations.warnings:
@@ -118,7 +121,10 @@ def carry_out(arguments: argparse.Namespace) -> int:
         )
     else:
         _print_equations(mbs, equations, folder, languages)
-        _print_next_steps(project, languages)
+        if languages == ("latex",):
+            print(f"Next: pdflatex {near(next(iter(files)))}, or copy the formulas")
+        else:
+            _print_next_steps(project, languages)
     return 0
 
 
@@ -153,7 +159,7 @@ def _print_equations(
                 f"  {name:10} {count.operations:6} operations: {count.products} products, "
                 f"{count.sums} sums, {count.functions} sines, cosines and roots"
             )
-    if equations.fixed:
+    if equations.fixed and equations.counts:
         joints = counted(len(equations.fixed), "joint")
         verb = "moves" if len(equations.fixed) == 1 else "move"
         print(f"  {joints} never {verb}; their coordinates are numbers in the equations")

@@ -120,7 +120,8 @@ class _StaleEquations(NamedTuple):
 
 def _find_stale(conversion: Conversion, folder: Path, model: bytes) -> _StaleEquations:
     name = "*" if conversion.settings.project else conversion.mbs.name
-    patterns = (f"mbs_*_{name}.*", f"{name}_data.m", f"{name}_example.m")
+    others = ("data.m", "example.m", "equations.tex")
+    patterns = (f"mbs_*_{name}.*", *(f"{name}_{ending}" for ending in others))
     equations = sorted(path for pattern in patterns for path in folder.glob(pattern))
     verdicts = {
         path: fits(files.read_beginning(path, HEAD_SIZE), model)
