@@ -12,6 +12,7 @@ import shutil
 import sys
 from contextlib import redirect_stdout
 from io import BytesIO, StringIO
+from math import pi
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -126,6 +127,7 @@ def moving(page: Page, work: Path) -> None:
         "--push", "body:0,12,130@0.1..0.25")  # fmt: skip
     page.goto(html.as_uri())
     page.evaluate("urdf2mbs.ready")
+    page.click("#show summary")
     page.uncheck("#show-forces")
     page.add_style_tag(content="#view > :not(canvas) { visibility: hidden }")
     canvas = page.locator("#view canvas")
@@ -144,12 +146,12 @@ def swinging(page: Page, work: Path) -> None:
     """The biped at both ends of its first mode."""
     config, html = work / "swing.yaml", work / "swing.html"
     run("init", ROBOTS["biped"], "-o", config)
-    first = json.loads(run("modes", config, "-o", html, "--json"))["modes"][0]
+    run("modes", config, "-o", html)
     page_of(page, html)
     page.add_style_tag(content="#view > :not(canvas) { visibility: hidden }")
     ends = []
-    for time in (0.0, 0.5 / min(first["frequency"], 2.5)):  # the page plays no faster
-        page.evaluate("(time) => urdf2mbs.player.seek(time)", time)
+    for phase in (0.0, pi):
+        page.evaluate("(phase) => urdf2mbs.showPhase(phase)", phase)
         page.evaluate(DRAWN)
         png = page.locator("#view canvas").screenshot()
         ends.append(Image.open(BytesIO(png)).convert("RGB"))

@@ -97,7 +97,8 @@ def list_marks(summary: Summary, model: Mbs) -> dict[str, Any]:
 
     Returns:
         ``points``: (body, point in the body's frame (m), kind, rotation or None);
-        ``lines``: (kind, (body, point), (body, point)); ``stops``: (joint, limits).
+        ``lines``: (kind, (body, point), (body, point)); ``stops``: (joint, limits);
+        ``ground``: the height of the ground (m).
     """
     point_marks: list[tuple[Any, ...]] = []
     points = model.points()
@@ -118,7 +119,37 @@ def list_marks(summary: Summary, model: Mbs) -> dict[str, Any]:
         for connection in (*model.cuts, *model.links)
         if not connection.is_draft
     ]
-    return {"points": point_marks, "lines": line_marks, "stops": list(_find_limits(model).items())}
+    return {
+        "points": point_marks,
+        "lines": line_marks,
+        "stops": list(_find_limits(model).items()),
+        "ground": _find_ground(model),
+    }
+
+
+def list_cuts(model: Mbs) -> list[dict[str, Any]]:
+    """List the cuts that close loops, for the script of the page; lengths are in m."""
+    points = model.points()
+    return [
+        {
+            "kind": cut.kind,
+            "name": cut.name,
+            "first": (cut.endpoint1[0], _get_position(points, cut.endpoint1)),
+            "second": (cut.endpoint2[0], _get_position(points, cut.endpoint2)),
+            "length": cut.length or 0.0,
+        }
+        for cut in model.cuts
+        if not cut.is_draft
+    ]
+
+
+def _find_ground(model: Mbs) -> float:
+    """Return the height of the ground (m) of the contacts; 0 without contacts."""
+    for user_model in model.user_models:
+        for parameter in user_model.parameters:
+            if (user_model.name, parameter.name) == ("contact", "ground") and parameter.values:
+                return _parse_finite(parameter.values[0]) or 0.0
+    return 0.0
 
 
 def _list_forces(summary: Summary, point: Point) -> list[tuple[Vec, str]]:

@@ -35,6 +35,7 @@ from urdf2mbs_meshes.model import MeshLimit
 from urdf2mbs_report import script, sections
 from urdf2mbs_report.connections import (
     find_unreadable_limits,
+    list_cuts,
     list_marks,
     make_connection_tables,
 )
@@ -44,8 +45,10 @@ from urdf2mbs_report.motion import MotionError, read_motion
 from urdf2mbs_report.scene import (
     compute_extent,
     describe_mbs,
+    describe_stand_ins,
     describe_urdf,
     find_url,
+    list_followers,
     make_file_reader,
 )
 from urdf2mbs_report.script import Script
@@ -74,6 +77,15 @@ class Notice(msgspec.Struct):
     meshes_by_reason: dict[str, list[str]] = {}
 
 
+class ShownModes(msgspec.Struct):
+    """The modes of a robot, for a page that lists and shows them."""
+
+    data: dict[str, Any]
+    """``js/modes.js`` lists its keys."""
+    notes: list[str]
+    """What is true of all modes, in sentences."""
+
+
 class Contents(msgspec.Struct):
     """The contents of a page that differ between a conversion and an .mbs alone."""
 
@@ -93,7 +105,15 @@ class Contents(msgspec.Struct):
     """The sections about the URDF; None without one."""
     live_script: str | None = None
     """The module of a robot that is simulated in the page."""
-    why_not_live: str = ""
+    moves: str = ""
+    """``motion`` or ``modes`` if the robot moves by itself; else empty."""
+    mode_notes: list[str] = []
+    """Sentences below the list of modes."""
+
+    @property
+    def view_label(self) -> str:
+        """The name of the section with the 3D model."""
+        return {"motion": "Simulation", "modes": "Modes"}.get(self.moves, "3D model")
 
 
 # --- a conversion ---
@@ -169,6 +189,8 @@ def _describe_both_sides(
     mbs_description = describe_mbs(model, mesh_store, read_file, find_stand_in)
     scene_data = _describe_model(model, mesh_store, mbs_description, summary) | {
         "urdf": describe_urdf(conversion.robot, mesh_store, mesh_files.find),
+        "standIns": describe_stand_ins(conversion, mesh_store),
+        "followers": list_followers(conversion),
         "frames": [
             (
                 link_name,
@@ -210,7 +232,13 @@ def _list_robot_facts(conversion: Conversion) -> list[str]:
 
 
 def make_model_page(
-    model: Mbs, file: Path, results: str = "dirdyn.csv", live: Script | str | None = None
+    model: Mbs,
+    file: Path,
+    results: str = "dirdyn.csv",
+    live: Script | None = None,
+    *,
+    modes: ShownModes | None = None,
+    conversion: Conversion | None = None,
 ) -> Page:
     """Make the page of an .mbs alone, without a URDF.
 
@@ -219,45 +247,58 @@ def make_model_page(
         file: Where it lies.  ``PRJPATH`` of its urls is the folder around ``dataR``, or else the
             file's own folder.
         results: The file in the project's resultsR whose motion is played, if it exists.
-        live: The robot that is simulated in the page, or why there is none.
+        live: The robot that is simulated in the page.
+        modes: The modes that are shown, in place of a motion.
+        conversion: The conversion that has made the .mbs, if it is known: its robot's name is the
+            title, and its collision shapes are drawn where meshes are missing.
     """
     project = project_of(file.absolute())
     mesh_store = MeshStore()
     read_file = make_file_reader({}, project)
     mbs_description = describe_mbs(model, mesh_store, read_file, lambda url: find_url(url, project))
     scene_data = _describe_model(model, mesh_store, mbs_description, Summary())
+    if conversion is not None:
+        scene_data["standIns"] = describe_stand_ins(conversion, mesh_store)
+        scene_data["followers"] = list_followers(conversion)
     diagnostics: list[Diagnostic] = []
-    try:
-        scene_data["motion"] = read_motion(model, project, results)
-    except MotionError as error:
-        scene_data["motion"] = None
-        diagnostics.append(
-            Diagnostic(
-                "warning",
-                "motion-unreadable",
-                f"the page plays no motion: {error}",
-                file=str(project / "resultsR" / results),
-                hint="simulate again; or remove the file",
-            )
-        )
+    if modes is not None:
+        scene_data["modes"] = modes.data
+    else:
+        try:
+            scene_data["motion"] = read_motion(model, project, results)
+        except MotionError as error:
+            diagnostics.append(_warn_of_motion(error, project / "resultsR" / results))
+    moves = "modes" if scene_data["modes"] else "motion" if scene_data["motion"] else ""
+    name = model.name if conversion is None else conversion.robot.name
     contents = Contents(
-        name=model.name,
-        title=model.name,
+        name=name,
+        title=f"{name}: {moves}" if moves else name,
         tree_label="Bodies",
         facts=_list_model_facts(model),
         made_from=file.name,
         summary=Summary(),
         joint_table=sections.make_joint_table(model, None),
         body_table=sections.make_body_table(model, None),
+        moves=moves,
+        mode_notes=modes.notes if modes is not None else [],
     )
-    if isinstance(live, Script):
+    if live is not None:
         scene_data["live"] = live.data
         contents.live_script = live.text
-    elif live:
-        contents.why_not_live = live
     page = _render_page(model, mesh_store, scene_data, contents)
     page.diagnostics = diagnostics + _warn_of_limits(model, str(file))
     return page
+
+
+def _warn_of_motion(error: MotionError, results_file: Path) -> Diagnostic:
+    """Return the warning of results that cannot be played."""
+    return Diagnostic(
+        "warning",
+        "motion-unreadable",
+        f"the page plays no motion: {error}",
+        file=str(results_file),
+        hint="simulate again; or remove the file",
+    )
 
 
 def _list_model_facts(model: Mbs) -> list[str]:
@@ -289,6 +330,11 @@ def _describe_model(
         "frames": [],
         "coordinates": [],
         "joints": [],
+        "standIns": [],
+        "followers": [],
+        "motion": None,
+        "modes": None,
+        "cuts": list_cuts(model),
         "meshes": mesh_store.meshes,
         "textures": mesh_store.textures,
         "size": extent,
@@ -326,7 +372,7 @@ def _render_page(
         lstrip_blocks=True,
     )
     environment.filters["format_cell"] = format_cell
-    viewer_script = script.read_viewer()
+    packed_viewer = script.pack_viewer()
     packed_arrays = mesh_store.pack_arrays()
     mesh_size = len(packed_arrays) + sum(len(url) for url in mesh_store.textures)
     try:
@@ -340,16 +386,19 @@ def _render_page(
         notices=_list_notices(mesh_store, contents.stand_ins),
         diagram=diagram,
         no_diagram=no_diagram,
+        n_missing=len(mesh_store.missing),
+        has_stand_ins=bool(scene_data["standIns"]),
+        n_meshes=len(mesh_store.missing) + len(mesh_store.meshes),
         css=Markup(script.read_resource("page.css")),
         data=Markup(script.encode_data(scene_data)),
         arrays=Markup(packed_arrays),
-        viewer=Markup(script.escape_script(viewer_script)),
+        viewer=Markup(packed_viewer),
         script=Markup(script.bundle_modules(contents.live_script or "")),
-        megabytes={"viewer": len(viewer_script) / 1e6, "meshes": mesh_size / 1e6},
+        megabytes={"viewer": len(packed_viewer) / 1e6, "meshes": mesh_size / 1e6},
         viewer_license=script.read_resource("LICENSE.three.txt"),
     )
     page_data = page_html.encode()
-    sizes = {"viewer": len(viewer_script), "meshes": mesh_size, "all": len(page_data)}
+    sizes = {"viewer": len(packed_viewer), "meshes": mesh_size, "all": len(page_data)}
     return Page(page_data, sizes, list(mesh_store.missing))
 
 

@@ -12,7 +12,17 @@ from typing import Any
 
 import msgspec
 
-from urdf2mbs.plugin import add, compute_placement, is_file, mbs, read_bytes, rotate, urdf
+from urdf2mbs.plugin import (
+    Conversion,
+    add,
+    compute_placement,
+    is_file,
+    mbs,
+    read_bytes,
+    rotate,
+    urdf,
+)
+from urdf2mbs_meshes.files import get_mesh_files
 from urdf2mbs_report.mesh_store import FileReader, MeshStore
 
 
@@ -74,11 +84,7 @@ def describe_urdf(
     """
 
     def describe_shape(shape: urdf.Visual | urdf.Collision) -> dict[str, Any]:
-        description = _pick(shape.origin, "xyz", "rpy") | {"geometry": shape.geometry}
-        if isinstance(shape.geometry, urdf.Mesh):
-            filename = shape.geometry.filename
-            description["mesh"] = store.add_urdf_mesh(filename, find_file(filename))
-        return description
+        return _describe_shape(shape, store, find_file)
 
     def describe_visual(visual: urdf.Visual) -> dict[str, Any]:
         material = visual.material
@@ -98,15 +104,82 @@ def describe_urdf(
     return {"root": robot.root(), "links": links, "joints": joints}
 
 
+def describe_stand_ins(conversion: Conversion, store: MeshStore) -> list[dict[str, Any]]:
+    """Describe the collision shapes of links of whose visuals a mesh is missing.
+
+    Args:
+        conversion: A finished conversion.
+        store: Meshes of collision shapes are added to this.
+
+    Returns:
+        Shapes as those of ``describe_urdf``, each with its link, the link's body in the .mbs, and
+        the link's pose in the body's frame: a rotation by rows and the origin (m).
+    """
+    find_file = get_mesh_files(conversion).find
+    stand_ins: list[dict[str, Any]] = []
+    for link_name, link in conversion.robot.links.items():
+        frame = conversion.frames.get(link_name)
+        lacks_visual = any(_lacks_mesh(visual, find_file) for visual in link.visuals)
+        if frame is None or frame.joint is not None or not lacks_visual:
+            continue
+        pose = (*frame.pose.rot, *frame.pose.xyz)
+        place = {"link": link_name, "body": frame.body, "pose": pose}
+        stand_ins += [
+            place | _describe_shape(collision, store, find_file)
+            for collision in link.collisions
+            if not _lacks_mesh(collision, find_file)
+        ]
+    return stand_ins
+
+
+def list_followers(conversion: Conversion) -> list[tuple[str, str, float, float]]:
+    """List the joints of the .mbs that follow others, as the URDF's ``<mimic>`` couples them.
+
+    Returns:
+        Follower, leader, multiplier and offset (rad or m) of each: the position of the follower is
+        multiplier times that of the leader, plus the offset.
+    """
+    coordinates = conversion.names.coordinates
+    return [
+        (coordinates[joint_name][0], coordinates[mimic.joint][0], mimic.multiplier, mimic.offset)
+        for joint_name, joint in conversion.robot.joints.items()
+        if (mimic := joint.mimic) is not None
+        and len(coordinates.get(joint_name, ())) == 1
+        and coordinates.get(mimic.joint)
+    ]
+
+
+def _lacks_mesh(
+    shape: urdf.Visual | urdf.Collision, find_file: Callable[[str], Path | None]
+) -> bool:
+    """Return True if a shape is a mesh whose file does not exist."""
+    if not isinstance(shape.geometry, urdf.Mesh):
+        return False
+    mesh_file = find_file(shape.geometry.filename)
+    return mesh_file is None or not is_file(mesh_file)
+
+
+def _describe_shape(
+    shape: urdf.Visual | urdf.Collision,
+    store: MeshStore,
+    find_file: Callable[[str], Path | None],
+) -> dict[str, Any]:
+    """Describe the pose and the geometry of a shape; its mesh is added to the store."""
+    description = _pick(shape.origin, "xyz", "rpy") | {"geometry": shape.geometry}
+    if isinstance(shape.geometry, urdf.Mesh):
+        filename = shape.geometry.filename
+        description["mesh"] = store.add_urdf_mesh(filename, find_file(filename))
+    return description
+
+
 def _describe_joint(joint: urdf.Joint) -> dict[str, Any]:
     """Describe a joint of a URDF; a limit counts only if both of its ends are known."""
-    limit, mimic = joint.limit, joint.mimic
+    limit = joint.limit
     is_limited = limit is not None and None not in (limit.lower, limit.upper)
     return {
         **_pick(joint, "name", "type", "parent", "child", "axis"),
         **_pick(joint.origin, "xyz", "rpy"),
         "limit": (limit.lower, limit.upper) if limit and is_limited else None,
-        "mimic": mimic and (mimic.joint, mimic.multiplier, mimic.offset),
     }
 
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import gzip
 import json
 import re
+from base64 import b64encode
 from importlib.metadata import distribution
 from importlib.resources import files
 from pathlib import Path
@@ -19,7 +21,10 @@ THREE_FILE = "jupyter_threejs_sage/static/r130/three.min.js"
 #: The modules of the page's script, each before those that use it.
 MODULES = (
     "basics",
+    "viewer",
+    "roving",
     "kinematics",
+    "loops",
     "positions",
     "geometry",
     "scene",
@@ -32,10 +37,15 @@ MODULES = (
     "comparison",
     "selection",
     "display",
+    "gestures",
     "camera",
+    "units",
     "panel",
     "diagram",
+    "tables",
+    "curves",
     "player",
+    "modes",
     "main",
 )
 
@@ -56,31 +66,40 @@ def read_resource(file_name: str) -> str:
 def bundle_modules(last_module: str) -> str:
     """Join the page's own modules into one script, since a page on disk can load none.
 
-    All modules share one scope, but for the last one, another plugin's.  Import and export
+    All modules share the scope of one asynchronous function, in which ``viewer`` waits for
+    three.js; the last module, another plugin's, has a scope of its own.  Import and export
     statements are removed: names are unique in all modules, and ``MODULES`` is in their order.
+    ``window.urdf2mbs.ready`` resolves when the page is built.
     """
     modules = [read_resource(f"js/{module_name}.js") for module_name in MODULES]
     bundled_script = "\n\n".join([*modules, f"{{\n{last_module}}}"])
     bundled_script = re.sub(r"^import .*?;\n+", "", bundled_script, flags=re.DOTALL | re.MULTILINE)
     bundled_script = re.sub(r"^export ", "", bundled_script, flags=re.MULTILINE)
-    return f'"use strict";\n(() => {{\n{bundled_script}\n}})();'
+    return "\n".join(
+        [
+            '"use strict";',
+            "window.urdf2mbs = {ready: (async () => {",
+            bundled_script,
+            "await window.urdf2mbs.opened;",
+            "})()};",
+        ]
+    )
 
 
-def read_viewer() -> str:
-    """Read three.js; raise ConfigError if the installed package does not have it."""
+def pack_viewer() -> str:
+    """Return three.js, gzipped and in base64, which is a third of its size.
+
+    Raises:
+        ConfigError: The installed package does not have it.
+    """
     package = distribution(THREE_PACKAGE)
     try:
-        return Path(str(package.locate_file(THREE_FILE))).read_text("utf-8")
+        viewer_script = Path(str(package.locate_file(THREE_FILE))).read_bytes()
     except OSError:
         message = f"the installed {THREE_PACKAGE} does not have {THREE_FILE}"
         hint = f"pip install {THREE_PACKAGE}==130"
         raise ConfigError("viewer-missing", message, hint=hint) from None
-
-
-def escape_script(script_text: str) -> str:
-    """Escape what would end the script element of a script."""
-    script_text = re.sub(r"</(script)", r"<\\/\1", script_text, flags=re.IGNORECASE)
-    return script_text.replace("<!--", "<\\!--")
+    return b64encode(gzip.compress(viewer_script, mtime=0)).decode()
 
 
 def encode_data(data: Any) -> str:

@@ -4,9 +4,11 @@
 import {makeForceArrows} from "./arrows.js";
 import {bodyByName, byId, createElement, data, decodeBase64, decompress, jointNumbers, robotSize, vector}
   from "./basics.js";
+import {followRobot} from "./camera.js";
 import {comparison} from "./comparison.js";
 import {player} from "./player.js";
 import {jointPositions, onPositionsChange, updatePositions} from "./positions.js";
+import {makeRoving} from "./roving.js";
 import {camera, renderer, view} from "./scene.js";
 import {castRay, findBodyAt, select} from "./selection.js";
 
@@ -81,10 +83,14 @@ function showMessage(text) {
   byId("live-message").textContent = [text, printed.trim()].filter(Boolean).join("; ");
 }
 
+const showTime = () => { byId("clock").textContent = `${time.toFixed(2)} s`; };
+
 // Start or stop the simulation, which follows real time, times the speed of the player, if it can.
 function setRunning(shouldRun) {
   isRunning = shouldRun;
   byId("live").textContent = shouldRun ? "Stop" : "Live";
+  // A finger pulls the robot that runs, and scrolls the page otherwise.
+  if (renderer) renderer.domElement.style.touchAction = shouldRun ? "none" : "pan-y";
   if (!shouldRun) return;
   player.play(false);
   let last = performance.now();
@@ -95,8 +101,7 @@ function setRunning(shouldRun) {
     const target = time + elapsed * byId("speed").value;
     last = present;
     if (advance(target, COMPUTING_TIME)) {
-      const isSlow = time < target - 1e-9;
-      showMessage(`${time.toFixed(2)} s${isSlow ? ", slower than asked for" : ""}`);
+      showMessage(time < target - 1e-9 ? "slower than asked for" : "");
       requestAnimationFrame(runFrame);
     }
   });
@@ -125,6 +130,8 @@ function draw() {
   const positions = getJointRow("q");
   for (const [name, number] of jointNumbers) jointPositions.set(name, positions[number]);
   updatePositions();
+  followRobot();
+  showTime();
   live.forces.forEach((body, k) => {
     const force = getRow("SWr", FORCE_ROW, (FORCE_ROW + 1) * (k + 1));
     const point = vector().fromArray(force, FORCE_POINT);
@@ -196,7 +203,7 @@ function makeRestart() {
     if (robot.restart(simulation)) {
       showMessage("the robot cannot start here");
     } else {
-      showMessage("0.00 s");
+      showMessage("");
       draw();
     }
   };
@@ -237,18 +244,25 @@ async function makeLive() {
   drawArrow = makeForceArrows([...live.forces.map(() => false), true]);
   onPositionsChange(() => [...live.forces, null].forEach((_, k) => drawArrow(k, null, null, vector(), 1)));
   const runTitle = "Run live; then drag a part with the mouse";
-  addButton(bar, "Live", runTitle, () => setRunning(!isRunning)).id = "live";
-  addButton(bar, "Reset", "Back to the start", () => restart(() => {}));
+  const runButton = addButton(byId("player-buttons"), "Live", runTitle, () => setRunning(!isRunning));
+  Object.assign(runButton, {id: "live", tabIndex: -1});
+  // Reset goes back to the start, of the motion and of what is simulated here.
+  byId("reset").onclick = () => {
+    setRunning(false);
+    player.reset();
+    restart(() => {});
+  };
   if (live.floats) addDropButtons(bar, restart);
   if ("hold" in live.places) addHoldBox(bar);
   const message = createElement("output", "");
   message.id = "live-message";
   bar.append(message);
-  byId("player").before(bar);
+  byId("player").querySelector(".bar").after(bar);
+  makeRoving(bar, "button, input");
   showMessage("press Live, then drag a part");
   if (renderer) view.addEventListener("pointerdown", grab, {capture: true});
   const functions = {restart, setRunning, advance, getJointRow, getTime: () => time};
   Object.assign(window.urdf2mbs, {live: functions});
 }
 
-window.urdf2mbs.ready = window.urdf2mbs.ready.then(makeLive);
+window.urdf2mbs.opened = window.urdf2mbs.opened.then(makeLive);

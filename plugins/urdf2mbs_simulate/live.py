@@ -32,7 +32,7 @@ LINK = (
     *(f"-Wl,--export={name}" for name in EXPORTS),
 )
 #: How to get an interactive robot, where no compiler makes WebAssembly.
-HINT = "pip install ziglang brings the compiler for a robot that can be pulled and dropped"
+HINT = "pip install ziglang brings the compiler for a page whose robot can be pulled and dropped"
 
 
 class LiveRobot(NamedTuple):

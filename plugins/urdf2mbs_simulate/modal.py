@@ -118,6 +118,8 @@ class Modes:
         self.states = list(dict.fromkeys(itertools.compress(names, null_space.states)))
         """User states that stay constant."""
         self.q = data.q.copy()
+        self.conversion: Any = None
+        """The conversion that has made the model, if a command has converted a robot."""
         self.temporary_folder: Any = None
         """A folder that is removed with the modes."""
 
@@ -133,6 +135,12 @@ class Modes:
         for number, mode in enumerate(self.modes, start=1):
             if not mode.is_inner or len(inner) == 1:
                 lines.append(self._format_mode(number, mode))
+        return lines + self.notes()
+
+    def notes(self) -> list[str]:
+        """Return what the table of modes does not list, and whether one of them grows."""
+        lines = []
+        inner = [mode for mode in self.modes if mode.is_inner]
         if len(inner) > 1:
             times = sorted(1.0 / abs(mode.value.real) for mode in inner)
             lines.append(
@@ -150,6 +158,33 @@ class Modes:
         growing = [number for number, mode in enumerate(self.modes, 1) if mode.grows]
         lines.append(f"unstable: mode {', '.join(map(str, growing))}" if growing else "stable")
         return lines
+
+    def describe(self, chosen: int = 1) -> dict[str, Any]:
+        """Return the modes that move joints, as data for ``js/modes.js``.
+
+        Args:
+            chosen: The number of the mode that is shown at first, from 1.
+        """
+        names = list(self.data.joint_id)
+        modes = [
+            {
+                "number": number,
+                "frequency": mode.frequency,
+                "damping": mode.damping,
+                "time": f"{'grows' if mode.grows else 'fades'} in {1 / abs(mode.value.real):.3g} s"
+                if mode.value.real
+                else "",
+                "amplitudes": [round(float(size), 6) for size in np.abs(mode.shape[1:])],
+                "phases": [round(float(phase), 6) for phase in np.angle(mode.shape[1:])],
+                "joints": [names[joint - 1] for joint in mode.joints()],
+            }
+            for number, mode in enumerate(self.modes, start=1)
+            if mode.joints() and not mode.is_inner
+        ]
+        numbers = [mode["number"] for mode in modes]
+        positions = dict(zip(names, self.q[1:].tolist(), strict=True))
+        index = numbers.index(chosen) if chosen in numbers else 0
+        return {"modes": modes, "chosen": index, "positions": positions}
 
     def _format_mode(self, number: int, mode: Mode) -> str:
         names = ", ".join(format_joints(self.data, [k]) for k in mode.joints())

@@ -6,7 +6,7 @@ import os
 import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 
@@ -29,6 +29,9 @@ from urdf2mbs_simulate.modal import MbsModal, Modes
 from urdf2mbs_simulate.push import Push, parse_push
 from urdf2mbs_simulate.python_code import MbsData
 from urdf2mbs_simulate.results import Results
+
+if TYPE_CHECKING:
+    from urdf2mbs_report.page import Page
 
 
 def simulate(
@@ -192,3 +195,17 @@ def write_project(conversion: Conversion, *, force: bool = False) -> Path:
         error.exit_code = 3
         raise error
     return conversion.settings.output
+
+
+def make_modes_page(results: Modes, number: int = 1) -> Page:
+    """Make the page that lists the modes, and shows one.
+
+    Args:
+        results: Modes; there is at least one.
+        number: Of the mode that is shown at first, from 1.
+    """
+    from urdf2mbs_report.page import ShownModes, make_model_page
+
+    run = results.data._run
+    shown = ShownModes(results.describe(number), results.notes())
+    return make_model_page(run.mbs, run.file, modes=shown, conversion=results.conversion)

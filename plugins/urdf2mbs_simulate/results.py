@@ -58,6 +58,8 @@ class Results:
         """The equilibrium that the run started from, if one was asked for."""
         self.files: list[Path] = []
         """Files that the run has written."""
+        self.conversion: Any = None
+        """The conversion that has made the model, if a command has converted a robot."""
         self.temporary_folder: Any = None
         """A folder that is removed with the results."""
 

@@ -5,8 +5,11 @@
 //   urdf: root, links [{name, visuals, collisions}], joints [{name, type, parent, child, ...}]
 //   frames, coordinates, joints: pairs of a URDF name and what it is in the .mbs
 //   meshes: of each its parts, whose arrays are [first byte, number of words]; textures: urls
-//   marks: points [body, xyz, kind, rotation], lines [kind, end, end], stops [joint, [low, high]]
-//   motion: null, or what motion.py has read
+//   marks: points [body, xyz, kind, rotation], lines [kind, end, end], stops [joint, [low, high]],
+//     ground: its height
+//   cuts [{kind, name, first, second, length}]; followers [joint, leader, factor, offset]
+//   standIns: collision shapes {link, body, pose, xyz, rpy, geometry, mesh} in place of visuals
+//   motion: null, or what motion.py has read; modes: null, or those of modal.py
 export const data = JSON.parse(document.getElementById("data").textContent);
 // The page of an .mbs alone has no URDF.
 export const isModelAlone = data.urdf.root === null;

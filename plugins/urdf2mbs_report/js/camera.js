@@ -1,6 +1,8 @@
 // The camera: turned, moved and zoomed by OrbitControls of three.js.
 
-import {data, robotSize, vector} from "./basics.js";
+import {byId, data, robotSize, vector} from "./basics.js";
+import {comparison} from "./comparison.js";
+import {onTwoFingers, onZoomingWheel} from "./gestures.js";
 import {camera, groups, requestDrawing, scene} from "./scene.js";
 import {drawnShapes} from "./shapes.js";
 import {bones} from "./skeleton.js";
@@ -25,12 +27,54 @@ export function computeRobotBox() {
   return box.isEmpty() ? box.expandByPoint(vector()) : box;
 }
 
+// --- following ---
+
+// The point of the robot that the camera has followed last (m).
+let followedPoint = null;
+// How much further from that point a motion reaches than the start does (m).
+let extraReach = 0;
+
+// The mean of the origins of all bodies.
+const computeMiddle = ({bodies}) => {
+  const origins = data.mbs.bodies.map(({name}) => vector().setFromMatrixPosition(bodies.get(name)));
+  return origins.reduce((sum, origin) => sum.add(origin), vector())
+    .divideScalar(origins.length || 1);
+};
+
+// How far a body is from the middle of the robot, at most (m).
+function computeReach(poses) {
+  const middle = computeMiddle(poses);
+  return Math.max(0, ...data.mbs.bodies.map(({name}) =>
+    vector().setFromMatrixPosition(poses.bodies.get(name)).distanceTo(middle)));
+}
+
+// Let the whole robot be seen in all poses of a motion.
+export function fitMotion(posesOfFrames) {
+  const reaches = posesOfFrames.map(computeReach);
+  extraReach = Math.max(0, ...reaches.map((reach) => reach - reaches[0]));
+}
+
+// Move the camera as the robot has moved, if the user wants it.
+export function followRobot() {
+  const middle = computeMiddle(comparison.mbs);
+  if (controls && followedPoint && byId("follow").checked) {
+    const shift = middle.clone().sub(followedPoint);
+    controls.target.add(shift);
+    camera.position.add(shift);
+    controls.update();
+  }
+  followedPoint = middle;
+}
+
+// --- moving ---
+
 // Show the whole robot, from the side from which it is seen now.
 export function fitCamera() {
   const ball = computeRobotBox().getBoundingSphere(new THREE.Sphere());
   const halfHeight = camera.fov * Math.PI / 360;  // as angles (rad)
   const halfWidth = Math.atan(Math.tan(halfHeight) * camera.aspect);
-  const radius = Math.max(ball.radius, 0.05 * robotSize);
+  const radius = Math.max(ball.radius + extraReach, 0.05 * robotSize);
+  followedPoint = computeMiddle(comparison.mbs);
   const distance = 1.18 * radius / Math.sin(Math.min(halfHeight, halfWidth));
   const offset = camera.position.clone().sub(controls.target).setLength(distance);
   // There is a little room around the robot, and more above it, where the buttons are.
@@ -54,8 +98,21 @@ export function attachControls(canvas, onClick) {
   camera.position.setFromSphericalCoords(1, Math.PI / 2 - 0.32, Math.PI / 2 + 0.45)
     .applyAxisAngle(vector(1, 0, 0), Math.PI / 2);
   controls = new THREE.OrbitControls(camera, canvas);
-  controls.zoomSpeed = 2;
   controls.addEventListener("change", updateDepthRange);
+  // Its wheel would stop the page, and two fingers are ours: see gestures.js.
+  controls.enableZoom = false;
+  controls.touches.TWO = null;
+  // One finger that moves up or down scrolls the page.
+  canvas.style.touchAction = "pan-y";
+  // OrbitControls of this version does not end a touch that the page has taken for scrolling.
+  canvas.addEventListener("pointercancel", ({pointerId, pointerType}) =>
+    document.dispatchEvent(new PointerEvent("pointerup", {pointerId, pointerType})));
+  onZoomingWheel(canvas, (event) =>
+    orbit(0, 0, Math.exp(Math.max(-60, Math.min(60, event.deltaY)) * 0.003)));
+  onTwoFingers(canvas, ({from, to, factor}) => {
+    pan(to[0] - from[0], to[1] - from[1], canvas.clientHeight);
+    orbit(0, 0, 1 / factor);
+  });
   let pressed = null;
   canvas.addEventListener("pointerdown", (event) => { pressed = event; });
   canvas.addEventListener("click", (event) => {
@@ -66,6 +123,16 @@ export function attachControls(canvas, onClick) {
   canvas.addEventListener("keydown", moveByKey);
   Object.assign(canvas, {tabIndex: 0, role: "application"});
   canvas.ariaLabel = "The robot in 3D: arrow keys turn it, + and - zoom, Home shows all of it";
+}
+
+// Move the camera by px of the canvas, in the plane of the picture.
+function pan(dx, dy, height) {
+  const distance = camera.position.distanceTo(controls.target);
+  const scale = 2 * distance * Math.tan(camera.fov * Math.PI / 360) / height;  // m per px
+  const shift = vector(-dx * scale, dy * scale, 0).applyQuaternion(camera.quaternion);
+  controls.target.add(shift);
+  camera.position.add(shift);
+  controls.update();
 }
 
 function moveByKey(event) {

@@ -49,7 +49,7 @@ export function comparePoses() {
 export function compareShapes() {
   comparePoses();
   if (isModelAlone) return;
-  const unmatched = drawnShapes.filter((shape) => shape.side === "mbs")
+  const unmatched = drawnShapes.filter((shape) => shape.side === "mbs" && !shape.isStandIn)
     .map((shape) => ({shape, surface: measureShape(shape, matrix())}));
   const lacksMesh = (shape) => shape.mesh === null;
   const incompleteBodies = new Set(

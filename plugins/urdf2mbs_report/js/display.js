@@ -1,8 +1,9 @@
 // The display: switches, differences in red and blue, and the line that tells of them.
 
-import {byId, createElement, isModelAlone} from "./basics.js";
+import {byId, isModelAlone} from "./basics.js";
 import {comparePoses, comparison, isDifferent} from "./comparison.js";
-import {moveLoopLines} from "./marks.js";
+import {MAX_GAP, cuts, measureGap} from "./loops.js";
+import {moveLoopLines, showContacts} from "./marks.js";
 import {grid, groups, objectsByKind, requestDrawing, sideGroups} from "./scene.js";
 import {selection} from "./selection.js";
 import {drawnShapes, findBodyOfShape} from "./shapes.js";
@@ -12,6 +13,8 @@ import {moveStops} from "./stops.js";
 const DIFFERENCE_COLORS = {mbs: new THREE.Color(0xd6273b), urdf: new THREE.Color(0x1f5fe0)};
 const SELECTION_GLOW = 0x6a4a00;
 const BLINK_PERIOD = 600;  // ms
+// Who wants less motion sees both sides of a difference at once, and nothing blinks.
+const isStill = window.matchMedia("(prefers-reduced-motion: reduce)").matches;
 let showsMbsOfDifferences = false, isBuilt = false;
 
 // Move all to the current positions.
@@ -32,7 +35,7 @@ export function startDisplay() {
   isBuilt = true;
   if (!drawnShapes.length) byId("show-skeleton").checked = true;
   updateScene();
-  setInterval(() => drawnShapes.some(isDifferent) && blink(), BLINK_PERIOD);
+  if (!isStill) setInterval(() => drawnShapes.some(isDifferent) && blink(), BLINK_PERIOD);
 }
 
 // Of shapes that differ, show those of the other side.
@@ -51,6 +54,7 @@ export function updateDisplay() {
   for (const [kind, objects] of Object.entries(objectsByKind)) {
     for (const object of objects) object.visible = isChecked(`show-${kind}`);
   }
+  showContacts(isChecked("show-contacts"), selection.body, comparison.mbs.bodies);
   for (const bone of bones) {
     // Where both sides agree, one skeleton is enough.
     const isNeeded = side === bone.side || bone.side === "mbs" || comparison.differingLinks.size > 0;
@@ -60,13 +64,14 @@ export function updateDisplay() {
   for (const shape of drawnShapes) {
     const isMarked = side === "both" && isDifferent(shape);
     if (isMarked && isChecked("show-shapes")) {
-      shape.group.visible = showsMbsOfDifferences === (shape.side === "mbs");
+      shape.group.visible = isStill || showsMbsOfDifferences === (shape.side === "mbs");
     } else if (side === "both" && shape.counterpart) {
       shape.group.visible = false;  // where both sides agree, one shape is enough
     }
     for (const object of shape.meshes) colorMaterial(object.material, shape, isMarked);
   }
   if (!isModelAlone) showAgreement();
+  showGap();
   requestDrawing();
 }
 
@@ -75,7 +80,8 @@ function colorMaterial(material, shape, isMarked) {
     material.userData.original = {color: material.color.clone(), opacity: material.opacity};
   }
   const {color, opacity} = material.userData.original;
-  material.opacity = (isChecked("see-through") ? 0.35 : 1) * opacity;
+  const isSeenThrough = isChecked("see-through") || isMarked && isStill;
+  material.opacity = (isSeenThrough ? 0.35 : 1) * opacity;
   material.depthWrite = material.opacity > 0.5;
   if (material.transparent !== material.opacity < 1) {
     material.transparent = material.opacity < 1;
@@ -105,5 +111,21 @@ function showAgreement() {
   const agreement = `URDF and .mbs agree here: ${comparedLinks} link frames${shapes}, apart by at `
     + `most ${largestDistance.toExponential(1)} m`;
   const text = sentences.join("");
-  byId("agreement").replaceChildren(createElement("span", text ? "no" : "yes", text || agreement));
+  byId("agreement").className = text ? "no" : "yes";
+  byId("agreement").textContent = text || agreement;
+}
+
+// The loops, each with its gap (m).
+export const measureGaps = () =>
+  cuts.map((cut) => ({name: cut.name, gap: measureGap(cut, comparison.mbs)}));
+
+// Say which loop is open the most, if one is.
+function showGap() {
+  const open = measureGaps().filter(({gap}) => gap > MAX_GAP).sort((a, b) => b.gap - a.gap);
+  const others = open.length > 1 ? `, ${open.length - 1} more by less` : "";
+  byId("gap").hidden = !open.length;
+  if (open.length) {
+    const length = +(1000 * open[0].gap).toPrecision(3);
+    byId("gap").textContent = `Loop '${open[0].name}' is open by ${length} mm here${others}`;
+  }
 }

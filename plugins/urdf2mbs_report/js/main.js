@@ -3,21 +3,23 @@
 import {byId, data, download, linkFrames, vector} from "./basics.js";
 import {attachControls, computeRobotBox, fitCamera, updateDepthRange} from "./camera.js";
 import {compareShapes, comparison} from "./comparison.js";
-import {makeDiagram, makeTables} from "./diagram.js";
-import {blink, startDisplay, updateDisplay, updateScene} from "./display.js";
+import {makeDiagram} from "./diagram.js";
+import {blink, measureGaps, startDisplay, updateDisplay, updateScene} from "./display.js";
 import {unpackMeshes} from "./geometry.js";
-import {MARK_COLORS, drawMarks, loopLines} from "./marks.js";
+import {MARK_COLORS, drawMarks, hasContacts, loopLines} from "./marks.js";
 import {drawMasses} from "./masses.js";
-import {makeSliders, makeTree} from "./panel.js";
+import {makeModes, showPhase} from "./modes.js";
+import {foldPanel, makePanelControls, makeSliders, makeTree} from "./panel.js";
 import {makePlayer, player} from "./player.js";
-import {jointLimits, jointPositions, onPositionsChange, setPosition, updatePositions}
+import {baseJoints, jointLimits, jointPositions, movePositions, onPositionsChange, updatePositions}
   from "./positions.js";
 import {addGrid, camera, groups, isDark, objectsByKind, renderer, scene, startDrawing, takePicture,
   view} from "./scene.js";
 import {onSelectionChange, selectAt} from "./selection.js";
-import {drawShapes, drawnShapes, findBodyOfShape, missingMeshes} from "./shapes.js";
+import {drawShapes, drawStandIns, drawnShapes, findBodyOfShape, missingMeshes} from "./shapes.js";
 import {drawSkeletons} from "./skeleton.js";
 import {drawStops, isBeyondStop, stops} from "./stops.js";
+import {makeTables} from "./tables.js";
 
 async function open() {
   await unpackMeshes();
@@ -27,15 +29,19 @@ async function open() {
   drawMarks();
   drawStops();
   for (const kind of Object.keys(MARK_COLORS)) {
-    byId(`show-${kind}`).parentNode.hidden = !objectsByKind[kind].length;
+    const isElsewhere = kind === "contacts" ? hasContacts : kind === "forces" && data.motion;
+    byId(`show-${kind}`).parentNode.hidden = !objectsByKind[kind].length && !isElsewhere;
   }
   compareShapes();
+  drawStandIns();
   startDisplay();
   const lowest = computeRobotBox().min.z;
   addGrid(Number.isFinite(lowest) ? lowest : 0);
   if (renderer) openView();
   updateDisplay();
   if (data.motion) makePlayer();
+  if (data.modes) makeModes();
+  if (renderer) fitCamera();  // to the whole motion
 }
 
 function openView() {
@@ -44,9 +50,8 @@ function openView() {
   byId("fit").onclick = fitCamera;
   byId("picture").onclick = () => download(takePicture(), `${data.name}.png`);
   byId("record").onclick = toggleRecording;
-  byId("record").hidden = !data.motion || typeof MediaRecorder === "undefined";
+  byId("record").hidden = !(data.motion || data.modes) || typeof MediaRecorder === "undefined";
   camera.aspect = view.clientWidth / Math.max(view.clientHeight, 1);
-  fitCamera();
   startDrawing(updateDepthRange);
 }
 
@@ -79,10 +84,11 @@ function toggleRecording() {
 const listRows = ({elements}) => [0, 1, 2, 3].map(
   (row) => [elements[row], elements[4 + row], elements[8 + row], elements[12 + row]]);
 const listPosition = (object) => vector().setFromMatrixPosition(object.matrixWorld).toArray();
-const countShapes = (side) => drawnShapes.filter((shape) => shape.side === side).length;
+const countShapes = (side) =>
+  drawnShapes.filter((shape) => shape.side === side && !shape.isStandIn).length;
 
-window.urdf2mbs = {
-  set: (name, value) => { setPosition(name, value); updatePositions(); },
+Object.assign(window.urdf2mbs, {
+  set: (name, value) => movePositions(new Map([[name, value]])),
   position: (name) => jointPositions.get(name),
   limits: (name) => jointLimits.get(name),
   // The pose in which a body ("mbs") or a link ("urdf") is drawn.
@@ -120,17 +126,23 @@ window.urdf2mbs = {
     return Array.from({length: array.length / 3},
       (_, corner) => vector().fromArray(array, 3 * corner).applyMatrix4(box.matrix).toArray());
   },
+  // Of each loop, by how much it is open (m).
+  gaps: () => measureGaps(),
+  base: () => [...baseJoints],
   picture: takePicture,
   player,
+  showPhase,
   blink,
-};
+});
 
 makeSliders();
 makeTree();
+makePanelControls();
 makeDiagram();
 makeTables();
+foldPanel();
 onPositionsChange(updateScene);
 onSelectionChange(updateDisplay);
 updatePositions();
 for (const input of document.querySelectorAll(".view .bar input")) input.onchange = updateDisplay;
-window.urdf2mbs.ready = open();
+window.urdf2mbs.opened = open();

@@ -2,18 +2,37 @@
 
 import {data, poseOf, robotSize, vector} from "./basics.js";
 import {solids} from "./geometry.js";
-import {addOfKind, getGroup, setPose, sideGroups} from "./scene.js";
+import {addOfKind, getGroup, objectsByKind, setPose, sideGroups} from "./scene.js";
 import {addFrame} from "./skeleton.js";
 
 export const MARK_COLORS = {sensors: 0x0097a7, contacts: 0xd84315, forces: 0xad1457, loops: 0x2e7d32,
   stops: 0x1565c0};
 
+// Contacts are many: their dots are made when they are first shown.
+const contactMarks = data.marks.points.filter(([, , kind]) => kind === "contacts");
+export const hasContacts = contactMarks.length > 0;
+// A contact that is no higher above the ground touches it (m).
+const TOUCHING = 2e-3;
+
 // The lines of cuts and links: {line, first, second}, whose ends are [body, xyz].
 export const loopLines = [];
 
 export function drawMarks() {
-  data.marks.points.forEach(addPointMark);
+  // The arrows of a motion show where forces act.
+  const isDrawn = (kind) => kind !== "contacts" && !(kind === "forces" && data.motion);
+  data.marks.points.filter(([, , kind]) => isDrawn(kind)).forEach(addPointMark);
   data.marks.lines.forEach(addLoopLine);
+}
+
+// Show the contacts that touch the ground, and those of the body that is selected.
+export function showContacts(isOn, selectedBody, bodyPoses) {
+  const dots = objectsByKind.contacts;
+  if (isOn && !dots.length) contactMarks.forEach(addPointMark);
+  dots.forEach((dot, k) => {
+    const [body] = contactMarks[k];
+    const height = isOn ? dot.position.clone().applyMatrix4(bodyPoses.get(body)).z : 0;
+    dot.visible = isOn && (body === selectedBody || height <= data.marks.ground + TOUCHING);
+  });
 }
 
 // The other marks move with the groups of their bodies.

@@ -1,42 +1,65 @@
 // The panel beside the 3D model: a slider for each joint, and the tree of links or bodies.
 
 import {byId, createElement, data, isModelAlone, jointNumbers} from "./basics.js";
-import {floatingCoordinates, followers, jointLimits, jointPositions, movingJoints,
-  onPositionsChange, setPosition, updatePositions} from "./positions.js";
+import {baseJoints, followers, isFollower, jointLimits, jointPositions, moveAll, movePositions,
+  movingJoints, onPositionsChange, showStart, updatePositions} from "./positions.js";
+import {makeRoving} from "./roving.js";
 import {makeSelectable, selectJoint, showAxis} from "./selection.js";
-
-const isInRadians = () => byId("unit").value === "rad";
+import {formatPosition, formatWithUnit, getUnit, onUnitChange} from "./units.js";
 
 // --- sliders ---
 
 export function makeSliders() {
   // The base comes last: the robot's own joints are moved first.
-  const isFloating = (joint) => floatingCoordinates.has(joint.name);
-  const joints = [...movingJoints].sort((a, b) => isFloating(a) - isFloating(b));
+  const isOfBase = (joint) => baseJoints.has(joint.name);
+  const joints = [...movingJoints].sort((a, b) => isOfBase(a) - isOfBase(b));
   byId("sliders").append(...joints.map(makeSlider));
   if (!joints.length) {
     byId("sliders").append(createElement("p", "note", "No joint of this robot moves."));
   }
   byId("mimic-label").hidden = !followers.size;
-  const setAll = (choosePosition) => () => {
-    for (const joint of movingJoints) setPosition(joint.name, choosePosition(joint));
-    updatePositions();
-  };
-  byId("zero").onclick = setAll(() => 0);
-  byId("start").onclick = setAll((joint) => joint.q || 0);
-  byId("random").onclick = setAll((joint) => {
+  byId("zero").onclick = () => moveAll(() => 0);
+  byId("start").onclick = showStart;
+  byId("random").onclick = () => moveAll((joint) => {
     const [low, high] = jointLimits.get(joint.name);
-    return isFloating(joint) ? jointPositions.get(joint.name) : low + (high - low) * Math.random();
+    return low + (high - low) * Math.random();
   });
-  byId("mimic").onchange = byId("unit").onchange = updatePositions;
-  byId("filter-sliders").oninput = (event) =>
+  byId("mimic").onchange = updatePositions;
+  onUnitChange(updatePositions);
+}
+
+// A panel that takes the whole width, as on a phone, is folded at first.
+export function foldPanel() {
+  if (window.matchMedia("(max-width: 900px)").matches) byId("panel").open = false;
+}
+
+// Make the keys and the filter of the panel, which has all sliders and the tree.
+export function makePanelControls() {
+  for (const group of document.querySelectorAll(".tabs")) makeRoving(group, "button");
+  makeRoving(document.querySelector(".choices"), "input, button");
+  // Of the sliders, Tab stops at those of the joint whose name was last in focus.
+  const refreshSliders = makeRoving(byId("sliders"), ".slider .name", (name) => {
+    for (const input of byId("sliders").querySelectorAll("input")) {
+      input.tabIndex = input.closest(".slider").contains(name) ? 0 : -1;
+    }
+  });
+  byId("sliders").addEventListener("focusin", (event) => {
+    const row = event.target.closest(".slider");
+    if (row && event.target.tagName === "INPUT" && event.target.tabIndex < 0) {
+      row.querySelector(".name").dispatchEvent(new FocusEvent("focusin", {bubbles: true}));
+    }
+  });
+  const refreshTree = makeRoving(byId("tree"), "[role=treeitem]");
+  byId("filter-sliders").oninput = (event) => {
     filterRows([...byId("sliders").children, ...byId("tree").children], event.target.value);
+    refreshSliders();
+    refreshTree();
+  };
 }
 
 function makeSlider(joint) {
   const [low, high] = jointLimits.get(joint.name);
-  const unit = makeUnit(joint);
-  const name = createElement("span", "name", joint.name);
+  const name = createElement("button", "name", joint.name);
   const range = createElement("input"), box = createElement("input");
   name.onclick = () => selectJoint(joint.name);
   Object.assign(range, {type: "range", min: low, max: high, step: "any"});
@@ -44,8 +67,7 @@ function makeSlider(joint) {
   range.setAttribute("aria-label", joint.name);
   box.setAttribute("aria-label", `value of ${joint.name}`);
   const move = (position) => {
-    setPosition(joint.name, position);
-    updatePositions();
+    movePositions(new Map([[joint.name, Math.min(Math.max(position, low), high)]]));
     showAxis(joint);
   };
   range.addEventListener("input", () => {
@@ -54,7 +76,7 @@ function makeSlider(joint) {
     const limit = [low, high].find(isNear);
     move(limit === undefined ? +range.value : limit);
   });
-  box.addEventListener("change", () => move(+box.value / unit.factor()));
+  box.addEventListener("change", () => move(+box.value / getUnit(joint.type).factor));
 
   const row = createElement("div", "slider"), top = createElement("div", "top");
   const ends = createElement("div", "ends");
@@ -72,30 +94,16 @@ function makeSlider(joint) {
   onPositionsChange(() => {
     const position = jointPositions.get(joint.name);
     range.value = position;
-    box.value = unit.format(position);
-    lowEnd.textContent = `${unit.format(low)}${unit.symbol()}`;
-    highEnd.textContent = `${unit.format(high)}${unit.symbol()}`;
-    const isFollower = byId("mimic").checked && followers.has(joint.name);
-    range.disabled = box.disabled = isFollower;
-    row.classList.toggle("follows", isFollower);
-    name.title = isFollower ? `${joint.name} follows ${followers.get(joint.name)[0]}` : joint.name;
+    range.setAttribute("aria-valuetext", formatWithUnit(joint.type, position));
+    box.value = formatPosition(joint.type, position);
+    lowEnd.textContent = formatWithUnit(joint.type, low);
+    highEnd.textContent = formatWithUnit(joint.type, high);
+    range.disabled = box.disabled = isFollower(joint.name);
+    row.classList.toggle("follows", isFollower(joint.name));
+    name.title = isFollower(joint.name) ? `${joint.name} follows ${followers.get(joint.name)[0]}`
+      : joint.name;
   });
   return row;
-}
-
-// The unit in which the positions of a joint are shown; the user may change it.
-function makeUnit(joint) {
-  const isRevolute = joint.type[0] === "R";
-  const factor = () => {
-    if (isInRadians()) return 1;
-    return isRevolute ? 180 / Math.PI : 1000;
-  };
-  const symbol = () => {
-    if (isInRadians()) return isRevolute ? " rad" : " m";
-    return isRevolute ? "°" : " mm";
-  };
-  const format = (position) => `${+(position * factor()).toFixed(isInRadians() ? 4 : 1)}`;
-  return {factor, symbol, format};
 }
 
 // Hide the rows that do not contain a text.
@@ -115,6 +123,8 @@ export function makeTree() {
   while (remaining.length) {
     const {entry: {name, label}, depth} = remaining.pop();
     const row = createElement("div", "link", name === null ? data.mbs.base.name : name);
+    row.role = "treeitem";
+    row.ariaLevel = depth + 1;
     row.style.paddingLeft = `${6 + 13 * Math.min(depth, 14)}px`;
     if (label) row.append(createElement("span", "q", ` ${label}`));
     row.dataset[isModelAlone ? "body" : "link"] = name || "";

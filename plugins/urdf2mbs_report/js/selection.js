@@ -3,7 +3,7 @@
 import {bodyByName, byId, createElement, data, findBodyOfLink, isModelAlone, jointByName,
   jointNumbers, linksOfBody, mbsJointsOf, robotSize, vector} from "./basics.js";
 import {comparison} from "./comparison.js";
-import {jointPositions} from "./positions.js";
+import {jointLimits} from "./positions.js";
 import {camera, renderer, requestDrawing, scene, sideGroups} from "./scene.js";
 import {drawnShapes, findBodyOfShape} from "./shapes.js";
 
@@ -13,13 +13,18 @@ export const selection = {body: undefined, joint: undefined};
 export function select(body, joint) {
   Object.assign(selection, {body, joint});
   describeSelection();
-  for (const element of document.querySelectorAll(".selected")) element.classList.remove("selected");
+  for (const element of document.querySelectorAll(".selected")) markSelected(element, false);
   const selectable = "[data-body]:not(.point), [data-link], [data-joint]:not(input), [data-urdf-joint]";
   for (const element of document.querySelectorAll(selectable)) {
-    if (body !== undefined && isSelected(element)) element.classList.add("selected");
+    if (body !== undefined && isSelected(element)) markSelected(element, true);
   }
   showAxis(null);
   for (const listener of selectionListeners) listener();
+}
+
+function markSelected(element, isOn) {
+  element.classList.toggle("selected", isOn);
+  if (element.ariaSelected !== null) element.ariaSelected = isOn;
 }
 
 const selectionListeners = [];
@@ -88,16 +93,18 @@ export function selectAt(event) {
 export function selectElement({dataset: {joint, urdfJoint, body, link}}) {
   const names = mbsJointsOf.get(urdfJoint) || [];
   // Of the joints that a URDF joint became, the one that moves.
-  const movingJoint = names.find((name) => jointPositions.has(name)) || names[0];
+  const movingJoint = names.find((name) => jointLimits.has(name)) || names[0];
   const name = joint !== undefined ? joint : movingJoint;
   if (name !== undefined) selectJoint(name);
   else if (body !== undefined) select(body || null);
   else if (link !== undefined) select(findBodyOfLink(link));
 }
 
-// Let a click, Enter or a space select the body or joint of an element.
+// Let a click, Enter or a space select the body or joint of an element; see makeRoving for the keys
+// that lead to it.
 export function makeSelectable(element) {
-  element.tabIndex = 0;
+  element.tabIndex = -1;
+  element.ariaSelected = "false";
   element.classList.add("selectable");
   element.addEventListener("click", () => selectElement(element));
   element.addEventListener("keydown", (event) => {

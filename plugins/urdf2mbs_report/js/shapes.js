@@ -1,12 +1,12 @@
 // The shapes of the .mbs, and the visuals and collision shapes of the URDF.
 
-import {data, findBodyOfLink, matrix, translation} from "./basics.js";
+import {data, findBodyOfLink, matrix, poseOf, translation} from "./basics.js";
 import {getMeshParts, solids} from "./geometry.js";
 import {computeOrigin} from "./kinematics.js";
 import {addOfKind, getGroup, setPose} from "./scene.js";
 
 // All shapes that are drawn: {side, owner (a body or a link), label, group, meshes, color,
-// difference ("", "in form or place" or "in colour"), counterpart (of a visual)}.
+// difference ("", "in form or place" or "in colour"), counterpart (of a visual), isStandIn}.
 export const drawnShapes = [];
 // The names of the meshes that cannot be drawn.
 export const missingMeshes = [];
@@ -14,6 +14,7 @@ export const missingMeshes = [];
 export const findBodyOfShape = (shape) =>
   shape.side === "mbs" ? shape.owner : findBodyOfLink(shape.owner);
 
+const STAND_IN_COLOR = [0.62, 0.66, 0.72];
 const COLLISION_COLOR = [0.95, 0.5, 0.1], COLLISION_OPACITY = 0.4;
 const Y_ONTO_Z = matrix().makeRotationX(Math.PI / 2);
 
@@ -24,6 +25,17 @@ export function drawShapes() {
   for (const link of data.urdf.links) {
     for (const visual of link.visuals) drawVisual(link.name, visual);
     for (const collision of link.collisions) drawCollision(link.name, collision);
+  }
+}
+
+// Draw the collision shapes of links whose visuals have no mesh.
+export function drawStandIns() {
+  for (const standIn of data.standIns) {
+    const {pose, meshes} = makeUrdfShape(standIn, STAND_IN_COLOR, 1);
+    if (meshes === null) continue;
+    const description = {side: "mbs", owner: standIn.body, label: standIn.link, isStandIn: true};
+    const bodyPose = poseOf(standIn.pose.slice(0, 9), standIn.pose.slice(9)).multiply(pose);
+    addShape({...description, meshes, color: null}, bodyPose);
   }
 }
 

@@ -4,7 +4,7 @@ import {data, jointByName, matrix, robotSize, vector} from "./basics.js";
 import {solids} from "./geometry.js";
 import {JOINT_TRANSFORMS} from "./kinematics.js";
 import {MARK_COLORS, makeMarkMaterial} from "./marks.js";
-import {jointPositions} from "./positions.js";
+import {jointLimits, jointPositions} from "./positions.js";
 import {addOfKind, setPose, sideGroups} from "./scene.js";
 
 // {joint, low, high (null: no limit), group, hand}
@@ -13,7 +13,7 @@ const BEYOND_COLOR = 0xd6273b;
 
 export function drawStops() {
   for (const [name, limits] of data.marks.stops) {
-    if (jointPositions.has(name)) addStop(jointByName.get(name).joint, limits);
+    if (jointLimits.has(name)) addStop(jointByName.get(name).joint, limits);
   }
 }
 

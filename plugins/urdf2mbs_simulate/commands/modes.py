@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 EXAMPLES = (
     "urdf2mbs modes robot.yaml",
-    "urdf2mbs modes project -o mode.html --mode 2",
+    "urdf2mbs modes project -o modes.html",
     "urdf2mbs modes robot.mbs --drawn",
 )
 
@@ -45,13 +45,17 @@ def add_options(command: argparse.ArgumentParser) -> None:
         type=path,
         metavar="DIR|PAGE.html",
         help="the folder of the project that a robot becomes (default: NAME_robotran); or a page "
-        "that animates a mode",
+        "that lists and animates the modes",
     )
     command.add_argument(
         "--drawn", action="store_true", help="the modes about the drawn pose, not an equilibrium"
     )
     command.add_argument(
-        "--mode", type=int, default=1, metavar="N", help="the mode on the page (default: 1)"
+        "--mode",
+        type=int,
+        default=1,
+        metavar="N",
+        help="the mode that is shown at first, and written to mode.csv (default: 1)",
     )
     command.add_argument(
         "--language",
@@ -64,20 +68,23 @@ def add_options(command: argparse.ArgumentParser) -> None:
 def carry_out(arguments: argparse.Namespace) -> int:
     """Compute the modes, write them, and print the table; return the exit code."""
     from urdf2mbs.plugin import Progress, write_files
-    from urdf2mbs_report.page import make_model_page
-    from urdf2mbs_simulate.project import modes
+    from urdf2mbs_simulate.project import make_modes_page, modes
 
     check_output(arguments.output)
-    model = find_model(arguments.config, arguments, "robot", "config") or make_project(arguments)
+    model, conversion = find_model(arguments.config, arguments, "robot", "config"), None
+    if model is None:
+        conversion = make_project(arguments)
+        model = conversion.settings.output
     with Progress(arguments) as progress:
         progress.at = "looking for an equilibrium"
         results = modes(model, drawn=arguments.drawn, language=arguments.language)
-    data, count = results.data, len(results.modes)
+    results.conversion = conversion
+    count = len(results.modes)
     if not 1 <= arguments.mode <= max(count, 1):
         raise ConfigError("usage", f"--mode {arguments.mode}: the model has {count} modes")
     files = results.write(arguments.mode, force=arguments.force)
     if is_page(arguments.output) and count:
-        page = make_model_page(data._run.mbs, model, files[1].name)
+        page = make_modes_page(results, arguments.mode)
         write_files({arguments.output: page.data}, force=arguments.force)
         files.insert(0, arguments.output)
     if arguments.json:
@@ -115,4 +122,4 @@ def _print_modes(results: Modes, files: list[Path]) -> None:
     if is_page(files[0]):
         print(f"Next: open {near(files[0])}")
     else:
-        print("Next: add '-o PAGE.html' to see a mode swing")
+        print("Next: add '-o PAGE.html' to see the modes swing")

@@ -138,9 +138,10 @@ def carry_out(arguments: argparse.Namespace) -> int:
 
     _check_numbers(arguments)
     check_output(arguments.output)
-    model = find_model(arguments.config, arguments, "robot", "config")
+    model, conversion = find_model(arguments.config, arguments, "robot", "config"), None
     if model is None:
-        model = make_project(arguments)
+        conversion = make_project(arguments)
+        model = conversion.settings.output
     elif arguments.output is not None and not is_page(arguments.output):
         model = _copy_model(model, arguments)
     if not arguments.force:
@@ -148,6 +149,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
     clock = _Clock()
     results = _simulate(model, arguments, clock)
     compiling, computing = clock.stop()
+    results.conversion = conversion
     files = _write_results(model, results, arguments)
     if arguments.json:
         print_json(_describe_results(results, files, compiling + computing))
@@ -259,12 +261,19 @@ def _write_page(
     from urdf2mbs_report.page import make_model_page
     from urdf2mbs_simulate.live import make_live
 
+    script, reason = None, ""
     try:
         live = make_live(results, on_compile=on_compile)
+        if isinstance(live, str):
+            reason = live
+        else:
+            script = live.script()
     except ConversionError as error:
-        live = f"the robot cannot be pulled and dropped: {error.message}"
-    script = live if isinstance(live, str) else live.script()
-    page = make_model_page(results.data._run.mbs, model, live=script)
+        reason = f"the robot of the page cannot be pulled and dropped: {error.message}"
+    mbs, conversion = results.data._run.mbs, results.conversion
+    page = make_model_page(mbs, model, live=script, conversion=conversion)
+    if reason:
+        print(reason, file=sys.stderr)
     for diagnostic in page.diagnostics:
         print(with_near_paths(str(diagnostic)), file=sys.stderr)
     write_files({arguments.output: page.data}, force=arguments.force)
@@ -285,8 +294,8 @@ def _check_numbers(arguments: argparse.Namespace) -> None:
             raise ConfigError("usage", f"--{name} {value:g}: expected a number above 0")
 
 
-def make_project(arguments: argparse.Namespace) -> Path:
-    """Make the project of a robot or of a config, and return its .mbs.
+def make_project(arguments: argparse.Namespace) -> Conversion:
+    """Make the project of a robot or of a config, and return its conversion.
 
     A robot without a config is converted as ``init`` proposes: on its feet.
     """
@@ -315,7 +324,8 @@ def make_project(arguments: argparse.Namespace) -> Path:
         conversion = run(with_project(config, folder), converted)
     if not arguments.json and (is_plain or arguments.verbose):  # of a config, 'run' prints them
         tell_diagnostics(conversion.diagnostics, arguments.verbose)
-    return write_project(conversion, force=arguments.force)
+    write_project(conversion, force=arguments.force)
+    return conversion
 
 
 def _choose_pipeline(config: Config, arguments: argparse.Namespace, folder: Path) -> Config:

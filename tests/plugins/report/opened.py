@@ -42,6 +42,13 @@ class Opened:
             value,
         )
 
+    def switch(self, name: str, is_on: bool) -> None:
+        """Turn a switch of the menu "Show" on or off."""
+        menu = self.page.locator("#show")
+        if menu.get_attribute("open") is None:
+            menu.locator("summary").click()
+        self.page.locator(f"#{name}").set_checked(is_on)
+
     def position(self, joint: str) -> float:
         return float(self.ask("(name) => urdf2mbs.position(name)", joint))
 

@@ -143,7 +143,7 @@ def test_switches_change_the_picture(report: Opened) -> None:
     if report.ask("urdf2mbs.counts()")["mbs"]:
         switches.append("see-through")
     for switch in switches:
-        report.page.locator(f"#{switch}").click()
+        report.switch(switch, not report.page.locator(f"#{switch}").is_checked())
         picture = report.ask("urdf2mbs.picture()")
         assert picture not in seen, switch
         seen.add(picture)

@@ -128,6 +128,7 @@ def test_without_webgl_all_else_works(opened: Open, tiny: Conversion) -> None:
 
 
 def test_the_diagram_zooms_and_moves(opened: Open, tiny: Conversion) -> None:
+    """The wheel scrolls the page; with Ctrl it zooms."""
     report = opened(tiny)
     svg = report.page.locator("#paper > svg")
     svg.scroll_into_view_if_needed()
@@ -140,12 +141,22 @@ def test_the_diagram_zooms_and_moves(opened: Open, tiny: Conversion) -> None:
 
     whole_box = read_view_box()
     report.page.mouse.move(x, y)
+    before_wheel = report.ask("scrollY")
     report.page.mouse.wheel(0, -100)
+    report.ask(f"""new Promise((done) => requestAnimationFrame(function look() {{
+      if (scrollY < {before_wheel}) done(); else requestAnimationFrame(look);
+    }}))""")
+    assert read_view_box() == whole_box
+    y += before_wheel - report.ask("scrollY")
+    report.page.keyboard.down("Control")
+    report.page.mouse.wheel(0, -100)
+    report.page.keyboard.up("Control")
     from playwright.sync_api import expect  # only where there is a browser
 
     expect(svg).not_to_have_attribute("viewBox", " ".join(f"{n:g}" for n in whole_box))
     assert read_view_box()[2] < whole_box[2]
     before = read_view_box()
+    report.page.mouse.move(x, y)
     report.page.mouse.down()
     report.page.mouse.move(x + 60, y + 30, steps=3)
     report.page.mouse.up()
@@ -247,7 +258,7 @@ def test_the_panel_of_a_plain_robot(opened: Open, tmp_path: Path) -> None:
     for kind in ("sensors", "contacts", "forces", "loops"):
         assert not page.locator(f"#show-{kind}").is_visible()
     without = report.ask("urdf2mbs.picture()")
-    page.locator("#show-collisions").click()
+    report.switch("show-collisions", True)
     assert report.ask("urdf2mbs.picture()") != without
     assert report.ask("urdf2mbs.agreement()")["shapesDiffering"] == []
 
@@ -347,7 +358,7 @@ def test_marks_stand_where_the_model_has_them(browser: Browser, tmp_path: Path) 
         tmp_path / "crane",
         passes={
             "sensors": {"links": ["cart"]},
-            "contacts": {"points": {"cart": [[0.1, 0, 0]]}},
+            "contacts": {"points": {"cart": [[0.1, 0, 0], [0.1, 0, 0.05]]}},
             "forces": {
                 "wrenches": {"push": {"link": "cart", "at": [0, 0, 0.1], "force": [1, 0, 0]}}
             },
@@ -362,7 +373,12 @@ def test_marks_stand_where_the_model_has_them(browser: Browser, tmp_path: Path) 
         },
     )
     report = open_report(browser, tmp_path, conversion)
-    report.page.check("#show-stops")
+    report.switch("show-stops", True)
+    assert report.ask("urdf2mbs.marks('contacts')") == [], "off at first"
+    report.switch("show-contacts", True)
+    (touching,) = report.ask("urdf2mbs.marks('contacts')")
+    assert touching[2] == pytest.approx(0.0, abs=1e-9), "the other one is above the ground"
+    report.page.locator('#bodies tr[data-body="cart"]').click()
     report.slide("slider", 0.25)
     cart, body = (report.pose("mbs", name) for name in ("cart", "body"))
 
@@ -370,7 +386,8 @@ def test_marks_stand_where_the_model_has_them(browser: Browser, tmp_path: Path) 
         return (pose @ [*xyz, 1.0])[:3]
 
     for kind, xyz in (("sensors", (0, 0, 0)), ("contacts", (0.1, 0, 0)), ("forces", (0, 0, 0.1))):
-        (mark,) = report.ask("(kind) => urdf2mbs.marks(kind)", kind)
+        mark, *others = report.ask("(kind) => urdf2mbs.marks(kind)", kind)
+        assert len(others) == (kind == "contacts"), "all of the body that is selected"
         assert np.allclose(mark, transform(cart, *xyz), rtol=0, atol=1e-6), kind
     (line,) = report.ask("urdf2mbs.ends()")
     expected = [*transform(cart, 0, 0.1, 0), *transform(body, 0, 0, 0)]
@@ -383,7 +400,7 @@ def test_marks_stand_where_the_model_has_them(browser: Browser, tmp_path: Path) 
     text = report.page.locator("#around").inner_text()
     for word in ("user model 'push'", "cart_contact", "rope", "q_max", "0.3"):
         assert word in text, word
-    report.page.uncheck("#show-contacts")
+    report.switch("show-contacts", False)
     assert report.ask("urdf2mbs.marks('contacts')") == []
     assert not report.messages
     report.page.close()
@@ -430,7 +447,8 @@ def test_a_simulated_project_plays(browser: Browser, tmp_path: Path) -> None:
         arrows = page.evaluate("urdf2mbs.arrows()")
         np.testing.assert_allclose(arrows, [point] if row is not rows[1] else [], atol=1e-6)
     # a slider leaves the moment: its forces are gone
-    page.evaluate("(name) => urdf2mbs.set(name, 0)", joints[0])
+    moving = page.locator("#sliders .slider").first.get_attribute("data-joint")
+    page.evaluate("(name) => urdf2mbs.set(name, 0)", moving)
     assert page.evaluate("urdf2mbs.arrows()") == []
     page.locator(".view canvas").focus()
     seen = [page.evaluate("urdf2mbs.picture()")]
@@ -438,12 +456,17 @@ def test_a_simulated_project_plays(browser: Browser, tmp_path: Path) -> None:
         page.keyboard.press(key)
         seen.append(page.evaluate("urdf2mbs.picture()"))
     assert len(set(seen)) == 4
-    size = page.locator("#curves").bounding_box()
-    assert size is not None
-    assert size["height"] == pytest.approx(48 * min(8, len(joints)), abs=3)
     curves = page.locator("#curve option").all_inner_texts()
-    assert curves[:3] == ["Joints", "Forces", "Energy"]
-    assert curves[-1] == f"|push1.{pushed}| (N)"
+    assert curves[:4] == ["Angles", "Lengths", "Forces", "Energy"]
+    assert curves[-1] == f"|push1.{pushed}|"
+    page.evaluate("urdf2mbs.player.seek(0.04)")
+    legend = page.locator("#legend li").all_inner_texts()
+    for name, value in (line.rsplit(" ", 1) for line in legend):
+        degrees = np.degrees(rows[2][1 + joints.index(name)])
+        assert float(value.removesuffix("°")) == pytest.approx(degrees, abs=0.6)
+    assert legend
+    page.locator("#curve").select_option(label="Energy")
+    assert "sum 9 J" in page.locator("#legend").inner_text()
     page.evaluate("urdf2mbs.player.seek(0)")
     page.keyboard.press(" ")
     page.evaluate("""new Promise((done) => {
@@ -452,6 +475,9 @@ def test_a_simulated_project_plays(browser: Browser, tmp_path: Path) -> None:
     })""")
     page.keyboard.press(" ")
     assert page.locator("#play").inner_text() == "Play"
+    page.click("#reset")
+    assert page.locator("#clock").inner_text() == "0.00 s"
+    page.click("#show summary")
     page.click("#record")
     page.evaluate("urdf2mbs.player.seek(0)")
     with page.expect_download() as download:
