@@ -35,8 +35,8 @@ def urdf2mbs_commands() -> list[Command]:
 
 @hookimpl
 def urdf2mbs_summary(conversion: Conversion) -> Summary | None:
-    """Return the next steps of a project."""
-    if conversion.settings.project is None:
+    """Return the next steps of a project, and formulas that were asked for."""
+    if conversion.settings.project is None and "equations" not in conversion.report:
         return None
     from urdf2mbs_equations.summary import summarize
 

@@ -17,6 +17,7 @@ from urdf2mbs_equations.latex_recursion import write_recursion
 from urdf2mbs_equations.matlab import MatlabWriter
 from urdf2mbs_equations.matlab_data import write_data, write_example
 from urdf2mbs_equations.options import EquationOptions
+from urdf2mbs_equations.plain_text import list_formulas, list_symbols
 from urdf2mbs_equations.python import PythonWriter
 from urdf2mbs_equations.routine import (
     Absent,
@@ -86,6 +87,10 @@ class Equations:
     """By function, the number of its operations."""
     left_out: dict[str, str] = field(default_factory=dict)
     """By function, the reason why it is not generated."""
+    formulas: dict[str, str] = field(default_factory=dict)
+    """Of M, c and g in LaTeX: each element in plain text."""
+    symbols: dict[str, str] = field(default_factory=dict)
+    """What each symbol of the formulas is, with its number and unit."""
     fixed: list[FixedJoint] = field(default_factory=list)
     warnings: list[Diagnostic] = field(default_factory=list)
 
@@ -145,7 +150,9 @@ def generate(
 def _write_latex(mbs: Mbs, data: bytes, file: str, equations: Equations) -> None:
     """Write formulas of M, c and g; of larger robots, the recursion that computes them."""
     try:
-        text = write_document(make_symbolic_equations(mbs))
+        symbolic = make_symbolic_equations(mbs)
+        text = write_document(symbolic)
+        equations.formulas, equations.symbols = list_formulas(symbolic), list_symbols(symbolic)
     except TooManyJointsError as error:
         equations.left_out["M, c, g"] = f"{error}; the file has the recursion of Newton and Euler"
         text = write_recursion(mbs)

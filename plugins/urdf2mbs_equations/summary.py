@@ -7,11 +7,24 @@ from pathlib import Path
 from urdf2mbs.plugin import Conversion, Summary, near
 from urdf2mbs_equations.passes.equations import find_missing
 
+#: The tables of formulas on a page: their keys in the report, titles and heads.
+FORMULA_TABLES = (
+    ("formulas", "Equations of motion: M q\u0308 + c + g = τ", ("element", "formula")),
+    ("symbols", "Symbols of the equations of motion", ("symbol", "meaning")),
+)
+
 
 def summarize(conversion: Conversion) -> Summary:
-    """Name the commands that make missing equations, and that build a project in C."""
+    """Return the formulas, and the commands that make missing equations or build a project in C."""
+    report = conversion.report.get("equations", {})
+    tables: list[tuple[str, tuple[str, ...], list[tuple[str, ...]]]] = [
+        (title, heads, list(report[key].items()))
+        for key, title, heads in FORMULA_TABLES
+        if key in report
+    ]
     project = conversion.settings.project
-    assert project is not None
+    if project is None:
+        return Summary(tables=tables)
     steps = []
     if find_missing(conversion):
         command = f"urdf2mbs equations {near(project)}"
@@ -19,7 +32,7 @@ def summarize(conversion: Conversion) -> Summary:
     build = describe_build(project) if "c" in conversion.settings.languages else None
     if build is not None:
         steps.append(f"in C: {build}")
-    return Summary(next_steps=steps)
+    return Summary(next_steps=steps, tables=tables)
 
 
 def describe_build(project: Path) -> str | None:

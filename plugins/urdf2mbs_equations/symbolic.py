@@ -87,6 +87,8 @@ class _EquationsMaker:
             self.symbols[f"q[{number}]"] = Symbol(RANKS["q"], "q", str(k))
             self.symbols[f"qd[{number}]"] = Symbol(RATE_RANK, "q", str(k), 1)
         joints = {self.symbols[f"q[{number}]"]: joint for number, joint in moving.items()}
+        if mbs.cuts or any(joint.nature == "dependent" for joint in moving.values()):
+            notes.append("loops are open: M, c and g are those of the tree with all of its joints")
         self.equations = SymbolicEquations(mbs.name, joints, notes=notes)
         graph, results = self.routine.graph, self._list_results().values()
         names = [

@@ -6,7 +6,7 @@ from typing import Any, NoReturn
 
 from urdf2mbs_equations.formulas import Factor, Product, Sum, Symbol
 from urdf2mbs_equations.latex import write_equations
-from urdf2mbs_equations.symbolic import make_symbolic_equations
+from urdf2mbs_equations.symbolic import TooManyJointsError, make_symbolic_equations
 from urdf2mbs_simulate.python_code import MbsData
 from urdf2mbs_simulate.robot import Robot
 
@@ -25,7 +25,11 @@ class SymbolicRobot(Robot):
             ValueError: The robot has too many joints for formulas.
         """
         super().__init__(data, "python", sympy, moving=True)
-        self.equations = make_symbolic_equations(data._run.mbs)
+        try:
+            self.equations = make_symbolic_equations(data._run.mbs)
+        except TooManyJointsError as error:
+            others = "math=casadi takes robots of any size, and the language latex the recursion"
+            raise ValueError(f"{error}: {others}") from None
         coordinates = list(self.equations.joints)
         self.q, self.qd, self.qdd = (
             sympy.Matrix([self._convert_factor(q._replace(n_dots=n)) for q in coordinates])

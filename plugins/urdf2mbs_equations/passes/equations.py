@@ -12,7 +12,7 @@ import re
 from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from msgspec.structs import replace
 
@@ -65,13 +65,16 @@ class Equations(EquationOptions, Pass):
         mbs = read_mbs(data, str(output), mechanics_only=True)
         counts: dict[str, int] = {}
         left_out: dict[str, str] = {}
+        report: dict[str, Any] = {"counts": counts, "not_generated": left_out}
         for language in list_languages(self.language, conversion.settings.languages):
             equations = generate(mbs, data, output.name, replace(self, language=language))
             counts |= {name: count.operations for name, count in equations.counts.items()}
             left_out |= equations.left_out
             for name, text in equations.files.items():
                 conversion.add_file(f"symbolicR/{name}", text)
-        conversion.report["equations"] = {"counts": counts, "not_generated": left_out}
+            if equations.formulas:
+                report |= {"formulas": equations.formulas, "symbols": equations.symbols}
+        conversion.report["equations"] = report
 
 
 def _warn_of_stale(conversion: Conversion, model: bytes) -> None:

@@ -27,6 +27,7 @@ from plugins.equations.textbook import (
 )
 from urdf2mbs import load_equations
 from urdf2mbs.cli import main
+from urdf2mbs.engine.summaries import of_plugins
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.testing import TINY, convert_text
@@ -34,6 +35,7 @@ from urdf2mbs_equations.factoring import find_shortest
 from urdf2mbs_equations.formulas import Factor, Sum, Symbol, Trigonometric, make_monomial
 from urdf2mbs_equations.latex import LINE_LENGTH, escape, write_document, write_formula
 from urdf2mbs_equations.latex_recursion import write_recursion
+from urdf2mbs_equations.plain_text import list_formulas
 from urdf2mbs_equations.symbolic import (
     SymbolicEquations,
     TooManyJointsError,
@@ -204,6 +206,14 @@ def test_rounding_is_no_part_of_formulas() -> None:
     assert any("inertia of lower" in note for note in equations.notes)
 
 
+def test_open_loops_are_named() -> None:
+    mbs = convert(DOUBLE_PENDULUM.urdf)
+    mbs.joints()["elbow"].nature = "dependent"
+    (note,) = make_symbolic_equations(mbs).notes
+    assert note.startswith("loops are open")
+    assert f"\\item {note}" in write_document(make_symbolic_equations(mbs))
+
+
 ANGLES = tuple(Symbol(20, "q", str(k)) for k in (1, 2, 3))
 
 
@@ -352,6 +362,27 @@ def test_the_command_writes_latex(tmp_path: Path, capsys: Any) -> None:
     assert "--fold is for programs" in capsys.readouterr().err
 
 
+def test_the_page_shows_formulas_that_were_asked_for() -> None:
+    """In plain text, by the tables that any plugin may add to a page."""
+    asked: Any = {"equations": {"language": "latex"}}
+    conversion = convert_text(DOUBLE_PENDULUM.urdf, passes=asked).conversion
+    formulas, symbols = (dict(rows) for _, _, rows in of_plugins(conversion).tables)
+    assert formulas["M₁₂"] == "m₂ lc₂ (lc₂ + l₁ cos(q₂)) + I₂"
+    assert formulas["c₁"] == "-m₂ l₁ lc₂ sin(q₂) q\u0307₂ (2 q\u0307₁ + q\u0307₂)"
+    assert symbols["q₂"] == "elbow"
+    assert symbols["lc₁"] == "0.25 m: centre of mass of upper, along x"
+    for urdf, passes in ((DOUBLE_PENDULUM.urdf, {}), (TINY, asked)):
+        assert of_plugins(convert_text(urdf, passes=passes).conversion).tables == []
+    (file,) = (path for path in conversion.files if path.suffix == ".tex")
+    assert file.name == "robot_equations.tex"
+
+
+def test_powers_in_plain_text() -> None:
+    equations = make_symbolic_equations(convert(PUMA.urdf))
+    text = list_formulas(equations)["M₁₁"]
+    assert text.startswith("I₁ + m₃ (l₂ cos(q₂) + lc₃ cos(q₂ + q₃))² + cos²(q₂) (m₂ lc₂² + I₂zz)")
+
+
 def test_sympy_gets_formulas(tmp_path: Path) -> None:
     sympy = pytest.importorskip("sympy", reason="sympy is not installed (urdf2mbs[sympy])")
     model = tmp_path / "arm.urdf"
@@ -377,5 +408,5 @@ def test_sympy_gets_formulas(tmp_path: Path) -> None:
     with pytest.raises(TypeError, match="casadi has all functions"):
         robot.jacobian("lower", q)
     (tmp_path / "tiny.urdf").write_text(TINY)
-    with pytest.raises(ValueError, match="9 joints"):
+    with pytest.raises(ValueError, match=r"9 joints .* math=casadi"):
         load_equations(tmp_path / "tiny.urdf", math=sympy)

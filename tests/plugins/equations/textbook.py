@@ -59,7 +59,7 @@ class Textbook:
 PENDULUM = Textbook(
     make_robot(
         "pendulum",
-        make_link("rod", 2.0, (0.0, 0.0, -0.3), (0.1, 0.2, 0.05)),
+        make_link("rod", 2.0, (0.0, 0.0, -0.3), (0.15, 0.2, 0.06)),
         make_joint("pivot", "continuous", "base rod", Y),
     ),
     {(1, 1): "m*l_c**2 + I"},
@@ -171,7 +171,7 @@ POLAR = Textbook(
 CYLINDRICAL = Textbook(
     make_robot(
         "cylindrical",
-        make_link("column", 2.0, (0.0, 0.0, 0.2), (0.1, 0.1, 0.25)),
+        make_link("column", 2.0, (0.0, 0.0, 0.2), (0.15, 0.15, 0.25)),
         make_link("carriage", 1.5, ORIGIN, (0.1, 0.2, 0.15)),
         make_link("boom", 1.0, ORIGIN, (0.1, 0.2, 0.15)),
         make_joint("turn", "continuous", "base column", Z),
@@ -201,7 +201,7 @@ SPHERICAL_PENDULUM = Textbook(
 PUMA = Textbook(
     make_robot(
         "puma",
-        make_link("trunk", 2.0, (0.0, 0.0, 0.2), (0.1, 0.1, 0.25)),
+        make_link("trunk", 2.0, (0.0, 0.0, 0.2), (0.15, 0.15, 0.25)),
         make_link("upper", 1.5, (0.2, 0.0, 0.0), (0.1, 0.2, 0.25)),
         make_link("lower", 1.0, (0.15, 0.0, 0.0), (0.1, 0.2, 0.15)),
         make_joint("waist", "continuous", "base trunk", Z),
