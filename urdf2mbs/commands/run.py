@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 from contextlib import ExitStack
+from typing import Any
 
 from urdf2mbs.commands.kinds import check_kind
 from urdf2mbs.commands.printing import (
@@ -124,10 +125,7 @@ def _show_plan(conversion: Conversion, arguments: argparse.Namespace) -> int:
         )
     else:
         print(f"{conversion.robot.name}: the plan; nothing is written")
-        for change_kind, sentences in (merge["words"] if merge else {}).items():
-            print(f"  {change_kind}: {len(sentences) or 'nothing'}")
-            for sentence in sentences:
-                print(printable(f"    {sentence}"))
+        _print_merge(merge or {"words": {}}, arguments.verbose)
         if not merge and not any(changed_files.values()):
             print("  nothing changes")
         for change_kind, paths in changed_files.items():
@@ -136,6 +134,18 @@ def _show_plan(conversion: Conversion, arguments: argparse.Namespace) -> int:
         print_robot_settings(conversion)
         print_diagnostics(conversion.diagnostics, arguments.verbose)
     return 0 if conversion.checked.rejected is None else 3
+
+
+def _print_merge(merge: dict[str, Any], verbose: bool) -> None:
+    """Print the changes of a merge by heading; one line for a heading that has a brief text."""
+    for heading, sentences in merge["words"].items():
+        brief = merge.get("brief", {}).get(heading)
+        if brief and not verbose:
+            print(printable(f"  {heading}: {brief} (-v lists them)"))
+            continue
+        print(f"  {heading}: {len(sentences) or 'nothing'}")
+        for sentence in sentences:
+            print(printable(f"    {sentence}"))
 
 
 def _print_result(

@@ -65,7 +65,8 @@ def carry_out(arguments: argparse.Namespace) -> int:
     if len(physics) < len(changes):
         count += ", and the drawing" if physics else ", but for the drawing"
     print(f"{files[0]} -> {files[1]}: {count}")
-    for sentence in describe_changes(differences, drawing=arguments.drawing):
+    hint = "--drawing lists them"
+    for sentence in describe_changes(differences, drawing=arguments.drawing, hint=hint):
         print(printable(f"  {sentence}"))
     for sentence in describe_remarks(differences):
         print(printable(f"  ({sentence})"))

@@ -36,12 +36,15 @@ _MAX_LETTERS = 60
 _MAX_REORDERED = 6
 
 
-def describe_changes(differences: Differences, *, drawing: bool = False) -> list[str]:
+def describe_changes(
+    differences: Differences, *, drawing: bool = False, hint: str = ""
+) -> list[str]:
     """Describe each change in a line.
 
     Args:
         differences: The changes.
         drawing: Also describe each change of the drawing; by default they are counted.
+        hint: How the user sees the changes of the drawing that are counted.
     """
     lines = [
         describe_change(change) for change in differences.changes if drawing or not change.drawing
@@ -52,7 +55,7 @@ def describe_changes(differences: Differences, *, drawing: bool = False) -> list
         counts = Counter(kind for kind, _, _ in entities)
         kinds = ", ".join(counted(counts[kind], kind) for kind in sorted(counts))
         count = counted(len(drawn), "difference")
-        lines.append(f"the drawing: {count} of {kinds} (--drawing lists them)")
+        lines.append(f"the drawing: {count} of {kinds}" + (f" ({hint})" if hint else ""))
     return lines
 
 

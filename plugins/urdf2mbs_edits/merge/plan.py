@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator, Sequence
 from typing import Any, NamedTuple
 
 import msgspec
@@ -18,6 +18,9 @@ from urdf2mbs_edits.diff.table import FieldPath, ModelTable, is_diagram_position
 from urdf2mbs_edits.diff.wording import describe_change, describe_changes, format_value
 from urdf2mbs_edits.merge.check import SideNames
 from urdf2mbs_edits.merge.decide import MergedTable, Winner
+
+#: The heading of updates that follow from others.
+COMPUTED = "computed anew"
 
 
 class Conflict(msgspec.Struct):
@@ -61,10 +64,31 @@ class Plan(msgspec.Struct):
     conflicts: list[Conflict]
     orphaned: list[Orphan]
 
-    def describe(self, names: SideNames) -> dict[str, list[str]]:
-        """Describe the plan in sentences by heading; changes of the drawing are counted."""
+    def list_computed(self, stated_models: Collection[str]) -> list[Change]:
+        """Return the updates that follow from others or from options, such as stiffnesses.
+
+        Args:
+            stated_models: The user models whose parameters are as the URDF states them; those of
+                all others are computed.
+        """
+        stated_owners = {f"user model '{name}'" for name in stated_models}
+        return [
+            change
+            for change in self.updated
+            if change.kind == "parameter" and change.owner not in stated_owners
+        ]
+
+    def describe(self, names: SideNames, computed: Sequence[Change] = ()) -> dict[str, list[str]]:
+        """Describe the plan in sentences by heading; changes of the drawing are counted.
+
+        Args:
+            names: What messages call the two sides.
+            computed: The updates that get a heading of their own, after the others.
+        """
+        stated = [change for change in self.updated if change not in computed]
         return {
-            "updated": describe_changes(Differences(self.updated, ("", ""), {})),
+            "updated": describe_changes(Differences(stated, ("", ""), {})),
+            **({COMPUTED: list(map(describe_change, computed))} if computed else {}),
             "kept": describe_changes(Differences(self.kept, ("", ""), {})),
             "in conflict": [conflict.describe(names) for conflict in self.conflicts],
             "orphaned": [orphan.describe() for orphan in self.orphaned],

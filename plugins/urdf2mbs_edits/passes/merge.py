@@ -16,10 +16,13 @@ from urdf2mbs.plugin import (
     Conversion,
     ConversionError,
     File,
+    JointModels,
     Pass,
+    counted,
     files,
     is_ours,
     read_mbs,
+    some,
     was_ours,
 )
 from urdf2mbs_edits.merge import base_file
@@ -29,6 +32,10 @@ if TYPE_CHECKING:
 
     from urdf2mbs.plugin import Mbs
     from urdf2mbs_edits.merge.plan import Plan
+
+
+#: More values that are computed anew are one line of a plan.
+MAX_LISTED = 3
 
 
 class Merge(Pass):
@@ -97,9 +104,17 @@ def _read_edited(data: bytes, output: Path) -> Mbs:
 def _report(conversion: Conversion, plan: Plan) -> None:
     """Add the plan to the report, and warn of conflicts, lost edits and negative masses."""
     from urdf2mbs_edits.merge.check import SideNames
+    from urdf2mbs_edits.merge.plan import COMPUTED
 
-    sentences = plan.describe(SideNames())
-    conversion.report["merge"] = {"words": sentences, **msgspec.to_builtins(plan)}
+    computed = plan.list_computed(conversion.state(JointModels).values)
+    sentences = plan.describe(SideNames(), computed)
+    models = dict.fromkeys(change.owner.removeprefix("user model ") for change in computed)
+    brief = {COMPUTED: f"{counted(len(computed), 'value')} of {some(models, 4)}"}
+    conversion.report["merge"] = {
+        "words": sentences,
+        "brief": brief if len(computed) > MAX_LISTED else {},
+        **msgspec.to_builtins(plan),
+    }
     for sentence in sentences["in conflict"]:
         conversion.warn("merge-conflict-won", sentence)
     for sentence in sentences["orphaned"]:

@@ -98,6 +98,43 @@ def test_the_plan_writes_nothing_and_is_what_happens(folder: Path, capsys: Any) 
     assert changed == {".urdf2mbs", "one.mbs", "one.mbs.base"}
 
 
+def test_what_is_computed_anew_is_one_line_of_the_plan(folder: Path, capsys: Any) -> None:
+    """Stiffnesses follow from a mass; the damping is as the URDF states it."""
+    second = ROBOT[ROBOT.index('  <link name="arm">') : ROBOT.index("</robot>")]
+    second = second.replace('"arm"', '"leg"').replace('"elbow"', '"knee"')
+    damped = ROBOT.replace('velocity="1"/>', 'velocity="1"/><dynamics damping="0.1"/>')
+    text = damped.replace("</robot>", f"{second}</robot>")
+    Path("one.urdf").write_text(text)
+    words = ["convert", "one.urdf", "-o", "p/", "--base", "fixed"]
+    words += ["--set", "posture.hold={frequency: 10, damping_ratio: 0.3}"]
+    assert main([*words, "-q"]) == 0
+    edit("p/dataR/p.mbs", edits.sensor)
+    changed = text.replace('iyy="1"', 'iyy="4"').replace('ping="0.1"', 'ping="0.2"')
+    Path("one.urdf").write_text(changed)
+    capsys.readouterr()
+    assert main([*words, "--plan"]) == 0
+    brief = capsys.readouterr().out
+    assert "  updated: 4\n    body 'body': inertia " in brief
+    assert "    parameter 'elbow' of user model 'damping': values 0.1 -> 0.2\n" in brief
+    models = "'stop_stiffness', 'hold_stiffness', 'hold_damping'"
+    assert f"  computed anew: 6 values of {models} (-v lists them)\n  kept: " in brief
+    assert main([*words, "--plan", "-v"]) == 0
+    full = capsys.readouterr().out
+    assert "  computed anew: 6\n    parameter 'elbow' of user model 'stop_stiffness': " in full
+    assert main([*words, "--plan", "--json"]) == 0
+    plan = json.loads(capsys.readouterr().out)["merge"]
+    assert len(plan["updated"]) == 10
+    assert main(words) == 0
+    assert "merged with your edits: 4 updated, 6 computed anew, 1 kept" in capsys.readouterr().out
+    # three lines are no more to read than one
+    i = changed.rindex('iyy="4"')
+    Path("one.urdf").write_text(f'{changed[:i]}iyy="5"{changed[i + 7 :]}')
+    assert main([*words, "--plan"]) == 0
+    few = capsys.readouterr().out
+    assert "  updated: 1\n    body 'leg': inertia " in few
+    assert "  computed anew: 3\n    parameter 'knee' of user model " in few
+
+
 @pytest.mark.parametrize("prefer", ["edited", "{mass: edited}", ""])
 def test_both_changed_it_and_the_urdf_wins_unless_the_edit_is_preferred(
     prefer: str, folder: Path, capsys: Any
