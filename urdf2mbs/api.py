@@ -38,6 +38,11 @@ class Result:
         write(self.conversion, force=force)
         return self.conversion.written
 
+    def _repr_html_(self) -> str | None:
+        """Return how a notebook shows the conversion; None without a plugin that can show it."""
+        html: str | None = self.conversion.hook.urdf2mbs_show(conversion=self.conversion)
+        return html
+
     @property
     def mbs(self) -> Mbs:
         """The model."""

@@ -298,6 +298,11 @@ def urdf2mbs_summary(conversion: Conversion) -> Summary | None:
     """Return the lines and tables of this plugin for a finished conversion."""
 
 
+@hookspec(firstresult=True)
+def urdf2mbs_show(conversion: Conversion) -> str | None:
+    """Return HTML that shows a finished conversion in a notebook."""
+
+
 @hookspec
 def urdf2mbs_find_faults(conversion: Conversion) -> None:
     """Warn of the faults of a robot, for ``lint``.

@@ -1,6 +1,6 @@
 """One HTML page to look at a robot, and the diagram of an .mbs as an SVG picture."""
 
-from urdf2mbs.plugin import Command, hookimpl
+from urdf2mbs.plugin import Command, Conversion, hookimpl
 
 NEEDS = ("meshes",)
 
@@ -23,3 +23,11 @@ def urdf2mbs_codes() -> dict[str, str]:
     from urdf2mbs_report.codes import CODES
 
     return CODES
+
+
+@hookimpl
+def urdf2mbs_show(conversion: Conversion) -> str:
+    """Return the page of a conversion, for a notebook."""
+    from urdf2mbs_report.page import frame_page, make_robot_page
+
+    return frame_page(make_robot_page(conversion))

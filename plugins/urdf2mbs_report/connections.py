@@ -20,7 +20,7 @@ from urdf2mbs.plugin import (
     compute_placement,
     rotate,
 )
-from urdf2mbs_report.tables import Cell, PageTable, Row
+from urdf2mbs_report.tables import Cell, PageTable, Row, format_cell
 
 Endpoint: TypeAlias = "tuple[str | None, str | None]"
 """The names of a body, None for the base, and of one of its points, None for its origin."""
@@ -282,8 +282,8 @@ def _make_user_model_tables(model: Mbs) -> list[PageTable]:
 
 
 def _shorten_number(number_text: str) -> str:
-    """Return a number with six digits; another text as it is."""
+    """Return a number as in other cells; another text as it is."""
     try:
-        return f"{float(number_text) + 0.0:.6g}"
+        return format_cell(float(number_text))
     except ValueError:
         return number_text

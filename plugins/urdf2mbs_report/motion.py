@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import re
 from base64 import b64encode
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -46,25 +47,42 @@ class Results(NamedTuple):
 
 
 def read_motion(model: Mbs, project: Path, file: str = "dirdyn.csv") -> dict[str, Any] | None:
-    """Read the times, positions, forces and energies of a run.
+    """Read the motion of a run from its file; return None if there is no file.
 
     Args:
         model: The model that was simulated.
         project: The project's folder.
         file: The name of the results; by default those of the last run.
 
-    Returns:
-        The motion; None if there is no file.  Numbers are little-endian float32 in base64, a row
-        for each frame: times (s), joint positions (rad, m), forces (N) and energies (J).  Forces
-        are the external ones and then the pushes, each with Fx, Fy, Fz in the axes of the base,
-        and dx, dy, dz (m), its point in the axes of its body.
-
     Raises:
         MotionError: The file is broken, or of other joints.
     """
     results = _read_results(project / "resultsR" / file)
-    if results is None:
-        return None
+    return None if results is None else describe_motion(model, results)
+
+
+def stack_columns(columns: Mapping[str, Any]) -> Results:
+    """Return results in memory: an array of each column, all as long as that of the times."""
+    indices = {column_name: index for index, column_name in enumerate(columns)}
+    return Results(indices, np.column_stack(list(columns.values())))
+
+
+def describe_motion(model: Mbs, results: Results) -> dict[str, Any]:
+    """Select the times, positions, forces and energies of a run, for the script of the page.
+
+    Args:
+        model: The model that was simulated.
+        results: Its results.
+
+    Returns:
+        Numbers are little-endian float32 in base64, a row for each frame: times (s), joint
+        positions (rad, m), forces (N) and energies (J).  Forces are the external ones and then the
+        pushes, each with Fx, Fy, Fz in the axes of the base, and dx, dy, dz (m), its point in the
+        axes of its body.
+
+    Raises:
+        MotionError: The results are of other joints, or lack columns.
+    """
     columns, rows = results
     joint_names = list(model.numbers())
     if {column_name for column_name in columns if column_name.startswith("q.")} != {

@@ -11,6 +11,7 @@ package jupyter-threejs-sage, which has nothing else in it.
 from __future__ import annotations
 
 from collections import Counter
+from html import escape
 from pathlib import Path, PurePosixPath
 from typing import Any
 
@@ -41,7 +42,7 @@ from urdf2mbs_report.connections import (
 )
 from urdf2mbs_report.draw import draw
 from urdf2mbs_report.mesh_store import MeshStore
-from urdf2mbs_report.motion import MotionError, read_motion
+from urdf2mbs_report.motion import MotionError, Results, describe_motion, read_motion
 from urdf2mbs_report.scene import (
     compute_extent,
     describe_mbs,
@@ -56,6 +57,8 @@ from urdf2mbs_report.tables import PageTable, format_cell
 
 #: The size of the robot, divided by the length of the axes of a frame.
 FRAMES_IN_SIZE = 18
+#: The height of a page in a notebook (px).
+FRAME_HEIGHT = 820
 
 
 class Page(msgspec.Struct):
@@ -68,6 +71,14 @@ class Page(msgspec.Struct):
     """Meshes of which only the place is shown."""
     diagnostics: list[Diagnostic] = []
     """Warnings of all else that the page does not show."""
+
+
+def frame_page(page: Page) -> str:
+    """Return HTML that shows a page in a notebook: an iframe, which keeps their styles apart."""
+    style = f"width: 100%; height: {FRAME_HEIGHT}px; border: 0"
+    return (
+        f'<iframe title="urdf2mbs" style="{style}" srcdoc="{escape(page.data.decode())}"></iframe>'
+    )
 
 
 class Notice(msgspec.Struct):
@@ -234,7 +245,7 @@ def _list_robot_facts(conversion: Conversion) -> list[str]:
 def make_model_page(
     model: Mbs,
     file: Path,
-    results: str = "dirdyn.csv",
+    results: str | Results = "dirdyn.csv",
     live: Script | None = None,
     *,
     modes: ShownModes | None = None,
@@ -246,7 +257,8 @@ def make_model_page(
         model: The model.
         file: Where it lies.  ``PRJPATH`` of its urls is the folder around ``dataR``, or else the
             file's own folder.
-        results: The file in the project's resultsR whose motion is played, if it exists.
+        results: The motion that is played: results in memory, or a file in the project's resultsR,
+            if it exists.
         live: The robot that is simulated in the page.
         modes: The modes that are shown, in place of a motion.
         conversion: The conversion that has made the .mbs, if it is known: its robot's name is the
@@ -263,6 +275,8 @@ def make_model_page(
     diagnostics: list[Diagnostic] = []
     if modes is not None:
         scene_data["modes"] = modes.data
+    elif isinstance(results, Results):
+        scene_data["motion"] = describe_motion(model, results)
     else:
         try:
             scene_data["motion"] = read_motion(model, project, results)

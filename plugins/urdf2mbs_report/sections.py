@@ -3,13 +3,24 @@
 from __future__ import annotations
 
 import json
+from math import degrees
 from pathlib import Path
 from typing import Any
 
 import msgspec
 
-from urdf2mbs.plugin import HERE, Conversion, Diagnostic, Mbs, left_out, report, verdict
-from urdf2mbs_report.tables import Cell, PageTable, Row
+from urdf2mbs.plugin import (
+    HERE,
+    Conversion,
+    Diagnostic,
+    Mbs,
+    Rot,
+    fewest_turns,
+    left_out,
+    report,
+    verdict,
+)
+from urdf2mbs_report.tables import Cell, PageTable, Row, format_cell
 
 #: The messages about what the URDF has and the .mbs has no place for.
 LEFT_OUT_CODES = ("collision", "extension", "texture", "rotors-left-out", "loop-left-out")
@@ -29,7 +40,7 @@ def make_joint_table(model: Mbs, conversion: Conversion | None) -> PageTable:
                 joint.name,
                 joint.type,
                 joint.nature,
-                joint.q,
+                joint.q or 0.0,
                 body.name,
                 *urdf_cells.get(joint.name, ()),
             ]
@@ -117,7 +128,7 @@ def make_name_tables(conversion: Conversion) -> list[PageTable]:
     joint_columns = ("URDF joint", "type", ".mbs joints, in the order in which they act")
     return [
         PageTable(
-            ("URDF link", "in the .mbs", "shifted by [m]"),
+            ("URDF link", "in the .mbs", "shifted by [m]", "and turned by"),
             [_make_link_row(conversion, link_name) for link_name in conversion.robot.links],
             numeric_columns=(2,),
             title="Links",
@@ -136,12 +147,20 @@ def make_name_tables(conversion: Conversion) -> list[PageTable]:
 def _make_link_row(conversion: Conversion, link_name: str) -> Row:
     """Make a row of a link: its body or joint in the .mbs, and its origin there."""
     frame = conversion.frames.get(link_name)
-    mbs_element, frame_shift = "-", None
+    mbs_element, frame_shift, frame_turns = "-", None, ""
     if frame is not None:
         mbs_element = "base" if frame.body is None else f"body {frame.body}"
         mbs_element = mbs_element if frame.joint is None else f"after joint {frame.joint}"
         frame_shift = None if frame.pose == HERE else frame.pose.xyz
-    return Row((link_name, mbs_element, frame_shift), {"data-link": link_name})
+        frame_turns = _format_turns(frame.pose.rot)
+    return Row((link_name, mbs_element, frame_shift, frame_turns), {"data-link": link_name})
+
+
+def _format_turns(rotation: Rot) -> str:
+    """Return a rotation as turns about current axes, in Robotran's words: ``R3 90°, R1 -45°``."""
+    return ", ".join(
+        f"R{axis} {format_cell(degrees(angle))}°" for axis, angle in fewest_turns(rotation)
+    )
 
 
 def _make_joint_name_row(conversion: Conversion, joint_name: str) -> Row:

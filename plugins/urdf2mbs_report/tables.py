@@ -7,6 +7,9 @@ from typing import TypeAlias
 
 import msgspec
 
+#: A number of a table up to this is a rounding of zero.
+ROUNDING = 1e-14
+
 Cell: TypeAlias = "str | float | Sequence[float | None] | None"
 """A text, a number, numbers, or nothing."""
 
@@ -32,11 +35,11 @@ class PageTable(msgspec.Struct):
 
 
 def format_cell(cell: Cell) -> str:
-    """Return the text of a cell, not escaped: numbers have six digits."""
+    """Return the text of a cell, not escaped: numbers have six digits, and roundings are 0."""
     if cell is None:
         return ""
     if isinstance(cell, str):
         return cell
     if isinstance(cell, (int, float)):
-        return f"{cell + 0.0:.6g}"  # the sum with 0 turns -0 to 0
+        return "0" if abs(cell) <= ROUNDING else f"{cell:.6g}"
     return ", ".join(map(format_cell, cell))

@@ -123,6 +123,13 @@ class Modes:
         self.temporary_folder: Any = None
         """A folder that is removed with the modes."""
 
+    def _repr_html_(self) -> str | None:
+        """Return the page that lists and shows the modes, for a notebook; None without modes."""
+        from urdf2mbs_report.page import frame_page
+        from urdf2mbs_simulate.project import make_modes_page
+
+        return frame_page(make_modes_page(self)) if self.modes else None
+
     @property
     def stable(self) -> bool:
         """True if no mode grows."""

@@ -209,3 +209,12 @@ def make_modes_page(results: Modes, number: int = 1) -> Page:
     run = results.data._run
     shown = ShownModes(results.describe(number), results.notes())
     return make_model_page(run.mbs, run.file, modes=shown, conversion=results.conversion)
+
+
+def make_motion_page(results: Results) -> Page:
+    """Make the page that plays results in memory."""
+    from urdf2mbs_report.motion import stack_columns
+    from urdf2mbs_report.page import make_model_page
+
+    run, columns = results.data._run, stack_columns(results.columns())
+    return make_model_page(run.mbs, run.file, columns, conversion=results.conversion)

@@ -152,6 +152,13 @@ class Results:
             raise not_installed("a table of results", "pandas") from None
         return pd.DataFrame(self.columns())
 
+    def _repr_html_(self) -> str:
+        """Return the page that plays the motion, for a notebook."""
+        from urdf2mbs_report.page import frame_page
+        from urdf2mbs_simulate.project import make_motion_page
+
+        return frame_page(make_motion_page(self))
+
     def write(
         self,
         name: str = "dirdyn",

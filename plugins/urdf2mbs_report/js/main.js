@@ -19,7 +19,7 @@ import {onSelectionChange, selectAt} from "./selection.js";
 import {drawShapes, drawStandIns, drawnShapes, findBodyOfShape, missingMeshes} from "./shapes.js";
 import {drawSkeletons} from "./skeleton.js";
 import {drawStops, isBeyondStop, stops} from "./stops.js";
-import {makeTables} from "./tables.js";
+import {makeLinks, makeTables} from "./tables.js";
 
 async function open() {
   await unpackMeshes();
@@ -140,6 +140,7 @@ makeTree();
 makePanelControls();
 makeDiagram();
 makeTables();
+makeLinks();
 foldPanel();
 onPositionsChange(updateScene);
 onSelectionChange(updateDisplay);

@@ -22,6 +22,16 @@ export function makeTables() {
   };
 }
 
+// Let links within the page scroll: in a notebook's iframe, the browser would load the notebook.
+export function makeLinks() {
+  for (const link of document.querySelectorAll('a[href^="#"]')) {
+    link.addEventListener("click", (event) => {
+      event.preventDefault();
+      byId(link.hash.slice(1)).scrollIntoView();
+    });
+  }
+}
+
 // Make the rows of a table, and the button that unfolds it, one stop of Tab.
 function makeTable(frame) {
   const table = frame.querySelector("table"), rows = [...table.querySelectorAll("tbody tr")];

@@ -13,12 +13,15 @@ from lxml.html import HTMLParser, document_fromstring
 from making import write_plugin
 from oracle.mbs import Evaluator
 from plugins.report.shown import EVIL, HOSTILE, SHOWN, data, edit, run, shown
+from proving import SOLID, joint, link, robot
+from urdf2mbs import convert
 from urdf2mbs.cli import main
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.proof.verdict import Difference
 from urdf2mbs.testing import TINY
 from urdf2mbs_report import script
 from urdf2mbs_report.page import make_robot_page
+from urdf2mbs_report.tables import format_cell
 
 
 class Html:
@@ -72,8 +75,8 @@ def test_tables_hold_numbers_types_and_masses(tmp_path: Path) -> None:
         for number, joint in enumerate(evaluator.joints.values(), start=1)
     ]
     assert rows == expected
-    for link in conversion.robot.links:
-        assert link in html.visible
+    for link_name in conversion.robot.links:
+        assert link_name in html.visible
 
 
 def test_the_proof_is_shown(tiny: Path, tmp_path: Path) -> None:
@@ -161,6 +164,27 @@ def test_the_modules_of_the_script_fit() -> None:
     for text in texts.values():
         for names, name in re.findall(r'^import {(.*?)}\s+from "./(\w+).js";$', text, re.M | re.S):
             assert set(re.split(r",\s+", names)) <= exports[name], name
+
+
+def test_a_notebook_shows_the_page(tiny: Path, tmp_path: Path) -> None:
+    result = convert(tiny)
+    frame: Any = document_fromstring(result._repr_html_() or "").xpath("//iframe")[0]
+    assert frame.get("srcdoc") == make_robot_page(result.conversion).data.decode()
+
+
+def test_rounding_is_zero_and_frames_have_their_rotation(tmp_path: Path) -> None:
+    assert [format_cell(number) for number in (-1.38778e-17, -0.0, 1e-9)] == ["0", "0", "1e-09"]
+    source = tmp_path / "turned.urdf"
+    source.write_text(
+        robot(
+            link("base", SOLID),
+            link("tool", SOLID),
+            joint("base", "tool", "fixed", xyz="1 0 0", rpy="0 0 1.5707963267948966"),
+        )
+    )
+    conversion = run(source, tmp_path / "p", pipeline="compact")
+    rows = re.findall(r'<tr data-link="tool">(.*?)</tr>', make_robot_page(conversion).data.decode())
+    assert any("<td>R3 90°</td>" in row for row in rows)
 
 
 def test_missing_meshes_are_named(shared: Path, tmp_path: Path) -> None:
