@@ -8,7 +8,7 @@ import msgspec
 import yaml
 
 
-class Fault(msgspec.Struct, frozen=True):
+class YamlFault(msgspec.Struct, frozen=True):
     """What is wrong with a text, in words for the user."""
 
     reason: str
@@ -21,25 +21,25 @@ _NO_COLON = "could not find expected ':'"
 _INDENTATION = "mapping values are not allowed|block (mapping|collection|sequence)|<document start>"
 #: What PyYAML says, and what it means.
 _FAULTS = {
-    "undefined alias": Fault("a word begins with '*'", "write it in quotes"),
-    "constructor": Fault("a value begins with '!'", "write it in quotes"),
-    "another document": Fault("a line '---' begins a second config", "keep one of the two"),
-    "quoted scalar": Fault("a quote is not closed", "close it"),
-    "flow (mapping|sequence|node)": Fault(
+    "undefined alias": YamlFault("a word begins with '*'", "write it in quotes"),
+    "constructor": YamlFault("a value begins with '!'", "write it in quotes"),
+    "another document": YamlFault("a line '---' begins a second config", "keep one of the two"),
+    "quoted scalar": YamlFault("a quote is not closed", "close it"),
+    "flow (mapping|sequence|node)": YamlFault(
         "a bracket is not closed, or a comma is missing",
         "look for [ and { in this line and before it",
     ),
-    "mapping values are not allowed": Fault(
+    "mapping values are not allowed": YamlFault(
         "a second ':' in one line", "write the value in quotes"
     ),
-    _NO_COLON: Fault("this line has no ':'", "write 'key: value'"),
-    "block (mapping|collection|sequence)": Fault(
+    _NO_COLON: YamlFault("this line has no ':'", "write 'key: value'"),
+    "block (mapping|collection|sequence)": YamlFault(
         "this line does not continue the lines before it", "look at its indentation"
     ),
 }
 
 
-def explain(error: yaml.MarkedYAMLError, text: str) -> tuple[int | None, Fault]:
+def explain(error: yaml.MarkedYAMLError, text: str) -> tuple[int | None, YamlFault]:
     """Return the line of an error of PyYAML, and the fault in it.
 
     Args:
@@ -51,7 +51,7 @@ def explain(error: yaml.MarkedYAMLError, text: str) -> tuple[int | None, Fault]:
     if _NO_COLON in message:
         position = error.context_mark or position
     if position is None:
-        return None, Fault(message)
+        return None, YamlFault(message)
     lines = text.split("\n")[: position.line + 1]
     last_line = lines[-1] if len(lines) > position.line else ""
     fault = _find_character(message, last_line, position.column)
@@ -60,11 +60,11 @@ def explain(error: yaml.MarkedYAMLError, text: str) -> tuple[int | None, Fault]:
         fault = _find_indentation(lines)
     if fault is None:
         known = (fault for pattern, fault in _FAULTS.items() if re.search(pattern, message))
-        fault = next(known, Fault(message))
+        fault = next(known, YamlFault(message))
     return position.line + 1, fault
 
 
-def _find_character(message: str, line: str, column: int) -> Fault | None:
+def _find_character(message: str, line: str, column: int) -> YamlFault | None:
     """Return the fault if a single character is one: a tab, a bracket, a sign of YAML.
 
     Args:
@@ -73,12 +73,12 @@ def _find_character(message: str, line: str, column: int) -> Fault | None:
         column: The position of the error in the line.
     """
     if "\t" in line[: column + 1] and not line[:column].strip():
-        return Fault("a tab indents this line", "indent it by blanks")
+        return YamlFault("a tab indents this line", "indent it by blanks")
     character = line[column : column + 1]
     if "cannot start any token" in message and character:
-        return Fault(f"a value begins with '{character}'", "write it in quotes")
+        return YamlFault(f"a value begins with '{character}'", "write it in quotes")
     if character in ("]", "}"):
-        return Fault(f"no '{character}' is expected here", "remove it")
+        return YamlFault(f"no '{character}' is expected here", "remove it")
     return None
 
 
@@ -95,7 +95,7 @@ class _Block(msgspec.Struct, frozen=True):
         return f"line {self.line_number} ('{self.word}')"
 
 
-def _find_indentation(lines: list[str]) -> Fault | None:
+def _find_indentation(lines: list[str]) -> YamlFault | None:
     """Return the fault if the last of some lines belongs to no block of those before it.
 
     Args:
@@ -118,13 +118,13 @@ def _find_indentation(lines: list[str]) -> Fault | None:
         return None
     if not inner:
         reason = f"{last} is further in than {outer[-1]}, which has its value already"
-        return Fault(reason, f"indent it as '{outer[-1].word}'")
+        return YamlFault(reason, f"indent it as '{outer[-1].word}'")
     if not outer:
         reason = f"{inner[0]} is further in than {last}"
-        return Fault(reason, f"indent '{last.word}' as '{inner[0].word}'")
+        return YamlFault(reason, f"indent '{last.word}' as '{inner[0].word}'")
     reason = f"{last} is further in than {outer[-1]}, and not as far as {inner[0]}"
     hint = f"indent it as '{inner[0].word}', or as '{outer[-1].word}'"
-    return Fault(reason, hint)
+    return YamlFault(reason, hint)
 
 
 def _list_blocks(line: str, number: int) -> list[_Block]:
