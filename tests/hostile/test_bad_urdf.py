@@ -80,7 +80,7 @@ BYTES: dict[str, list[bytes]] = {
         b"\x89PNG\r\n\x1a\n" + bytes(range(256)),
         b"PK\x03\x04" + bytes(100),
     ],
-    "wrong-root": [b"<mujoco/>", b"<html><body/></html>", GOOD.replace("robot", "Robot").encode()],
+    "wrong-root": [b"<sdf/>", b"<html><body/></html>", GOOD.replace("robot", "Robot").encode()],
     "xml-entity": [
         doctype(LAUGHS, "&l11;"),
         doctype(LAUGHS + '<!ATTLIST robot x CDATA "&l11;">'),

@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 #: The reader adds this to the name of a file that xacro has expanded.
 EXPANDED = " (expanded)"
 NAME_ATTRIBUTE = re.compile(r"""(?<!\S)name\s*=\s*["']([^"']+)["']""")
+#: The elements of an MJCF that become links and joints.
+_MJCF_TAGS = {"link": "body|site", "joint": "joint|freejoint"}
 #: An expression of xacro in a name.
 _EXPRESSION = re.compile(r"\$\{[^}]*\}|\$\([^)]*\)")
 #: Longer names, and names of more parts, take too long to be compared.
@@ -44,12 +46,12 @@ def find_declaration(
     exact_matches, possible_matches = [], []
     for file_name in file_names if 0 < len(element_name) <= _MAX_LETTERS else ():
         file_text = read_text(file_name)
-        for tag_match in re.finditer(rf"<{element_tag}\s[^<>]*", file_text):
+        is_mjcf = "<mujoco" in file_text and "<robot" not in file_text
+        tags = _MJCF_TAGS.get(element_tag, element_tag) if is_mjcf else element_tag
+        for tag_match in re.finditer(rf"<(?:{tags})\s[^<>]*", file_text):
             declared = NAME_ATTRIBUTE.search(tag_match[0])
-            if declared is None or (
-                element_tag == "joint" and not re.search(r"\stype\s*=", tag_match[0])
-            ):
-                continue  # a joint of a <transmission> has no type
+            if declared is None or _is_reference(element_tag, tag_match[0], is_mjcf=is_mjcf):
+                continue
             declaration = file_name, file_text.count("\n", 0, tag_match.start()) + 1
             fixed_parts = [re.escape(fixed_part) for fixed_part in _EXPRESSION.split(declared[1])]
             if declared[1] == element_name:
@@ -60,6 +62,18 @@ def find_declaration(
                 possible_matches.append(declaration)
     declarations = exact_matches or possible_matches
     return declarations[0] if len(declarations) == 1 else None
+
+
+def _is_reference(element_tag: str, written_tag: str, *, is_mjcf: bool) -> bool:
+    """Return True for a ``<joint>`` that only names one.
+
+    That of a ``<transmission>`` has no type.  In an MJCF a joint need not have one, and that of an
+    equality names two.
+    """
+    if element_tag != "joint":
+        return False
+    attribute = r"\sjoint1\s*=" if is_mjcf else r"\stype\s*="
+    return (re.search(attribute, written_tag) is not None) == is_mjcf
 
 
 def locate(

@@ -37,7 +37,8 @@ class Rotors(Pass):
     """Pattern of joints: the inertia of the rotor as the joint feels it (kg m^2, or kg for a
     prismatic joint); a later pattern overrules."""
     from_urdf: bool = False
-    """Also take ``motorInertia`` times ``mechanicalReduction`` squared from ``<transmission>``."""
+    """Also take ``motorInertia`` times ``mechanicalReduction`` squared from ``<transmission>``, in
+    a project."""
 
     def run(self, conversion: Conversion) -> None:
         """Add a rotor for each joint whose armature is given."""
@@ -45,6 +46,9 @@ class Rotors(Pass):
         if not inertias:
             return
         if conversion.settings.project is None:
+            if not self.armature:
+                _warn_left_out(conversion, inertias)
+                return
             message = "rotors: only a project can couple rotors to their joints"
             raise ConfigError("rotors-project", message, hint="'output: {project: DIR}'")
         _add_rotors(conversion, inertias)
@@ -73,16 +77,18 @@ class Rotors(Pass):
             if joint_name not in inertias
         }
         if unused_inertias:
-            unused_list = some(
-                f"joint '{joint_name}' {inertia:.3g}"
-                for joint_name, inertia in unused_inertias.items()
-            )
-            conversion.warn(
-                "rotors-left-out",
-                f"joints feel the inertia of rotors, which is left out: {unused_list} kg m^2",
-                hint="a project adds it: 'passes: {rotors: {from_urdf: true}}'",
-            )
+            _warn_left_out(conversion, unused_inertias)
         return inertias
+
+
+def _warn_left_out(conversion: Conversion, inertias: dict[str, float]) -> None:
+    """Warn of the rotors that the robot states, and the .mbs does not have."""
+    listed = some(f"joint '{joint_name}' {inertia:.3g}" for joint_name, inertia in inertias.items())
+    conversion.warn(
+        "rotors-left-out",
+        f"joints feel the inertia of rotors, which is left out: {listed} kg m^2",
+        hint="a project adds it: 'passes: {rotors: {from_urdf: true}}'",
+    )
 
 
 def _add_rotors(conversion: Conversion, inertias: dict[str, float]) -> None:

@@ -45,8 +45,10 @@ def test_a_transmission_states_the_inertia() -> None:
     assert "joint 'a_to_b' 0.5, joint 'b_to_c' 0.49 kg m^2" in said["rotors-left-out"].message
     assert said["number-left-out"].message.startswith("the inertia of a rotor is left out")
     with pytest.raises(ConfigError) as wrong:
-        convert_text(ROBOT, passes={"rotors": {"from_urdf": True}})
+        convert_text(ROBOT, passes={"rotors": {"armature": {"a_to_b": 1.0}}})
     assert wrong.value.code == "rotors-project"
+    result = convert_text(ROBOT, passes={"rotors": {"from_urdf": True}})
+    assert "rotors-left-out" in {diagnostic.code for diagnostic in result.diagnostics}
 
 
 @pytest.mark.parametrize("base", ["fixed", "floating"])
