@@ -104,7 +104,8 @@ class Product:
         has_angle = any(isinstance(factor, Trigonometric) for factor, _ in self.factors)
         first = self.factors[0][0] if self.factors else None
         subscript = first.subscript.lstrip("c") if isinstance(first, Symbol) else ""
-        return (has_angle, subscript, repr(self.factors))
+        powers = [(factor.rank, repr(factor), -power) for factor, power in self.factors]
+        return (has_angle, subscript, powers)
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,7 @@ from urdf2mbs.testing import TINY, convert_text
 from urdf2mbs_equations.constraints import count_equations
 from urdf2mbs_equations.files import generate
 from urdf2mbs_equations.options import EquationOptions
+from urdf2mbs_equations.tree import is_fixed
 
 CONFIGS = Path(__file__).resolve().parents[3] / "configs"
 needs_octave = pytest.mark.skipif(
@@ -90,6 +91,14 @@ def make_complete_model() -> Mbs:
 def convert_config(name: str) -> Mbs:
     text = (CONFIGS / name).read_text()
     return read_mbs(convert_text(text).data, name, mechanics_only=True)
+
+
+def convert_driven_arm() -> Mbs:
+    """Return an arm with a driven joint whose acceleration is not zero."""
+    mbs = convert_config("arm.urdf.xacro")
+    moving = [joint for joint in mbs.joints().values() if joint.nature == "independent"]
+    moving[1].nature = "driven"
+    return mbs
 
 
 def read_sample(name: str) -> Mbs:
@@ -212,10 +221,11 @@ def test_octave_computes_what_python_computes(make: Any, tmp_path: Path) -> None
     [
         (lambda: read_mbs(convert_text(TINY).data, "tiny", mechanics_only=True), 1e-14),
         (lambda: convert_config("arm.urdf.xacro"), 1e-14),
+        (convert_driven_arm, 1e-14),
         (lambda: convert_config("biped.urdf.xacro"), 1e-14),
         (lambda: read_sample("Vhinque-Ankle.mbs"), 1e-9),  # Newton's method closes its loops
     ],
-    ids=["tiny", "arm", "biped", "ankle"],
+    ids=["tiny", "arm", "driven", "biped", "ankle"],
 )
 def test_the_example_computes_accelerations(make: Any, tolerance: float, tmp_path: Path) -> None:
     """From nothing but the generated files: the data of the .mbs are in one of them."""
@@ -227,16 +237,18 @@ def test_the_example_computes_accelerations(make: Any, tolerance: float, tmp_pat
     for name, text in matlab.files.items():
         (tmp_path / name).write_bytes(text)
     s = random_state(mbs, np.random.default_rng(3), loads=False)
-    s.qdd[:] = 0.0
+    for number, joint in enumerate(mbs.joints().values(), start=1):
+        s.qdd[number] = 1.5 if joint.nature == "driven" and not is_fixed(joint) else 0.0
     s.Qq[1:] = np.random.default_rng(4).uniform(-10, 10, s.njoint)
     if mbs.cuts:
         s.q[1:] = [joint.q or 0.0 for joint in mbs.joints().values()]
+    driven_accelerations = s.qdd.copy()
     eq = PythonEquations(python, mbs, tmp_path)
     assert eq.accelred(s) >= 0
     mass, bias = eq.dirdyna(s)
     script = f"1;\ns = {mbs.name}_data();\n"
-    for name in ("q", "qd", "Qq"):
-        script += f"s.{name} = [{';'.join(map(repr, getattr(s, name)[1:].tolist()))}];\n"
+    for name, array in (("q", s.q), ("qd", s.qd), ("qdd", driven_accelerations), ("Qq", s.Qq)):
+        script += f"s.{name} = [{';'.join(map(repr, array[1:].tolist()))}];\n"
     script += f"[qdd, M, c] = {mbs.name}_example(s);\nprintf('%.17g\\n', qdd, M, c);\n"
     actual = np.array(run_octave(script, tmp_path).split(), dtype=float)
     n = s.njoint

@@ -297,6 +297,16 @@ def make_terms(*terms: tuple[int, str]) -> dict[Any, Fraction]:
         ([(1, "m l"), (1, "m d"), (2, "x l"), (2, "x d")], "(m + 2 x) (l + d)"),
         ([(-1, "m l"), (-3, "m d")], "-m (l + 3 d)"),
         ([(-1, "l"), (1, "d")], "d - l"),
+        ([(1, "l l"), (1, "l d"), (1, "d d")], "l^2 + l d + d^2"),
+        # the same beside each, but no product of two sums
+        (
+            [(1, x) for x in ("m m", "l l", "d d", "m l", "m d", "l d")],
+            "m (m + l + d) + l^2 + l d + d^2",
+        ),
+        ([(1, "l l"), (2, "l d"), (1, "d d"), (2, "m l"), (2, "m d")], "(2 m + l + d) (l + d)"),
+        # a mass goes out of parentheses rather than a length
+        ([(1, "m l l"), (1, "m d d"), (1, "x")], "m (l^2 + d^2) + x"),
+        ([(1, "l l"), (2, "l d"), (2, "l x"), (1, "d x")], "l^2 + 2 l d + 2 l x + d x"),
         ([], "0"),
         ([(1, "")], "1"),
     ],
