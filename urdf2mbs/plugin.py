@@ -133,7 +133,10 @@ EXPORTS: dict[str, dict[str, tuple[str, ...]]] = {
             "print_diagnostics as tell_diagnostics",
             "with_near_paths",
         ),
-        "commands.progress": ("Progress",),
+        "commands.progress": (
+            "Progress",
+            "estimate_end",
+        ),
         "commands.settings": (
             "ALONE",
             "FLAGS",

@@ -12,6 +12,7 @@ from urdf2mbs.commands.printing import print_json as print_json
 from urdf2mbs.commands.printing import print_summary as tell
 from urdf2mbs.commands.printing import with_near_paths as with_near_paths
 from urdf2mbs.commands.progress import Progress as Progress
+from urdf2mbs.commands.progress import estimate_end as estimate_end
 from urdf2mbs.commands.settings import ALONE as ALONE
 from urdf2mbs.commands.settings import FLAGS as FLAGS
 from urdf2mbs.commands.settings import READING as READING
@@ -354,6 +355,7 @@ __all__ = [
     "dot",
     "dotted",
     "drop_rounding",
+    "estimate_end",
     "expand",
     "fewest_turns",
     "field_docs",

@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from urdf2mbs.cli import main
-from urdf2mbs.commands.progress import Progress
+from urdf2mbs.commands.progress import Progress, estimate_end
 from urdf2mbs.config.load import load
 from urdf2mbs.disk.version import find_version
 from urdf2mbs.engine.pipeline import Pipeline
@@ -156,7 +156,7 @@ def test_a_run_that_lasts_says_where_it_is(
 ) -> None:
     ear = Ear()
     monkeypatch.setattr(sys, "stderr", ear)
-    monkeypatch.setattr(Progress, "PATIENCE", 0.001)
+    monkeypatch.setattr(Progress, "LOG_PATIENCE", 0.001)
     pipeline = Pipeline(*load(robot / "tiny.yaml"))
     with Progress(Namespace(verbose=verbose)) as progress:
         pipeline.watch(progress)
@@ -164,6 +164,47 @@ def test_a_run_that_lasts_says_where_it_is(
         pipeline.run()
     assert "... emit: at the end\n" in ear.text
     assert (" ms  emit\n" in ear.text) == verbose
+
+
+@pytest.mark.parametrize(("is_terminal", "interval"), [(True, 2.0), (False, 10.0)])
+def test_a_log_gets_fewer_lines_than_a_terminal(
+    is_terminal: bool, interval: float, monkeypatch: pytest.MonkeyPatch, capsys: Any
+) -> None:
+    """A text that stays says how long; a count says how long it still takes."""
+    intervals: list[float] = []
+    progress = Progress(Namespace(verbose=False))
+    texts = iter(["loading", "loading", "compiling"])
+
+    class Ended:
+        """Ends the thread after three lines; nobody waits."""
+
+        def wait(self, seconds: float) -> bool:
+            intervals.append(seconds)
+            progress.at = next(texts, "")
+            return not progress.at
+
+    monkeypatch.setattr(progress, "_ended", Ended())
+    monkeypatch.setattr(sys, "__stderr__", Namespace(isatty=lambda: is_terminal))
+    progress._print_lines()
+    assert set(intervals) == {interval}
+    assert capsys.readouterr().err.splitlines() == [
+        "... loading", f"... loading, for {interval:.0f} s", "... compiling",
+    ]  # fmt: skip
+
+
+def test_the_end_of_a_pass_that_counts_is_estimated(monkeypatch: pytest.MonkeyPatch) -> None:
+    now = iter([100.0, 100.5, 130.0, 140.0])
+    monkeypatch.setattr("urdf2mbs.commands.progress.monotonic", lambda: next(now))
+    progress = Progress(Namespace(verbose=False))
+    progress.urdf2mbs_before_pass(Namespace(name="convert-meshes"))
+    for text, expected in (
+        ("a.stl (4 of 13)", "a.stl (4 of 13), about 88 s to go"),
+        ("b.stl (1 of 13)", "b.stl (1 of 13)"),
+        ("of 13", "of 13"),
+    ):
+        progress.urdf2mbs_progress(text)
+        assert progress.at == f"convert-meshes: {expected}"
+    assert estimate_end(1.0, 4.0, 0.5) == ""
 
 
 @pytest.mark.parametrize("command_line", [["--version"], ["-v", "--version"]])

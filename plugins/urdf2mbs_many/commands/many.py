@@ -20,6 +20,7 @@ from urdf2mbs.plugin import (
     Progress,
     check_ours,
     counted,
+    estimate_end,
     is_file,
     near,
     print_json,
@@ -109,10 +110,8 @@ def _run_with_progress(jobs: list[Job], arguments: argparse.Namespace) -> list[O
                 finished.append(outcome)
                 n_failed += outcome.code != 0
                 n_done = len(finished)
-                seconds_left = (len(jobs) - n_done) * (monotonic() - start_time) / n_done
-                progress.at = (
-                    f"{n_done} of {robot_count} done, {n_failed} failed, {seconds_left:.0f} s left"
-                )
+                remaining = estimate_end(n_done, len(jobs), monotonic() - start_time)
+                progress.at = f"{n_done} of {robot_count} done, {n_failed} failed{remaining}"
         except KeyboardInterrupt:
             print(progress.at, file=sys.stderr)
             raise

@@ -27,6 +27,7 @@ from urdf2mbs.plugin import (
     add_running,
     choose_fields,
     counted,
+    estimate_end,
     find_model,
     is_file,
     near,
@@ -165,7 +166,8 @@ def _simulate(model: Path, arguments: argparse.Namespace, clock: _Clock) -> Resu
     with Progress(arguments) as progress:
 
         def watch(time: float) -> None:
-            progress.at = describe_progress(time, arguments.time, clock.note_step())
+            remaining = estimate_end(time, arguments.time, clock.note_step())
+            progress.at = f"{time:.3g} of {arguments.time:g} s{remaining}"
 
         progress.at = "loading"
         return simulate(
@@ -215,20 +217,6 @@ def is_page(output: Path | None) -> bool:
     return output is not None and output.suffix.lower() == ".html"
 
 
-def describe_progress(time: float, end: float, elapsed: float) -> str:
-    """Describe how far a run is, and how long it still takes.
-
-    Args:
-        time: The simulated time (s).
-        end: Its end (s).
-        elapsed: How long the run takes already (s).
-    """
-    text = f"{time:.3g} of {end:g} s"
-    if time > 0.0 and elapsed > 1.0:
-        text += f", about {elapsed * (end / time - 1.0):.0f} s to go"
-    return text
-
-
 def report_compiling(progress: Progress, subject: str) -> Callable[[int, int], None]:
     """Return a function that shows the progress of a compilation.
 
@@ -242,10 +230,7 @@ def report_compiling(progress: Progress, subject: str) -> Callable[[int, int], N
         text = f"compiling {subject}: {done} of {total} files"
         if done == 0 and total > FEW_FILES:
             progress.say(f"compiling {subject}, {total} files: only the first time, up to a minute")
-        elif done:
-            remaining = (perf_counter() - begin) / done * (total - done)
-            text += f", about {remaining:.0f} s to go"
-        progress.at = text
+        progress.at = text + estimate_end(done, total, perf_counter() - begin)
 
     return report
 
