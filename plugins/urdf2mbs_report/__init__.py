@@ -1,6 +1,13 @@
 """One HTML page to look at a robot, and the diagram of an .mbs as an SVG picture."""
 
-from urdf2mbs.plugin import Command, Conversion, hookimpl
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from urdf2mbs.plugin import Command, hookimpl
+
+if TYPE_CHECKING:
+    from urdf2mbs.plugin import Conversion
 
 NEEDS = ("meshes",)
 
