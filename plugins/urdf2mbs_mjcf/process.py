@@ -48,7 +48,8 @@ def compile_mjcf(source: Path) -> Compiled:
         raise _explain_crash(process, source)
     if content.startswith(b'{"error"'):
         raise _explain_error(json.loads(content)["error"], source)
-    return msgspec.json.decode(content, type=Compiled)
+    # before MuJoCo 4, what is true or false is a number
+    return msgspec.json.decode(content, type=Compiled, strict=False)
 
 
 def _run(source: Path, folder: str, result: Path) -> subprocess.CompletedProcess[bytes]:
