@@ -40,38 +40,53 @@ class Finding(msgspec.Struct, omit_defaults=True):
     effect: float
     """About how much it changes the motion, 0 to 1; above 1, what makes it another mechanism."""
     differences: list[int] = []
-    """The numbers of the differences in the list of the proof, from 0."""
+    """Their numbers in the list of all differences, from 0."""
 
 
 class _Group(msgspec.Struct):
     """Differences that are told together."""
 
-    numbers: list[int]
     differences: list[Difference]
     more: list[str] = []
     """The links or joints beside that of the first difference that have the same fault."""
+    alike: list[Difference] = []
+    """Their differences."""
 
     @property
     def first(self) -> Difference:
         return self.differences[0]
 
 
-def find_causes(differences: Sequence[Difference], robot: Robot) -> list[Finding]:
+def find_causes(
+    differences: Sequence[Difference], robot: Robot
+) -> tuple[list[Difference], list[Finding]]:
     """Group differences by their causes.
 
     Args:
         differences: The differences.
         robot: The robot that they are of.
+
+    Returns:
+        The differences, first that which stands for each cause, and the causes in this order.
     """
     weights = _Weights(robot)
     groups = _group_by_link(differences)
     groups = _fold_into_missing_joints(groups, robot)
     groups = _merge_alike(_merge_rounded(groups))
+    groups.sort(key=lambda group: -weights.rate(group))
+    order = [group.first for group in groups]
+    order += [each for group in groups for each in group.differences[1:] + group.alike]
+    places = {id(difference): place for place, difference in enumerate(order)}
     findings = [
-        Finding(_word(group), group.first.kind, weights.rate(group), group.numbers)
+        Finding(
+            _word(group),
+            group.first.kind,
+            weights.rate(group),
+            [places[id(each)] for each in group.differences + group.alike],
+        )
         for group in groups
     ]
-    return sorted(findings, key=lambda finding: -finding.effect)
+    return order, findings
 
 
 def _group_by_link(differences: Sequence[Difference]) -> list[_Group]:
@@ -83,8 +98,7 @@ def _group_by_link(differences: Sequence[Difference]) -> list[_Group]:
             key = ("inertia", difference.link)
         elif difference.kind == "parameter" and difference.joint:
             key = ("parameter", difference.joint)
-        group = groups.setdefault(key, _Group([], []))
-        group.numbers.append(number)
+        group = groups.setdefault(key, _Group([]))
         group.differences.append(difference)
     for group in groups.values():
         if group.first.kind in OF_INERTIA:
@@ -109,7 +123,6 @@ def _fold_into_missing_joints(groups: list[_Group], robot: Robot) -> list[_Group
         if owner is None:
             kept.append(group)
         else:
-            owner.numbers += group.numbers
             owner.differences += group.differences
     return kept
 
@@ -126,7 +139,7 @@ def _merge_rounded(groups: list[_Group]) -> list[_Group]:
     rounded.sort(key=lambda group: -max(each.size for each in group.differences))
     first, *others = rounded
     for group in others:
-        first.numbers += group.numbers
+        first.alike += group.differences
         first.more.append(_name(group.first))
     return [group for group in groups if not any(group is each for each in others)]
 
@@ -139,7 +152,7 @@ def _merge_alike(groups: list[_Group]) -> list[_Group]:
         if twin is None:
             merged.append(group)
             continue
-        twin.numbers = [*twin.numbers, *group.numbers]
+        twin.alike += [*group.differences, *group.alike]
         twin.more = [*twin.more, _name(group.first), *group.more]
     return merged
 

@@ -69,6 +69,10 @@ class Proof(msgspec.Struct, kw_only=True):
         largest = ", ".join(f"{kind} {deviation:.1e}" for kind, deviation in self.largest.items())
         return f"{compared}; largest deviations: {largest}"
 
+    def count_differing(self) -> int:
+        """Count the joints, links and other things that have a difference."""
+        return len({each.joint or each.link or each.message for each in self.differences})
+
     def add_differences(self, differences: Iterable[Difference]) -> None:
         """Add differences; of those of the same size, the new ones come first."""
         merged = [*differences, *self.differences]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -116,8 +117,7 @@ def verify_sides(
     reference = read_first(first, model, fields)
     if joint_map is not None:
         joint_map.check(reference.robot, model.mbs)
-    match = _match(reference, model, joint_map, tolerance)
-    proof = _prove(reference, model, match, tolerance)
+    match, proof = _match_and_compare(reference, model, joint_map, tolerance)
     _compare_base(proof, reference, match, fields.get("base", "auto"))
     verdict = _make_verdict(proof, reference, model, match, frames=frames)
     if first.is_model or not second.is_model:
@@ -125,11 +125,65 @@ def verify_sides(
     return verdict
 
 
+def _match_and_compare(
+    reference: Reference, model: Model, joint_map: JointMap | None, tolerance: float
+) -> tuple[Match, Proof]:
+    """Match and compare two robots: by a map and by name, and what is left by structure."""
+    match = reference.match(reference.robot, model.mbs, joint_map)
+    if not has_unmatched(match, reference.robot, model.mbs):
+        proof = _prove(reference, model, match, tolerance)
+        if proof.count_differing() < 2:
+            return match, proof
+    return _compare_in_units(reference, model, joint_map, tolerance)
+
+
+def _compare_in_units(
+    reference: Reference, model: Model, joint_map: JointMap | None, tolerance: float
+) -> tuple[Match, Proof]:
+    """Match and compare two robots, in other units if that explains why many joints differ.
+
+    Returns:
+        The joints that match, and the proof, in which other units are one of the differences.
+    """
+    from urdf2mbs.verification.units import is_explained, restate_angles, restate_lengths
+
+    compare_with = partial(_prove, model=model, tolerance=tolerance)
+    match_with = partial(_match, model=model, joint_map=joint_map, tolerance=tolerance)
+    units: list[Difference] = []
+    lengths = list(restate_lengths(reference.robot, model.mbs))
+    match = match_with(_restate(reference, lengths[0].robot) if lengths else reference)
+    proof = compare_with(reference, match=match)
+    for robot, message in lengths:
+        restated = _restate(reference, robot)
+        trial = compare_with(restated, match=match)
+        if is_explained(proof.count_differing(), trial.count_differing()):
+            reference, proof, units = restated, trial, [Difference("units", message)]
+    if lengths and not units:
+        match = match_with(reference)
+        proof = compare_with(reference, match=match)
+    angles = restate_angles(reference.robot) if proof.count_differing() > 1 else ()
+    for robot, message in angles:
+        restated = _restate(reference, robot)
+        trial = compare_with(restated, match=match)
+        if is_explained(proof.count_differing(), trial.count_differing()):
+            match = match_with(restated)
+            proof = compare_with(restated, match=match)
+            units.append(Difference("units", message))
+            break
+    proof.add_differences(units)
+    return match, proof
+
+
+def _restate(reference: Reference, robot: Robot) -> Reference:
+    """Return a reference whose robot is stated in other units."""
+    return msgspec.structs.replace(reference, robot=robot)
+
+
 def _match(
     reference: Reference, model: Model, joint_map: JointMap | None, tolerance: float
 ) -> Match:
     """Match the joints of two robots: by a map, by name, and what is left by structure."""
-    match = reference.match(model.mbs, joint_map)
+    match = reference.match(reference.robot, model.mbs, joint_map)
     if not has_unmatched(match, reference.robot, model.mbs):
         return match
     from urdf2mbs.proof.structure.complete import complete_match  # imports scipy
@@ -245,7 +299,7 @@ def _make_verdict(
         verdict.add_frames()
     else:  # of matched names: a model may have its frames anywhere
         verdict.largest.pop("frame", None)
-    verdict.findings = find_causes(verdict.differences, robot)
+    verdict.differences, verdict.findings = find_causes(verdict.differences, robot)
     return verdict
 
 

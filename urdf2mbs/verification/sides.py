@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -68,7 +69,7 @@ class Reference(msgspec.Struct, kw_only=True):
     """The first robot, with which a model is compared."""
 
     robot: Robot
-    match: Callable[[Mbs, JointMap | None], Match]
+    match: Callable[[Robot, Mbs, JointMap | None], Match]
     """Finds the joints of a model by a map and by name."""
     expect: Callable[[Match, Model], Expectation]
     """Returns what the robot's file does not state, and the model should have."""
@@ -195,15 +196,15 @@ def _refer_to_model(source: Source, fields: dict[str, Any]) -> Reference:
     base_joint = FLOATING_BASE if find_floating_joints(mbs) else ""
     return Reference(
         robot=robot,
-        match=lambda other, joint_map: match_by_name(robot, other, _given(joint_map)),
+        match=_match_by_name,
         expect=expect,
         base_joint=base_joint,
     )
 
 
-def _given(joint_map: JointMap | None) -> dict[str, tuple[str, ...]]:
-    """Return the joints of a map."""
-    return {} if joint_map is None else joint_map.joints
+def _match_by_name(robot: Robot, mbs: Mbs, joint_map: JointMap | None) -> Match:
+    """Match the joints of a map, and the others by name."""
+    return match_by_name(robot, mbs, None if joint_map is None else joint_map.joints)
 
 
 def _refer_to_robot(source: Source, model: Model, fields: dict[str, Any]) -> Reference:
@@ -233,7 +234,7 @@ def _refer_to_robot(source: Source, model: Model, fields: dict[str, Any]) -> Ref
 
     return Reference(
         robot=conversion.robot,
-        match=lambda mbs, joint_map: match_by_name(conversion.robot, mbs, _given(joint_map)),
+        match=_match_by_name,
         expect=expect,
         base_joint=conversion.base.inserted or "",
         diagnostics=conversion.diagnostics,
@@ -270,7 +271,7 @@ def _refer_to_config(source: Source) -> Reference:
 
     return Reference(
         robot=conversion.robot,
-        match=lambda mbs, joint_map: _match_conversion(conversion, mbs, _given(joint_map)),
+        match=partial(_match_conversion, conversion),
         expect=expect,
         base_joint=conversion.base.inserted or "",
         diagnostics=conversion.diagnostics,
@@ -284,7 +285,9 @@ def _refer_to_config(source: Source) -> Reference:
     )
 
 
-def _match_conversion(conversion: Conversion, mbs: Mbs, given: dict[str, tuple[str, ...]]) -> Match:
+def _match_conversion(
+    conversion: Conversion, robot: Robot, mbs: Mbs, joint_map: JointMap | None
+) -> Match:
     """Return the joints and frames of an .mbs that are those of a conversion.
 
     If the .mbs has all the names that the conversion gave, these decide.  Otherwise joints and
@@ -295,13 +298,13 @@ def _match_conversion(conversion: Conversion, mbs: Mbs, given: dict[str, tuple[s
     needed = {name for coordinates in names.values() for name in coordinates}
     needed |= {frame.joint for frame in conversion.frames.values() if frame.joint is not None}
     framed = {frame.body for frame in conversion.frames.values() if frame.body is not None}
-    if needed <= joints.keys() and framed <= bodies and not given:
+    if needed <= joints.keys() and framed <= bodies and joint_map is None:
         return Match(
             joints={name: tuple(coordinates) for name, coordinates in names.items()},
             frames=conversion.frames,
             locked=conversion.frozen,
         )
-    matched = match_by_name(conversion.robot, mbs, given)
+    matched = _match_by_name(robot, mbs, joint_map)
     for name in conversion.frozen:
         matched.joints.pop(name, None)
     matched.locked |= conversion.frozen

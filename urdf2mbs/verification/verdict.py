@@ -63,17 +63,17 @@ class Verdict(Proof, kw_only=True):
             yield f"{some(group, 6)} may be exchanged: the numbers are the same"
         if self.turned:
             yield "the whole robot may be turned: the numbers are as near"
+        instead = f"in place of {self.count_differing()} (--map FILE decides)"
         for exchange in self.against:
             first, second = (f"'{name}'" for name in exchange.joints)
             yield (
                 f"names say otherwise of {first} and {second}; so there would be differences at "
-                f"{exchange.differing} joints in place of {self.differing} (--map FILE decides)"
+                f"{exchange.differing} joints {instead}"
             )
         if self.instead_of_names:
             yield (
-                f"joints of the same name are not at the same place: by names there would be "
-                f"differences at {self.instead_of_names} joints in place of {self.differing} "
-                "(--map FILE decides)"
+                "joints of the same name are not at the same place: by names there would be "
+                f"differences at {self.instead_of_names} joints {instead}"
             )
 
     def name_sides(self, first: str, second: str) -> None:
@@ -96,11 +96,6 @@ class Verdict(Proof, kw_only=True):
             reasons.clear()
             reasons.update(items)
         self.first, self.second = first, second
-
-    @property
-    def differing(self) -> int:
-        """How many joints, or links, have a difference."""
-        return len({each.joint or each.link or each.message for each in self.differences})
 
     def _count_joints(self) -> str:
         """Return how many joints match, and how."""

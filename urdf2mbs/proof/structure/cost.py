@@ -34,8 +34,8 @@ WEIGHTS = {
 }
 #: The terms that say how well a pose of the robot fits: all but the name.
 PHYSICAL = tuple(term for term in WEIGHTS if term != "name")
-#: The terms of a joint that the other robot holds, and so carries nothing of its own.
-OF_HELD = ("axis", "line", "carried centre", "own centre", "kind")
+#: The terms of a joint that the other robot holds: what it carries is in the group before it.
+OF_HELD = ("axis", "line", "kind", "carried centre", "carried mass")
 #: The distance, relative to the robot's size, that costs half of the weight of a term.
 NEAR = 0.1
 #: The mass, relative to that of the robot, and the moment, relative to such a mass at the robot's
