@@ -108,11 +108,30 @@ def match_by_name(
 
 
 def has_unmatched(match: Match, robot: Robot, mbs: Mbs) -> bool:
-    """Return whether both sides have joints that move and have no partner."""
+    """Return whether both sides have joints that move and have no partner.
+
+    A joint of the same name that does not move, or in another way, is no partner yet.
+    """
+    joints = mbs.joints()
+    partners = {
+        name
+        for joint, names in match.joints.items()
+        if match.by.get(joint) == "map" or _moves_alike(robot.joints[joint], names, joints)
+        for name in names
+    }
     used = {name for names in match.joints.values() for name in names}
     return any(
-        joint.moves and joint.name not in match.joints for joint in robot.joints.values()
-    ) and any(joint.nature != "driven" and name not in used for name, joint in mbs.joints().items())
+        joint.moves and partners.isdisjoint(match.joints.get(joint.name, ()))
+        for joint in robot.joints.values()
+    ) and any(joint.nature != "driven" and name not in used for name, joint in joints.items())
+
+
+def _moves_alike(joint: UrdfJoint, names: tuple[str, ...], joints: Mapping[str, Joint]) -> bool:
+    """Return whether .mbs joints shift and rotate as a URDF joint does."""
+    if joint.mimic is None and any(joints[name].nature == "driven" for name in names):
+        return False
+    letter = "T" if joint.type == "prismatic" else "R"
+    return len(names) > 1 or joints[names[0]].type[0] == letter
 
 
 # --- joints ---

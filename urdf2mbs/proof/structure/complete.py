@@ -76,7 +76,8 @@ class _Completion:
         self.own = Tree(own, carries_base=carries_base)
         self.other = Tree(build_mbs_side(mbs, moving), carries_base=carries_base)
         whole = build_mbs_side(mbs, {joint.name for joint in every})
-        self.whole = Tree(whole, carries_base=carries_base)
+        held = {joint.name: joint.q or 0.0 for joint in every if joint.nature == "driven"}
+        self.whole = Tree(whole, carries_base=carries_base, held=held)
 
     def find(self, known: Mapping[str, tuple[str, ...]]) -> StructureMatch:
         """Match by structure.

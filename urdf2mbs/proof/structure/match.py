@@ -34,7 +34,7 @@ MOST_TRIALS = 100
 #: Names that are more alike by this after an exchange say that it should be made.
 ALIKE = 0.2
 #: A joint that is held, and costs less, is the one that moves in the other robot.
-HELD = 0.3
+HELD = 0.6
 #: Differences that are larger by no more than this share are as large.
 AS_LARGE = 1.05
 

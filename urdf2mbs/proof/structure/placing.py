@@ -138,7 +138,15 @@ def _fit_angle(own: Floats, target: Floats, axis: Floats) -> float:
     """Compute the angle (rad) about an axis that brings points nearest to others.
 
     With p and q their components normal to the axis e, the sum of ``|R p - q|^2`` is least at
-    ``atan2(sum (p x q) . e, sum p . q)``.
+    ``atan2(sum (p x q) . e, sum p . q)``.  As in a pose, the half that fits best decides.
     """
     p, q = (points - np.outer(points @ axis, axis) for points in (own, target))
-    return float(np.arctan2((np.cross(p, q) @ axis).sum(), (p * q).sum()))
+    sines, cosines = np.cross(p, q) @ axis, (p * q).sum(axis=1)
+    kept = np.ones(len(p), bool)
+    angle = 0.0
+    for _ in range(FIT_ROUNDS):
+        angle = float(np.arctan2(sines[kept].sum(), cosines[kept].sum()))
+        turned = p * np.cos(angle) + np.cross(axis, p) * np.sin(angle)
+        distances = np.linalg.norm(turned - q, axis=1)
+        kept = distances <= np.median(distances) + 1e-12
+    return angle

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,15 +36,18 @@ class Tree:
     n groups.
     """
 
-    def __init__(self, side: Side, *, carries_base: bool) -> None:
+    def __init__(
+        self, side: Side, *, carries_base: bool, held: Mapping[str, float] | None = None
+    ) -> None:
         """Compute the arrays.
 
         Args:
             side: The rigid groups, without the coordinates of a floating base.
             carries_base: Whether group 0 has mass to compare; that of the ground has none.
+            held: The positions (rad or m) of coordinates that are not at zero.
         """
         groups = side.groups
-        world = _compute_world_poses(side)
+        world = _compute_world_poses(side, held or {})
         self.parents = [group.parent for group in groups]
         self.children = [group.children for group in groups]
         self.names = [group.coordinate for group in groups]
@@ -130,11 +133,12 @@ class Tree:
         return np.where(self.revolute & (self.masses > 0), levers, 0.0)
 
 
-def _compute_world_poses(side: Side) -> list[Frame]:
-    """Compute the pose of each group in the ground, all joints at zero."""
+def _compute_world_poses(side: Side, held: Mapping[str, float]) -> list[Frame]:
+    """Compute the pose of each group in the ground, each joint at zero or where it is held."""
     poses = [IDENTITY]
     for group in side.groups[1:]:
-        poses.append(compose(poses[group.parent], group.joint_frame))
+        pose = compose(poses[group.parent], group.joint_frame)
+        poses.append(compose(pose, group.motion(held.get(group.coordinate, 0.0))))
     return poses
 
 
