@@ -163,7 +163,9 @@ def _describe_base(verdict: Verdict) -> str:
     ]
     if floating:
         return f", {', '.join(floating)} floats"
-    return ", and the floating base" if verdict.floating_base else ", the base is fixed"
+    if verdict.floating_base:
+        return ", and the floating base"
+    return f", the base {'floats' if verdict.base == 'floating' else 'is fixed'}"
 
 
 def _print_findings(verdict: Verdict, *, verbose: bool) -> None:

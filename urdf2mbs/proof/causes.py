@@ -151,6 +151,8 @@ class BodyPair(NamedTuple):
     links: list[str]
     urdf: Inertia
     mbs: Inertia
+    extra_body: str = ""
+    """The name of a body that is none of the links."""
 
 
 def explain_inertia(
@@ -170,6 +172,9 @@ def explain_inertia(
     lost_links = _find_lost_links(pair, frames, tolerance)
     differences = [_explain_lost_mass(pair, link) for link in lost_links]
     for body_pair in _pair_bodies(pair, relative_pose, frames, lost_links):
+        if body_pair.extra_body:
+            differences.append(_explain_extra_body(pair, body_pair))
+            continue
         blamed = _blame_link(pair, body_pair, relative_pose, tolerance)
         if blamed is not None:
             differences.append(blamed)
@@ -252,10 +257,21 @@ def _pair_by_inertia(
         if deviations and deviations[nearest] <= NEARLY:
             body_pairs.append(BodyPair([link], inertia, bodies.pop(nearest)))
             del links[link]
-    if links or bodies:
+    if not any(inertia.mass for inertia in links.values()):
+        body_pairs += [BodyPair([], NO_INERTIA, mbs, body) for body, mbs in bodies.items()]
+    else:
         urdf_sum, mbs_sum = sum_inertias([*links.values()]), sum_inertias([*bodies.values()])
         body_pairs.append(BodyPair([*links], urdf_sum, mbs_sum))
     return body_pairs
+
+
+def _explain_extra_body(pair: GroupPair, body_pair: BodyPair) -> Difference:
+    """Describe a body whose mass the URDF lacks."""
+    mass, body = body_pair.mbs.mass, body_pair.extra_body
+    message = f"body '{body}': mass of {format_value(mass)} kg is in the .mbs only"
+    share = mass / (pair.mbs_inertia.mass or 1.0)
+    link, joint = pair.urdf.child, pair.urdf.joint
+    return Difference("mass", message, share, link=link, joint=joint, urdf=0.0, mbs=mass, body=body)
 
 
 def _blame_link(

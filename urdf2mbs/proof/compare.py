@@ -10,6 +10,7 @@ The *rigid groups* are compared: the bodies that no moving joint separates.
   counterpart in the parent group, up to one constant pose between a group and its counterpart.
   Every pose in the world is a product of these.  So the poses at zero are compared, and then the
   motion of the joint from there, in the frame of the group that it moves.
+* Order: of two joints that commute, as shifts do, either may come first (``reorder``).
 * Inertia: mass, centre of mass and inertia tensor must be equal, transformed by that constant pose.
 * Frames: the frame of each link, and the anchor point of its name, must be where they should be.
 * Shapes: where the .mbs has the shape of a visual elsewhere, the verdict names it; it has no mass.
@@ -38,6 +39,7 @@ from urdf2mbs.proof.match import Match
 from urdf2mbs.proof.mbs_side import build_mbs_side
 from urdf2mbs.proof.pair import TOLERANCE
 from urdf2mbs.proof.parameters import compare_parameters
+from urdf2mbs.proof.reorder import reorder_joints
 from urdf2mbs.proof.urdf_side import build_urdf_side, find_links_that_carry_mass
 from urdf2mbs.proof.verdict import Difference, Proof
 from urdf2mbs.spatial import Vec
@@ -82,9 +84,11 @@ def compare(
     urdf = build_urdf_side(robot, coordinates.names, coordinates.locked, match.floating_orders)
     urdf.gravity = expectation.gravity
     framed_joints = {frame.joint for frame in match.frames.values()}
+    mbs_side = build_mbs_side(mbs, set(coordinates.names.values()), framed_joints)
+    reorder_joints(urdf, mbs_side, coordinates.names)
     comparison = Comparison(
         urdf=urdf,
-        mbs=build_mbs_side(mbs, set(coordinates.names.values()), framed_joints),
+        mbs=mbs_side,
         names=coordinates.names,
         frames=match.frames,
         tolerance=tolerance,

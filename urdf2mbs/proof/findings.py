@@ -18,7 +18,7 @@ from urdf2mbs.proof.verdict import Difference
 from urdf2mbs.urdf.model import Robot
 
 #: What makes the whole robot another one.
-OF_ROBOT = ("units", "gravity", "base")
+OF_ROBOT = ("units", "root", "gravity", "base")
 #: What lets the robot move in other ways.
 OF_MECHANISM = ("joint-missing", "joint-extra", "type", "parent", "nature", "symbols", "cut")
 #: What places a link elsewhere, or moves it otherwise.
@@ -94,13 +94,16 @@ def _group_by_link(differences: Sequence[Difference]) -> list[_Group]:
     groups: dict[Any, _Group] = {}
     for number, difference in enumerate(differences):
         key: Any = number
-        if difference.kind in OF_INERTIA:
+        if difference.body is not None or difference.kind == "joint-extra":
+            key = ("body", difference.body or difference.link)
+        elif difference.kind in OF_INERTIA:
             key = ("inertia", difference.link)
         elif difference.kind == "parameter" and difference.joint:
             key = ("parameter", difference.joint)
         group = groups.setdefault(key, _Group([]))
         group.differences.append(difference)
     for group in groups.values():
+        group.differences.sort(key=lambda each: each.kind != "joint-extra")
         if group.first.kind in OF_INERTIA:
             group.differences.sort(key=lambda each: OF_INERTIA.index(each.kind))
     return [*groups.values()]
@@ -259,6 +262,8 @@ def _word(group: _Group) -> str:
     elif first.kind == "parameter" and len(group.differences) > 1:
         others = [each.message.partition(": ")[2] for each in group.differences[1:]]
         message += f"; {some(others, 3)}"
+    elif first.kind == "joint-extra" and followers:
+        message += f", and has {followers[0].mbs:.9g} kg"
     elif first.kind == "joint-missing" and len(group.differences) > 1:
         lost = {each.link for each in group.differences[1:]} - {first.link, None}
         if lost:

@@ -19,7 +19,7 @@ from urdf2mbs.urdf.model import Joint as UrdfJoint
 from urdf2mbs.urdf.model import Robot
 
 #: Joints that a conversion drives before a joint, to rotate its axis to a coordinate axis.
-_ROTATION_BEFORE_JOINT = re.compile(r"_(origin|axis)_R[123](_joint(_\d+)?)?$")
+ROTATION_BEFORE_JOINT = re.compile(r"_(origin|axis)_R[123](_joint(_\d+)?)?$")
 
 
 class Exchange(msgspec.Struct):
@@ -345,7 +345,7 @@ def _find_last_joint(body: Body, name: str, fixed_names: set[str]) -> str | None
     names = [joint.name for joint in body.joints]
     end = names.index(name)
     for joint in body.joints[end + 1 :]:
-        is_next = joint.name in fixed_names or _ROTATION_BEFORE_JOINT.search(joint.name)
+        is_next = joint.name in fixed_names or ROTATION_BEFORE_JOINT.search(joint.name)
         if joint.nature != "driven" or is_next:
             return names[end]
         end += 1

@@ -4,8 +4,7 @@ Every joint of an .mbs is elementary, and so is a URDF joint at the origin of th
 
 * an anchor point, and each driven joint at its start, become the ``<origin>`` of the next joint, or
   a fixed joint if another one comes before;
-* each joint that is not driven becomes a joint about or along its coordinate axis;
-* the six joints of a floating base become one floating joint.
+* each joint that is not driven becomes a joint about or along its coordinate axis.
 
 A body is the link after its last joint.  The links between the joints of a body have no mass.
 """
@@ -13,14 +12,11 @@ A body is the link after its last joint.  The links between the joints of a body
 from __future__ import annotations
 
 from urdf2mbs.mbs.model import BASE, Body, Joint, Mbs
-from urdf2mbs.proof.match import find_floating_joints
 from urdf2mbs.proof.parameters import read_user_models
 from urdf2mbs.spatial import NO_INERTIA, ZERO, Vec
 from urdf2mbs.urdf import model
 from urdf2mbs.urdf.model import RATES, Dynamics, Inertial, Limit, Link, Origin, Robot
 
-#: The name of the joint for the six joints of a floating base.
-FLOATING_BASE = "floating_base"
 _AXES: tuple[Vec, Vec, Vec] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
@@ -39,7 +35,6 @@ class _Conversion:
 
     def __init__(self, mbs: Mbs, file: str) -> None:
         self.mbs = mbs
-        self.floating = find_floating_joints(mbs)
         self.numbers = _read_numbers(mbs)
         self.points = mbs.points()
         self.bodies = {body.name for body in mbs.bodies}
@@ -80,13 +75,7 @@ class _Conversion:
         if body.point is not None:
             xyz = self.points[body.parent, body.point].coordinates
         steps: list[tuple[model.Joint, Origin]] = []
-        joints = list(body.joints)
-        floating = [joint for joint in joints if joint.name in self.floating]
-        if floating and joints[:6] == floating:
-            base = model.Joint(FLOATING_BASE, "floating", "", "")
-            steps.append((base, Origin(xyz)))
-            joints, xyz = joints[6:], ZERO
-        for joint in joints:
+        for joint in body.joints:
             if joint.nature == "driven":
                 origin = _place_after(joint, xyz)
                 steps.append((model.Joint(joint.name, "fixed", "", ""), origin))

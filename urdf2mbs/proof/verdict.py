@@ -30,6 +30,8 @@ class Difference(msgspec.Struct, omit_defaults=True):
     """The value that the URDF has."""
     mbs: Any = None
     """The value that the .mbs has."""
+    body: str | None = None
+    """The body of the .mbs, if it is none of the URDF's links."""
 
     def __post_init__(self) -> None:
         self.size = min(self.size, 1.0)

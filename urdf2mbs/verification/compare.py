@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 
@@ -39,6 +39,9 @@ from urdf2mbs.verification.sides import (
     read_source,
 )
 from urdf2mbs.verification.verdict import Verdict
+
+if TYPE_CHECKING:
+    from urdf2mbs.verification.restate import Restatement
 
 
 def verify(
@@ -134,44 +137,85 @@ def _match_and_compare(
         proof = _prove(reference, model, match, tolerance)
         if proof.count_differing() < 2:
             return match, proof
-    return _compare_in_units(reference, model, joint_map, tolerance)
+    return _Explanation(reference, model, joint_map, tolerance).find()
 
 
-def _compare_in_units(
-    reference: Reference, model: Model, joint_map: JointMap | None, tolerance: float
-) -> tuple[Match, Proof]:
-    """Match and compare two robots, in other units if that explains why many joints differ.
+class _Explanation:
+    """Looks for one cause of many differences: other units, or a base that is turned."""
 
-    Returns:
-        The joints that match, and the proof, in which other units are one of the differences.
-    """
-    from urdf2mbs.verification.units import is_explained, restate_angles, restate_lengths
+    def __init__(
+        self, reference: Reference, model: Model, joint_map: JointMap | None, tolerance: float
+    ) -> None:
+        self.reference = reference
+        self.model = model
+        self.found: list[Difference] = []
+        """The causes that were found."""
+        self._compare = partial(_prove, model=model, tolerance=tolerance)
+        self._match = partial(_match, model=model, joint_map=joint_map, tolerance=tolerance)
 
-    compare_with = partial(_prove, model=model, tolerance=tolerance)
-    match_with = partial(_match, model=model, joint_map=joint_map, tolerance=tolerance)
-    units: list[Difference] = []
-    lengths = list(restate_lengths(reference.robot, model.mbs))
-    match = match_with(_restate(reference, lengths[0].robot) if lengths else reference)
-    proof = compare_with(reference, match=match)
-    for robot, message in lengths:
-        restated = _restate(reference, robot)
-        trial = compare_with(restated, match=match)
-        if is_explained(proof.count_differing(), trial.count_differing()):
-            reference, proof, units = restated, trial, [Difference("units", message)]
-    if lengths and not units:
-        match = match_with(reference)
-        proof = compare_with(reference, match=match)
-    angles = restate_angles(reference.robot) if proof.count_differing() > 1 else ()
-    for robot, message in angles:
-        restated = _restate(reference, robot)
-        trial = compare_with(restated, match=match)
-        if is_explained(proof.count_differing(), trial.count_differing()):
-            match = match_with(restated)
-            proof = compare_with(restated, match=match)
-            units.append(Difference("units", message))
-            break
-    proof.add_differences(units)
-    return match, proof
+    def find(self) -> tuple[Match, Proof]:
+        """Return the joints that match, and the proof, with the causes as differences."""
+        from urdf2mbs.verification.restate import restate_angles, restate_lengths
+
+        robot, mbs = self.reference.robot, self.model.mbs
+        lengths = [*restate_lengths(robot, mbs)]
+        self._start(lengths[0].robot if lengths else robot)
+        # both may be in other units
+        both = [
+            angles._replace(message=f"{each.message}; and {angles.message}")
+            for each in lengths
+            for angles in restate_angles(each.robot)
+        ]
+        if lengths and not self._try([*lengths, *both]):
+            self._start(robot)
+        robot = self.reference.robot
+        self._try(restate_angles(robot))
+        self._try(self._restate_root())
+        self.proof.add_differences(self.found)
+        return self.match, self.proof
+
+    def _start(self, robot: Robot) -> None:
+        """Match a robot that may be restated; compare the robot as it is."""
+        self.match = self._match(_restate(self.reference, robot))
+        self.proof = self._compare(self.reference, match=self.match)
+
+    def _try(self, restatements: Iterable[Restatement]) -> bool:
+        """Restate the first robot by that which explains most; return whether one does."""
+        from urdf2mbs.verification.restate import is_explained
+
+        before = self.proof.count_differing()
+        if before < 2:
+            return False
+        best: tuple[int, Restatement] | None = None
+        for restatement in restatements:
+            trial = self._compare(_restate(self.reference, restatement.robot), match=self.match)
+            differing = trial.count_differing()
+            if is_explained(before, differing) and (best is None or differing < best[0]):
+                best = differing, restatement
+        if best is None:
+            return False
+        restatement = best[1]
+        self.reference = _restate(self.reference, restatement.robot)
+        self.found.append(Difference(restatement.kind, restatement.message))
+        match = self._match(self.reference)
+        proof = self._compare(self.reference, match=match)
+        if proof.count_differing() > best[0]:  # the match before was better
+            proof = self._compare(self.reference, match=self.match)
+        else:
+            self.match = match
+        self.proof = proof
+        return True
+
+    def _restate_root(self) -> Iterator[Restatement]:
+        """Yield the first robot with its base turned."""
+        from urdf2mbs.proof.structure.complete import find_base_poses
+        from urdf2mbs.verification.restate import restate_root
+
+        robot = self.reference.robot
+        floating = [name for name, names in self.match.joints.items() if len(names) == 6]
+        base = robot.joints[floating[0]].child if floating else robot.root()
+        poses = find_base_poses(robot, self.model.mbs, self.match)
+        yield from restate_root(robot, base, poses)
 
 
 def _restate(reference: Reference, robot: Robot) -> Reference:

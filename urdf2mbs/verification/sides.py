@@ -26,7 +26,7 @@ from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.messages.diagnostics import ConfigError, Diagnostic
 from urdf2mbs.proof.compare import Expectation
 from urdf2mbs.proof.match import Match, find_floating_joints, match_by_name
-from urdf2mbs.proof.mbs_as_robot import FLOATING_BASE, convert_to_robot
+from urdf2mbs.proof.mbs_as_robot import convert_to_robot
 from urdf2mbs.proof.parameters import PARAMETERS
 from urdf2mbs.proof.verdict import Difference
 from urdf2mbs.states import OnPurpose
@@ -193,12 +193,10 @@ def _refer_to_model(source: Source, fields: dict[str, Any]) -> Reference:
             user_models=known,
         )
 
-    base_joint = FLOATING_BASE if find_floating_joints(mbs) else ""
     return Reference(
         robot=robot,
         match=_match_by_name,
         expect=expect,
-        base_joint=base_joint,
     )
 
 

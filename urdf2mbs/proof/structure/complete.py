@@ -6,10 +6,12 @@ from collections.abc import Iterable, Mapping
 
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.proof.compare import Expectation, compare
-from urdf2mbs.proof.match import Match
+from urdf2mbs.proof.match import ROTATION_BEFORE_JOINT, Match
 from urdf2mbs.proof.mbs_side import build_mbs_side
+from urdf2mbs.proof.pair import TOLERANCE
 from urdf2mbs.proof.structure.match import Score, StructureMatch, match_by_structure
-from urdf2mbs.proof.structure.tree import Tree
+from urdf2mbs.proof.structure.placing import find_root_poses
+from urdf2mbs.proof.structure.tree import Floats, Tree
 from urdf2mbs.proof.urdf_side import FLOATING_ORDER, build_urdf_side, list_coordinates
 from urdf2mbs.urdf.model import Robot
 
@@ -48,6 +50,23 @@ def complete_match(
     return completion.make_match(result)
 
 
+def find_base_poses(robot: Robot, mbs: Mbs, match: Match) -> list[Floats]:
+    """Find poses of a robot on its base that may be those of a model, the likeliest first.
+
+    Args:
+        robot: The robot of the URDF.
+        mbs: The model.
+        match: The joints that are matched, of which a floating base is used.
+
+    Returns:
+        Poses (3, 4) of the first robot's base in that of the second.
+    """
+    completion = _Completion(robot, mbs, match, Expectation(), TOLERANCE)
+    if min(len(completion.own), len(completion.other)) < 2:
+        return []
+    return find_root_poses(completion.own, completion.other)
+
+
 class _Completion:
     """The trees of both robots, and the judge."""
 
@@ -75,8 +94,14 @@ class _Completion:
         own = build_urdf_side(robot, dict.fromkeys(self.joint_of_coordinate, ""), {}, {})
         self.own = Tree(own, carries_base=carries_base)
         self.other = Tree(build_mbs_side(mbs, moving), carries_base=carries_base)
-        whole = build_mbs_side(mbs, {joint.name for joint in every})
-        held = {joint.name: joint.q or 0.0 for joint in every if joint.nature == "driven"}
+        # a joint that a conversion holds to rotate an axis is no joint of the robot
+        may_be_held = {j.name for j in every if not ROTATION_BEFORE_JOINT.search(j.name)}
+        whole = build_mbs_side(mbs, may_be_held)
+        held = {
+            joint.name: joint.q or 0.0
+            for joint in every
+            if joint.nature == "driven" and joint.name in may_be_held
+        }
         self.whole = Tree(whole, carries_base=carries_base, held=held)
 
     def find(self, known: Mapping[str, tuple[str, ...]]) -> StructureMatch:
@@ -101,8 +126,17 @@ class _Completion:
         """Count the joints that differ if coordinates are matched so."""
         match = self._match(names)
         proof = compare(self.robot, self.mbs, match, self._expect(match), self.tolerance)
-        differing = {each.joint or each.link or each.message for each in proof.differences}
-        return Score(len(differing), sum(each.size for each in proof.differences))
+        total = sum(each.size for each in proof.differences)
+        joints = {each.joint for each in proof.differences}
+        joints |= {
+            self.joint_of_coordinate.get(coordinate)
+            for coordinate, name in names.items()
+            if name in joints
+        }
+        coordinates = frozenset(
+            coordinate for coordinate, joint in self.joint_of_coordinate.items() if joint in joints
+        )
+        return Score(proof.count_differing(), total, coordinates)
 
     def _expect(self, match: Match) -> Expectation:
         """Return the expectations, without those that do not depend on the match."""

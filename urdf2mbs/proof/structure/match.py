@@ -27,14 +27,15 @@ from urdf2mbs.proof.structure.tree import LEAVE_OUT, Floats, Tree
 LAYING_ROUNDS = 4
 #: The root is tried elsewhere if more joints differ than this.
 GOOD_ENOUGH = 1
-#: An exchange that costs less than this for each joint is left to the judge.
+#: An exchange that costs less than this for each joint is left to the judge; of joints that do not
+#: differ, only half of it.
 CLOSE = 1.0
 #: The most exchanges that the judge looks at: each is a comparison.
 MOST_TRIALS = 100
 #: Names that are more alike by this after an exchange say that it should be made.
 ALIKE = 0.2
 #: A joint that is held, and costs less, is the one that moves in the other robot.
-HELD = 0.6
+HELD = 0.25
 #: Differences that are larger by no more than this share are as large.
 AS_LARGE = 1.05
 
@@ -46,6 +47,12 @@ class Score(NamedTuple):
     """How many joints, or links, have a difference."""
     total: float
     """The sum of all relative differences."""
+    coordinates: frozenset[str] = frozenset()
+    """The coordinates of the first robot that have a difference."""
+
+    def is_better(self, other: Score) -> bool:
+        """Return True if fewer joints differ, or by less."""
+        return self[:2] < other[:2]
 
     def is_as_good(self, best: Score) -> bool:
         """Return True if nobody can tell this layout from a better one by its differences."""
@@ -225,7 +232,7 @@ class _Matcher:
                 continue
             old, new = self._ask(pairs), self._ask(other)
             gain = self._sum_names(pairs) - self._sum_names(other)
-            if new < old:
+            if new.is_better(old):
                 pairs, new, gain = other, old, -gain
             trials.append(_Trial((i, k), new, gain))
         return pairs, trials
@@ -245,7 +252,9 @@ class _Matcher:
             costs = layout.costs
             more = costs[i, q] + costs[k, j] - costs[i, j] - costs[k, q]
             is_known = not self.known.keys().isdisjoint((i, k))
-            return {} if is_known or more >= CLOSE / 2 else {**pairs, i: q, k: j}
+            differ = {a.names[i], a.names[k]} <= self._ask(pairs).coordinates
+            close = 2 * CLOSE if differ else CLOSE / 2
+            return {} if is_known or more >= close else {**pairs, i: q, k: j}
         branches = a.below[i] | a.below[k]
         if not self.known.keys().isdisjoint(branches):
             return {}
@@ -264,13 +273,22 @@ class _Matcher:
         self, whole_b: Tree, layout: _Layout, pairs: Mapping[int, int]
     ) -> dict[str, str]:
         """Find joints that the second robot holds where the first one moves."""
-        own = self.a.list_joints(without=pairs)
         held = [j for j in whole_b.list_joints() if whole_b.names[j] not in self.b.names]
-        costs = compute_costs(self.a, whole_b, layout.poses, OF_HELD)[np.ix_(own, held)]
-        names, found = self._name(pairs), {}
-        for row, column in zip(*linear_sum_assignment(costs), strict=True):
-            if costs[row, column] < HELD:
-                candidate = {self.a.names[own[row]]: whole_b.names[held[column]]}
-                if self._judge({**names, **candidate}) <= self._ask(pairs):
-                    found.update(candidate)
+        costs = compute_costs(self.a, whole_b, layout.poses, OF_HELD)
+        likely = [
+            (float(costs[i, j]), i, j)
+            for i in self.a.list_joints(without=pairs)
+            for j in held
+            if costs[i, j] < HELD
+        ]
+        names, found = self._name(pairs), dict[str, str]()
+        score = self._ask(pairs)
+        for _, i, j in sorted(likely)[:MOST_TRIALS]:
+            name, held_name = self.a.names[i], whole_b.names[j]
+            if name in found or held_name in found.values():
+                continue
+            new = self._judge({**names, **found, name: held_name})
+            if not score.is_better(new):
+                score = new
+                found[name] = held_name
         return found

@@ -1,47 +1,57 @@
-"""Other units: millimetres for metres, degrees for radians.
+"""A robot that is stated otherwise: in other units, or with its base turned.
 
-A robot that is stated in other units differs at nearly every joint, which hides what else differs.
-So the first robot is stated in the units that the second one may have, and compared again.
+Then it differs at many joints, which hides what else differs.  So the first robot is stated as the
+second one may be, and compared again.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from math import degrees, log10, radians
+from collections.abc import Callable, Iterable, Iterator
+from math import atan2, degrees, hypot, log10, radians
 from typing import NamedTuple
 
 import msgspec
+import numpy as np
+from numpy.typing import NDArray
 
 from urdf2mbs.mbs.model import Mbs
+from urdf2mbs.proof.causes import describe_displacement
 from urdf2mbs.proof.mbs_side import build_mbs_side
 from urdf2mbs.proof.rigid import transform_point
-from urdf2mbs.spatial import Vec, add
+from urdf2mbs.spatial import HERE, Pose, Rot, Vec, add, compose
 from urdf2mbs.urdf.model import Inertial, Origin, Robot
 
 #: The lengths that people write for 1 m, and their names.
 LENGTHS = {1000.0: "millimetres for metres", 100.0: "centimetres for metres"}
 #: The decimal logarithms of the extents of two robots that may be the same deviate by less.
-SAME_DECADE = 0.4
-#: A unit is taken if less than this share of the differing joints is left, and two fewer.
-CLEARLY_FEWER = 0.6
+SAME_DECADE = 0.5
+#: A shift (m), or an element of a rotation, that may be rounding of a pose.
+SMALL = 1e-3
+#: A cosine of the pitch below which roll and yaw are about the same axis.
+GIMBAL_LOCK = 1e-12
+#: A restatement is taken if so many fewer joints differ; to agree by chance, numbers have too many
+#: digits.
+CLEARLY_FEWER = 2
 
 
 class Restatement(NamedTuple):
-    """A robot in the units that another one may have."""
+    """A robot as another one may state it."""
 
     robot: Robot
+    kind: str
+    """The kind of the difference that it explains: ``units`` or ``root``."""
     message: str
     """What is different of the other robot, which the messages call the .mbs."""
 
 
 def is_explained(before: int, after: int) -> bool:
-    """Return whether other units explain why joints differ.
+    """Return whether a restatement explains why joints differ.
 
     Args:
         before: How many joints differ.
-        after: How many do if the first robot is stated in these units.
+        after: How many do if the first robot is restated.
     """
-    return after < CLEARLY_FEWER * before and after <= before - 2
+    return after <= before - CLEARLY_FEWER
 
 
 # --- lengths ---
@@ -63,8 +73,9 @@ def restate_lengths(robot: Robot, mbs: Mbs) -> Iterator[Restatement]:
                 continue
             message = f"all lengths are {factor:g} times those in the URDF: {meaning}?"
             square = factor * factor
-            yield Restatement(_scale(robot, factor, square), f"{message} (inertia, too)")
-            yield Restatement(_scale(robot, factor, 1.0), message)
+            with_inertia = f"{message} (inertia, too)"
+            yield Restatement(_scale(robot, factor, square), "units", with_inertia)
+            yield Restatement(_scale(robot, factor, 1.0), "units", message)
 
 
 def _exchange(words: str) -> str:
@@ -126,10 +137,11 @@ def restate_angles(robot: Robot) -> Iterator[Restatement]:
         (radians, "the angles are as expected, if those in the URDF are in degrees"),
     ):
         for everywhere in (True, False):
-            yield Restatement(_turn(robot, convert, everywhere=everywhere), message)
+            turned = _convert_angles(robot, convert, everywhere=everywhere)
+            yield Restatement(turned, "units", message)
 
 
-def _turn(robot: Robot, convert: Callable[[float], float], *, everywhere: bool) -> Robot:
+def _convert_angles(robot: Robot, convert: Callable[[float], float], *, everywhere: bool) -> Robot:
     """Return a robot with all its angles converted; those of inertias only if it is everywhere."""
 
     def turn(origin: Origin) -> Origin:
@@ -140,6 +152,72 @@ def _turn(robot: Robot, convert: Callable[[float], float], *, everywhere: bool) 
         return Inertial(inertial.mass, inertial.inertia, turn(inertial.origin))
 
     return _change(robot, turn, turn_inertial if everywhere else lambda inertial: inertial)
+
+
+# --- the base ---
+
+
+def restate_root(
+    robot: Robot, base: str, poses: Iterable[NDArray[np.float64]]
+) -> Iterator[Restatement]:
+    """Yield a robot whose base is turned.
+
+    Args:
+        robot: The first robot.
+        base: The link that the base is: the root, or that which floats.
+        poses: Poses (3, 4) of the base as it is, in that of the second robot.
+    """
+    for pose in poses:
+        rounded = _round(pose)
+        about_base = np.column_stack([rounded[:, :3], np.zeros(3)])
+        for frame in (about_base, rounded, pose):
+            pose_of_base = _to_pose(frame)
+            if pose_of_base == HERE:
+                continue
+            displacement = describe_displacement((*pose_of_base.rot, *pose_of_base.xyz))
+            message = f"the whole robot is {displacement} on its base in the .mbs"
+            yield Restatement(_move(robot, base, pose_of_base), "root", message)
+
+
+def _round(pose: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return a pose with the nearest quarter turn, without a small shift."""
+    rotation, origin = np.rint(pose[:, :3]), np.where(abs(pose[:, 3]) < SMALL, 0.0, pose[:, 3])
+    is_turn = abs(rotation - pose[:, :3]).max() < SMALL
+    return np.column_stack([rotation if is_turn else pose[:, :3], origin])
+
+
+def _to_pose(matrix: NDArray[np.float64]) -> Pose:
+    """Return a pose (3, 4) as a position and a rotation."""
+    x, y, z = map(float, matrix[:, 3])
+    return Pose((x, y, z), tuple(map(float, matrix[:, :3].flat)))  # type: ignore[arg-type]
+
+
+def _move(robot: Robot, base: str, pose: Pose) -> Robot:
+    """Return a robot with all that is on its base moved by a pose."""
+
+    def move(origin: Origin) -> Origin:
+        moved = compose(pose, origin.pose)
+        return Origin(moved.xyz, _to_rpy(moved.rot))
+
+    links, joints = dict(robot.links), dict(robot.joints)
+    for name, joint in joints.items():
+        if joint.parent == base:
+            joints[name] = msgspec.structs.replace(joint, origin=move(joint.origin))
+    inertial = links[base].inertial
+    if inertial is not None:
+        moved = msgspec.structs.replace(inertial, origin=move(inertial.origin))
+        links[base] = msgspec.structs.replace(links[base], inertial=moved)
+    return msgspec.structs.replace(robot, links=links, joints=joints)
+
+
+def _to_rpy(rot: Rot) -> Vec:
+    """Return the roll, pitch and yaw (rad) of a rotation ``Rz(yaw) Ry(pitch) Rx(roll)``."""
+    r11, _, _, r21, r22, r23, r31, r32, r33 = rot
+    cosine = hypot(r11, r21)
+    pitch = atan2(-r31, cosine)
+    if cosine < GIMBAL_LOCK:  # only the sum, or the difference, of roll and yaw is known
+        return (atan2(-r23, r22), pitch, 0.0)
+    return (atan2(r32, r33), pitch, atan2(r21, r11))
 
 
 def _change(
