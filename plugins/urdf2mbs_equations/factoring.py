@@ -52,11 +52,11 @@ def find_shortest(terms: Mapping[Monomial, Fraction]) -> Sum:
     atoms = sorted({atom for monomial in terms for atom, _ in monomial}, key=sort_key)
     numbers = {atom: number for number, atom in enumerate(atoms)}
     denominator = lcm(*(value.denominator for value in terms.values()))
-    whole = {
+    whole_numbers = {
         tuple(sorted((numbers[atom], power) for atom, power in monomial)): int(value * denominator)
         for monomial, value in terms.items()
     }
-    return _Search(atoms).find_shortest(whole).scale(Fraction(1, denominator))
+    return _Search(atoms).find_shortest(whole_numbers).scale(Fraction(1, denominator))
 
 
 class _Search:
@@ -110,11 +110,11 @@ class _Search:
             split = [term for part in parts for term in self.find_shortest(part).terms]
             candidates.append(_take_out_sums(split))
         if len(terms) <= MAX_TERMS:
-            for found in (self._find_square(terms), self._find_product(terms, cofactors)):
-                if found is not None:
-                    rest = {key: terms[key] for key in terms if key not in found.terms}
-                    candidates.append([found.product, *self.find_shortest(rest).terms])
-        return min(map(arrange, candidates), key=lambda formula: formula.length)
+            for part in (self._find_square(terms), self._find_product(terms, cofactors)):
+                if part is not None:
+                    rest = {key: terms[key] for key in terms if key not in part.terms}
+                    candidates.append([part.product, *self.find_shortest(rest).terms])
+        return arrange(min(candidates, key=lambda products: Sum(tuple(products)).length))
 
     def _find_square(self, terms: Terms) -> _Part | None:
         """Find the square of a sum: the squares of its terms, and twice each product of two."""
@@ -156,9 +156,9 @@ class _Search:
 def _find_common_factor(terms: Terms) -> tuple[int, Powers]:
     """Return the greatest number and product of powers that divide all terms."""
     number = gcd(*terms.values())
-    first, *others = map(dict, terms)
+    first, *following = map(dict, terms)
     common = {
-        symbol: min(power, *(each.get(symbol, 0) for each in others)) if others else power
+        symbol: min(power, *(each.get(symbol, 0) for each in following)) if following else power
         for symbol, power in first.items()
     }
     powers = tuple((symbol, power) for symbol, power in common.items() if power)
@@ -209,8 +209,8 @@ def _take_out_sums(products: list[Product]) -> list[Product]:
             if isinstance(factor, Sum) and common:
                 rests = (_lower_power(each, factor, common) for each in (first, second))
                 inner = arrange(term for rest in rests for term in rest)
-                others = [each for each in products if each not in (first, second)]
-                return [*others, Product(Fraction(1), ((inner, 1), (factor, common)))]
+                untouched = [each for each in products if each not in (first, second)]
+                return [*untouched, Product(Fraction(1), ((inner, 1), (factor, common)))]
     return products
 
 

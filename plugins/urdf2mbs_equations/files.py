@@ -154,7 +154,7 @@ def _write_latex(mbs: Mbs, data: bytes, file: str, equations: Equations) -> None
         text = write_document(symbolic)
         equations.formulas, equations.symbols = list_formulas(symbolic), list_symbols(symbolic)
     except TooManyJointsError as error:
-        equations.left_out["M, c, g"] = f"{error}; the file has the recursion of Newton and Euler"
+        equations.left_out["formulas"] = f"{error}; the file has the recursion of Newton and Euler"
         text = write_recursion(mbs)
     checksum = f"Fits (tree, numbers): sha256 {fingerprint(data, 'tree, numbers')}"
     head = f"% {MARK} {quoted(Path(file).name)}. Do not edit: generate again.\n% {checksum}\n\n"

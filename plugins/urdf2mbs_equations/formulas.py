@@ -150,18 +150,3 @@ def arrange(products: Iterable[Product]) -> Sum:
     terms = sorted(products, key=lambda term: term.order)
     first = next((k for k, term in enumerate(terms) if term.coefficient > 0), 0)
     return Sum((terms.pop(first), *terms))
-
-
-def list_symbols(formulas: Iterable[Sum]) -> set[Symbol]:
-    """Return all symbols of formulas, those of angles included."""
-    symbols: set[Symbol] = set()
-    stack: list[Factor] = list(formulas)
-    while stack:
-        factor = stack.pop()
-        if isinstance(factor, Sum):
-            stack += [each for term in factor.terms for each, _ in term.factors]
-        elif isinstance(factor, Trigonometric):
-            stack += [symbol for symbol, _ in factor.angle]
-        else:
-            symbols.add(factor)
-    return symbols

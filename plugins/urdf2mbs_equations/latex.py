@@ -142,8 +142,8 @@ def _list_pieces(formula: Sum) -> Iterator[tuple[str, float]]:
         if term.length <= LINE_LENGTH or inner is None:
             yield f"{sign}{_write_product(term)}", term.length + 1
             continue
-        others = tuple(pair for pair in term.factors if pair[0] != inner)
-        outside = Product(term.coefficient, others)
+        outer_factors = tuple(pair for pair in term.factors if pair[0] != inner)
+        outside = Product(term.coefficient, outer_factors)
         pieces = list(_list_pieces(inner))
         pieces[0] = (
             f"{sign}{_write_product(outside)} ({pieces[0][0]}",

@@ -65,7 +65,6 @@ class Ring:
             if op == Op.CONSTANT:
                 values[node] = self.make_constant(graph.value[node])
             elif op == Op.SYMBOL:
-                # A name that is only used as an angle has no polynomial of its own.
                 values[node] = read_symbol(graph.name[node])
             elif op == Op.ADD:
                 values[node] = add_polynomials(values[left], values[abs(right)], right > 0)

@@ -126,9 +126,9 @@ class _EquationsMaker:
                 self.equations.mass_matrix[row, column] = self._shorten(element)
             forces = elements[f"c[{number}]"]
             gravity = {powers: n for powers, n in forces.items() if self._has_gravity(powers)}
-            others = {powers: n for powers, n in forces.items() if powers not in gravity}
+            coriolis = {powers: n for powers, n in forces.items() if powers not in gravity}
             self.equations.gravity.append(self._shorten(gravity))
-            self.equations.coriolis.append(self._shorten(others))
+            self.equations.coriolis.append(self._shorten(coriolis))
         return self.equations
 
     def _read_symbol(self, name: str) -> Polynomial:

@@ -28,8 +28,10 @@ class SymbolicRobot(Robot):
         try:
             self.equations = make_symbolic_equations(data._run.mbs)
         except TooManyJointsError as error:
-            others = "math=casadi takes robots of any size, and the language latex the recursion"
-            raise ValueError(f"{error}: {others}") from None
+            alternatives = (
+                "math=casadi takes robots of any size, and the language latex the recursion"
+            )
+            raise ValueError(f"{error}: {alternatives}") from None
         coordinates = list(self.equations.joints)
         self.q, self.qd, self.qdd = (
             sympy.Matrix([self._convert_factor(q._replace(n_dots=n)) for q in coordinates])

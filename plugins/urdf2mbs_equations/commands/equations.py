@@ -164,7 +164,8 @@ def _print_equations(
         verb = "moves" if len(equations.fixed) == 1 else "move"
         print(f"  {joints} never {verb}; their coordinates are numbers in the equations")
     for name, reason in equations.left_out.items():
-        print(f"  {name} is not generated: {reason}")
+        verb = "are" if name == "formulas" else "is"
+        print(f"  {name} {verb} not generated: {reason}")
 
 
 def _print_next_steps(project: Path, languages: tuple[str, ...]) -> None:

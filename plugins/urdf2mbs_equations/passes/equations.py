@@ -123,8 +123,8 @@ class _StaleEquations(NamedTuple):
 
 def _find_stale(conversion: Conversion, folder: Path, model: bytes) -> _StaleEquations:
     name = "*" if conversion.settings.project else conversion.mbs.name
-    others = ("data.m", "example.m", "equations.tex")
-    patterns = (f"mbs_*_{name}.*", *(f"{name}_{ending}" for ending in others))
+    endings = ("data.m", "example.m", "equations.tex")
+    patterns = (f"mbs_*_{name}.*", *(f"{name}_{ending}" for ending in endings))
     equations = sorted(path for pattern in patterns for path in folder.glob(pattern))
     verdicts = {
         path: fits(files.read_beginning(path, HEAD_SIZE), model)
