@@ -113,6 +113,10 @@ class Page:
         getattr(self, block.language)(block)
 
     def python(self, block: Block) -> None:
+        """Run a block, unless it needs a package that is not installed (``needs=sympy``)."""
+        needed = [word[6:] for word in block.info if word.startswith("needs=")]
+        if not all(map(importlib.util.find_spec, needed)):
+            return
         code = compile(block.text, block.file or f"line {block.line}", "exec")
         if not block.file:
             exec(code, self.globals)
