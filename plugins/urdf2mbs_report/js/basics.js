@@ -35,7 +35,9 @@ export function createElement(tag, className, text) {
 }
 
 export function decodeBase64(text) {
-  return Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+  const letters = atob(text), bytes = new Uint8Array(letters.length);
+  for (let k = 0; k < letters.length; k++) bytes[k] = letters.charCodeAt(k);
+  return bytes;
 }
 
 // Resolves to the bytes (ArrayBuffer) of a text that is gzip in base64.

@@ -94,6 +94,9 @@ export function drawPlot(time, frame) {
     item.prepend(mark);
     const value = +(values[frame] * factor).toFixed(digits + 1) + 0;
     item.append(createElement("b", "", `${value}${symbol}`));
+    if (plot.kind === "force") {
+      item.append(`, at most ${+findRange(values)[1].toPrecision(4)}${symbol}`);
+    }
     return item;
   }));
 }

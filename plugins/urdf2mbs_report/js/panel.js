@@ -28,6 +28,25 @@ export function makeSliders() {
   onUnitChange(updatePositions);
 }
 
+const FOLDED_SLIDERS = 8, FOLDED_LINKS = 22;  // as in page.css
+
+// Let the panel show as many rows as fit beside the robot, or all.
+function makeFold(refresh) {
+  const panel = byId("panel"), button = byId("unfold");
+  const show = () => {
+    const isTree = byId("sliders").hidden, list = isTree ? byId("tree") : byId("sliders");
+    const count = list.children.length, isLong = count > (isTree ? FOLDED_LINKS : FOLDED_SLIDERS);
+    const rows = isTree ? byId("as-links").textContent.toLowerCase() : "joints";
+    button.hidden = !isLong || byId("filter-sliders").value !== "";
+    button.textContent = panel.classList.contains("folded") ? `Show all ${count} ${rows}` : "Show fewer";
+    refresh();
+  };
+  const fold = (isFolded) => { panel.classList.toggle("folded", isFolded); show(); };
+  button.onclick = () => fold(!panel.classList.contains("folded"));
+  fold(true);
+  return {fold, show};
+}
+
 // A panel that takes the whole width, as on a phone, is folded at first.
 export function foldPanel() {
   if (window.matchMedia("(max-width: 900px)").matches) byId("panel").open = false;
@@ -50,11 +69,13 @@ export function makePanelControls() {
     }
   });
   const refreshTree = makeRoving(byId("tree"), "[role=treeitem]");
+  const {fold, show} = makeFold(() => { refreshSliders(); refreshTree(); });
   byId("filter-sliders").oninput = (event) => {
     filterRows([...byId("sliders").children, ...byId("tree").children], event.target.value);
-    refreshSliders();
-    refreshTree();
+    fold(event.target.value === "");
   };
+  byId("as-links").onclick = () => { showTree(true); show(); };
+  byId("as-joints").onclick = () => { showTree(false); show(); };
 }
 
 function makeSlider(joint) {
@@ -134,8 +155,6 @@ export function makeTree() {
       remaining.push({entry: child, depth: depth + 1});
     }
   }
-  byId("as-links").onclick = () => showTree(true);
-  byId("as-joints").onclick = () => showTree(false);
 }
 
 const listBodies = () => data.mbs.bodies.map(({name, parent, joints}) =>
