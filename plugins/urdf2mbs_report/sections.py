@@ -94,12 +94,13 @@ def make_body_table(model: Mbs, conversion: Conversion | None) -> PageTable:
         "at point",
         "mass [kg]",
         "centre of mass [m]",
-        "inertia xx, xy, xz, yy, yz, zz [kg m²]",
         "joints",
         "shapes",
+        "inertia xx, xy, xz, yy, yz, zz [kg m²]",
     ]
     if conversion is not None:
-        columns.append("URDF links")
+        columns.insert(1, "URDF links")
+    n_names = columns.index("mass [kg]")
     rows = []
     for body in model.bodies:
         cells: list[Cell] = [
@@ -108,16 +109,17 @@ def make_body_table(model: Mbs, conversion: Conversion | None) -> PageTable:
             body.point or "origin",
             body.mass,
             body.com,
-            body.inertia,
             len(body.joints),
             len(body.shapes),
+            body.inertia,
         ]
         if conversion is not None:
-            cells.append(", ".join(links_by_body.get(body.name, ())))
+            cells.insert(1, ", ".join(links_by_body.get(body.name, ())))
         rows.append(Row(cells, {"data-body": body.name}))
     total_mass = sum(body.mass or 0.0 for body in model.bodies)
-    footer: list[Cell] = ["total", "", "", total_mass, *[""] * (len(columns) - 4)]
-    return PageTable(columns, rows, numeric_columns=(3, 4, 5, 6, 7), footer=footer)
+    n_others = len(columns) - n_names - 1
+    footer: list[Cell] = ["total", *[""] * (n_names - 1), total_mass, *[""] * n_others]
+    return PageTable(columns, rows, numeric_columns=range(n_names, len(columns)), footer=footer)
 
 
 # --- names ---

@@ -18,8 +18,9 @@ const TOUCHING = 2e-3;
 export const loopLines = [];
 
 export function drawMarks() {
-  // The arrows of a motion show where forces act.
-  const isDrawn = (kind) => kind !== "contacts" && !(kind === "forces" && data.motion);
+  // The arrows of a motion show where forces act; modes are free of them.
+  const isMoving = data.motion || data.modes;
+  const isDrawn = (kind) => kind !== "contacts" && !(kind === "forces" && isMoving);
   data.marks.points.filter(([, , kind]) => isDrawn(kind)).forEach(addPointMark);
   data.marks.lines.forEach(addLoopLine);
 }
