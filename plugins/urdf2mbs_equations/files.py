@@ -26,7 +26,7 @@ from urdf2mbs_equations.routine import (
     OperationCount,
     Refused,
 )
-from urdf2mbs_equations.symbolic import TooManyJointsError, make_symbolic_equations
+from urdf2mbs_equations.symbolic import NoFormulasError, make_symbolic_equations
 from urdf2mbs_equations.tree import is_fixed
 from urdf2mbs_equations.writer import Writer
 
@@ -153,7 +153,7 @@ def _write_latex(mbs: Mbs, data: bytes, file: str, equations: Equations) -> None
         symbolic = make_symbolic_equations(mbs)
         text = write_document(symbolic)
         equations.formulas, equations.symbols = list_formulas(symbolic), list_symbols(symbolic)
-    except TooManyJointsError as error:
+    except NoFormulasError as error:
         equations.left_out["formulas"] = f"{error}; the file has the recursion of Newton and Euler"
         text = write_recursion(mbs)
     checksum = f"Fits (tree, numbers): sha256 {fingerprint(data, 'tree, numbers')}"

@@ -30,8 +30,8 @@ MAX_JOINTS = 4
 UNUSED = Symbol(0, "")
 
 
-class TooManyJointsError(ValueError):
-    """A robot that is too large for formulas that people read."""
+class NoFormulasError(ValueError):
+    """A robot that is too large for formulas that people read, or that does not move."""
 
 
 @dataclass
@@ -63,11 +63,13 @@ def make_symbolic_equations(mbs: Mbs) -> SymbolicEquations:
     """Make the equations of motion of a small robot in symbols.
 
     Raises:
-        TooManyJointsError: More than ``MAX_JOINTS`` joints move.
+        NoFormulasError: More than ``MAX_JOINTS`` joints move, or none.
     """
     moving = find_moving(mbs)
+    if not moving:
+        raise NoFormulasError(f"no joint of {mbs.name} moves")
     if len(moving) > MAX_JOINTS:
-        raise TooManyJointsError(
+        raise NoFormulasError(
             f"{counted(len(moving), 'joint')} of {mbs.name} move, and formulas of M, c and g are "
             f"written for at most {MAX_JOINTS}"
         )

@@ -6,7 +6,7 @@ from typing import Any, NoReturn
 
 from urdf2mbs_equations.formulas import Factor, Product, Sum, Symbol
 from urdf2mbs_equations.latex import write_equations
-from urdf2mbs_equations.symbolic import TooManyJointsError, make_symbolic_equations
+from urdf2mbs_equations.symbolic import NoFormulasError, make_symbolic_equations
 from urdf2mbs_simulate.python_code import MbsData
 from urdf2mbs_simulate.robot import Robot
 
@@ -27,11 +27,8 @@ class SymbolicRobot(Robot):
         super().__init__(data, "python", sympy, moving=True)
         try:
             self.equations = make_symbolic_equations(data._run.mbs)
-        except TooManyJointsError as error:
-            alternatives = (
-                "math=casadi takes robots of any size, and the language latex the recursion"
-            )
-            raise ValueError(f"{error}: {alternatives}") from None
+        except NoFormulasError as error:
+            raise ValueError(f"{error}; math=casadi takes robots of any size") from None
         coordinates = list(self.equations.joints)
         self.q, self.qd, self.qdd = (
             sympy.Matrix([self._convert_factor(q._replace(n_dots=n)) for q in coordinates])

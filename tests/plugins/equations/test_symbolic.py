@@ -2,6 +2,8 @@
 
 import io
 import math
+import shutil
+import subprocess
 import tokenize
 from fractions import Fraction
 from pathlib import Path
@@ -19,6 +21,7 @@ from plugins.equations.textbook import (
     PUMA,
     TEXTBOOKS,
     Textbook,
+    X,
     Y,
     Z,
     make_joint,
@@ -37,8 +40,8 @@ from urdf2mbs_equations.latex import LINE_LENGTH, escape, write_document, write_
 from urdf2mbs_equations.latex_recursion import write_recursion
 from urdf2mbs_equations.plain_text import list_formulas
 from urdf2mbs_equations.symbolic import (
+    NoFormulasError,
     SymbolicEquations,
-    TooManyJointsError,
     make_symbolic_equations,
 )
 from urdf2mbs_equations.trigonometry import find_shortest_form
@@ -346,12 +349,31 @@ def test_names_are_no_commands_of_latex() -> None:
 
 def test_many_joints_get_the_recursion() -> None:
     mbs = convert(TINY)
-    with pytest.raises(TooManyJointsError, match=r"9 joints of .* move, .* at most 4"):
+    with pytest.raises(NoFormulasError, match=r"9 joints of .* move, .* at most 4"):
         make_symbolic_equations(mbs)
     text = write_recursion(mbs)
     assert "8 & shoulder & 7 & turns about z & 0, 0, 0 \\\\" in text
     assert "8 & arm & 0.5 & 0, 0, 0.15 & 0.004, 0, 0, 0.003738, 0.000846964, 0.001262 \\\\" in text
     assert "never moves: turns about y, $q_i = 0.5$" in text
+    weld = make_joint("weld", "fixed", "base rod", X)
+    still = convert_text(make_robot("still", make_link("rod", 1.0, X), weld), base="fixed")
+    with pytest.raises(NoFormulasError, match="no joint of robot moves"):
+        make_symbolic_equations(still.mbs)
+
+
+@pytest.mark.skipif(shutil.which("pdflatex") is None, reason="LaTeX is not installed (pdflatex)")
+def test_latex_takes_the_documents(tmp_path: Path) -> None:
+    """Long lines do not leave the page, and names with all characters are no commands."""
+    texts = {name: make_symbolic_equations(convert(book.urdf)) for name, book in TEXTBOOKS.items()}
+    documents = {name.replace(" ", ""): write_document(each) for name, each in texts.items()}
+    documents["general"] = write_document(make_symbolic_equations(convert(GENERAL)))
+    documents["recursion"] = write_recursion(convert(TINY.replace('"shoulder"', '"a_b%~^{#$}"')))
+    for name, text in documents.items():
+        (tmp_path / f"{name}.tex").write_text(text)
+        command = ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", f"{name}.tex"]
+        ran = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+        assert ran.returncode == 0, ran.stdout
+        assert "Overfull" not in ran.stdout, (name, ran.stdout)
 
 
 def test_the_command_writes_latex(tmp_path: Path, capsys: Any) -> None:
