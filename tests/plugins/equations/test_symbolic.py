@@ -11,10 +11,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from plugins.equations.test_loops import few
+from oracle.generated import random_state
+from plugins.equations.test_loops import few, trees, write_equations
 from plugins.equations.textbook import (
     DOUBLE_PENDULUM,
     ORIGIN,
@@ -42,8 +43,11 @@ from urdf2mbs_equations.plain_text import list_formulas
 from urdf2mbs_equations.symbolic import (
     NoFormulasError,
     SymbolicEquations,
+    find_moving,
     make_symbolic_equations,
 )
+from urdf2mbs_equations.symbols import clean_numbers
+from urdf2mbs_equations.tree import is_fixed
 from urdf2mbs_equations.trigonometry import find_shortest_form
 
 #: The longest that an element of M may be, beside that of the book.
@@ -170,6 +174,33 @@ def test_formulas_equal_the_generated_equations(urdf: str, tmp_path: Path) -> No
         for k, text in enumerate(forces):
             actual = evaluate(text, equations, state)
             assert abs(actual - bias[k]) <= 1e-14 * max(1.0, np.abs(bias).max())
+
+
+@few
+@given(trees(2), st.integers(0, 9))
+def test_formulas_of_random_trees(mbs: Mbs, seed: int) -> None:
+    """All kinds of joints; those after the second are still. No two data share a symbol."""
+    for joint in [joint for joint in mbs.joints().values() if not is_fixed(joint)][2:]:
+        joint.nature, joint.symbols, joint.q = "driven", ("q",), 0.4
+    moving = [number - 1 for number in find_moving(mbs)]
+    assume(moving)
+    equations = make_symbolic_equations(mbs)
+    names = [symbol.name for symbol in equations.quantities]
+    assert len({*names}) == len(names)
+    clean, _ = clean_numbers(mbs)
+    s = random_state(clean, np.random.default_rng(seed), loads=False)
+    for number, joint in enumerate(clean.joints().values()):
+        if number not in moving:
+            s.q[number + 1], s.qd[number + 1] = joint.q or 0.0, 0.0
+    mass, bias = write_equations(clean, functions=["dirdyna"]).dirdyna(s)
+    state = s.q[1:][moving], s.qd[1:][moving]
+    for (row, column), formula in equations.mass_matrix.items():
+        expected = mass[moving[row], moving[column]]
+        assert abs(evaluate(write_python(formula), equations, state) - expected) <= 1e-13
+    for k, number in enumerate(moving):
+        formulas = (equations.coriolis[k], equations.gravity[k])
+        actual = sum(evaluate(write_python(formula), equations, state) for formula in formulas)
+        assert abs(actual - bias[number]) <= 1e-13 * max(1.0, np.abs(bias).max())
 
 
 def test_symbols_have_the_names_and_numbers_of_the_model() -> None:
