@@ -11,13 +11,26 @@ from urdf2mbs.cli import main
 from urdf2mbs.testing import TINY
 
 
-def test_an_unknown_option_shows_the_usage_of_the_command(capsys: Any) -> None:
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ("verify a b --nosuch", "unrecognized arguments: --nosuch"),
+        ("convert a --pipline compact", "--pipline compact; did you mean '--pipeline'?"),
+        ("convert a height:=1", "unrecognized arguments: height:=1; write '--arg height:=1'"),
+        ("run a --arg b:=1", "--arg b:=1; write 'xacro_args: {NAME: VALUE}' in the config"),
+        ("run a --base=fixed", "--base=fixed; write 'base:' in the config"),
+        ("convert a --fps 3", "unrecognized arguments: --fps 3"),  # is like no option
+    ],
+)
+def test_an_unknown_option_names_what_is_meant(words: str, message: str, capsys: Any) -> None:
     with pytest.raises(SystemExit) as end:
-        main(["verify", "a", "b", "--nosuch"])
+        main(words.split())
     assert end.value.code == 2
-    err = capsys.readouterr().err
-    assert err.startswith("usage: urdf2mbs verify ")
-    assert "unrecognized arguments: --nosuch" in err
+    program = f"urdf2mbs {words.split()[0]}"
+    first, second = capsys.readouterr().err.splitlines()
+    assert first.startswith(f"{program}: error: ")
+    assert first.endswith(message)
+    assert second == f"  {program} --help shows how it is used"
 
 
 def test_quiet_leaves_warnings(here: Path, capsys: Any) -> None:

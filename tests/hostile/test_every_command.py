@@ -116,7 +116,7 @@ def call(words: list[str], capsys: Any) -> tuple[int, str]:
     said = capsys.readouterr()
     if ended is not None:  # argparse
         assert ended == 2, words
-        assert "usage: urdf2mbs" in said.err
+        assert re.match(r"urdf2mbs.*: error: (?s:.*) --help shows how it is used\n$", said.err)
         return 2, said.err
     shown = said.out + said.err
     assert "Traceback" not in shown, words

@@ -1,6 +1,7 @@
 """Reads a command line, carries it out, and prints the error that ends it.
 
-Each command is a file: its options, its function and its output.  Help lists the commands from the
+Each command is a file: its options, its function and its output; ``MEANT`` has words that people
+type in place of an option, and the option, or what to do.  Help lists the commands from the
 table below; only the file of the named command is imported, so that help is shown at once.
 """
 
@@ -12,6 +13,7 @@ import re
 import sys
 from collections.abc import Generator, Iterable, Mapping, Sequence
 from contextlib import suppress
+from difflib import get_close_matches
 from errno import ENOSPC
 from importlib import import_module
 from pathlib import Path
@@ -22,7 +24,7 @@ from urdf2mbs.disk.files import absolute
 from urdf2mbs.disk.version import find_version
 from urdf2mbs.engine.plugins import Plugins, load_plugins
 from urdf2mbs.hookspecs import Command
-from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, memory_full_error, nearest
+from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, memory_full_error
 
 _PACKAGE = "urdf2mbs.commands"
 #: The commands of the core, in the order of the help.
@@ -129,9 +131,21 @@ def parse(command_line: Sequence[str]) -> argparse.Namespace:
     arguments, unknown = program.parse_known_args(command_line)
     if unknown:  # argparse would show the usage of all commands
         command_parser: argparse.ArgumentParser = arguments.parser
-        hint = _suggest(unknown[0].partition("=")[0], command_parser._option_string_actions)
+        hint = _suggest_option(unknown[0], arguments)
         command_parser.error(f"unrecognized arguments: {' '.join(unknown)}{hint}")
     return arguments
+
+
+def _suggest_option(word: str, arguments: argparse.Namespace) -> str:
+    """Return the end of a message that offers what a command has in place of an unknown word."""
+    options: dict[str, argparse.Action] = arguments.parser._option_string_actions
+    if ":=" in word and not word.startswith("-") and "--arg" in options:
+        return f"; write '--arg {word}'"
+    option, _, _ = word.partition("=")
+    meant = arguments.meant.get(option)
+    if meant is None:
+        return _suggest(option, options)
+    return f"; did you mean '{meant}'?" if meant in options else f"; {meant}"
 
 
 def _move_command_first(command_line: Sequence[str]) -> list[str]:
@@ -151,12 +165,12 @@ def _move_command_first(command_line: Sequence[str]) -> list[str]:
 
 def _suggest(wrong_word: str, choices: Iterable[str]) -> str:
     """Return the end of a message that offers the nearest choice; empty if none is near."""
-    hint = (
-        nearest(wrong_word, choices)
-        if wrong_word.startswith("--") or not wrong_word.startswith("-")
-        else None
-    )
-    return f"; {hint}" if hint else ""
+    if wrong_word.startswith("-") and not wrong_word.startswith("--"):
+        return ""
+    # the hyphens that all options begin with make none alike
+    choices_by_word = {choice.lstrip("-"): choice for choice in choices}
+    near_words = get_close_matches(wrong_word.lstrip("-"), choices_by_word, n=1, cutoff=0.6)
+    return f"; did you mean '{choices_by_word[near_words[0]]}'?" if near_words else ""
 
 
 def parser(
@@ -224,7 +238,12 @@ def _add_options(
     details = (module.__doc__ or "").partition("\n\n")[2].rstrip()
     command_parser.description = f"{sentence}\n\n{details}"
     command_parser.epilog = "examples:" + "".join(f"\n  {example}" for example in module.EXAMPLES)
-    command_parser.set_defaults(command=command.name, module=command.module, parser=command_parser)
+    command_parser.set_defaults(
+        command=command.name,
+        module=command.module,
+        parser=command_parser,
+        meant=getattr(module, "MEANT", {}),
+    )
     command_parser.add_argument(
         "--debug", action="store_true", help="show the traceback of an error"
     )
@@ -250,7 +269,7 @@ class _HelpFormatter(argparse.RawDescriptionHelpFormatter):
 
 
 class _Parser(argparse.ArgumentParser):
-    """Offers the nearest word for a wrong choice."""
+    """Offers the nearest word for a wrong choice; help, in place of a usage of many lines."""
 
     def error(self, message: str) -> NoReturn:
         invalid_choice = re.search(r"invalid choice: '(.*?)' \(choose from (.*)\)", message)
@@ -259,7 +278,8 @@ class _Parser(argparse.ArgumentParser):
             if invalid_choice
             else ""
         )
-        super().error(message + hint)
+        help_hint = f"{self.prog} --help shows how it is used"
+        self.exit(2, f"{self.prog}: error: {message}{hint}\n  {help_hint}\n")
 
 
 class _Version(argparse.Action):

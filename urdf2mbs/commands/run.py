@@ -38,6 +38,18 @@ EXAMPLES = (
 )
 
 
+#: What is typed in place of a key of the config.
+MEANT = {
+    "-o": "write 'output:' in the config",
+    "--output": "write 'output:' in the config",
+    "--arg": "write 'xacro_args: {NAME: VALUE}' in the config",
+    "--base": "write 'base:' in the config",
+    "--package": "write 'packages: {NAME: DIR}' in the config",
+    "--pipeline": "write 'pipeline:' in the config",
+    "--plugin": "write 'plugins: [FILE.py]' in the config",
+}
+
+
 def add_options(command: argparse.ArgumentParser) -> None:
     """Add the options of ``run``."""
     command.add_argument(

@@ -50,6 +50,22 @@ EXAMPLES = (
     "urdf2mbs simulate robot.urdf -o robot_project --language python",
 )
 
+#: What is typed in place of an option, and the option, or what to do.
+MEANT = {
+    "-t": "--time",
+    "--duration": "--time",
+    "--end": "--time",
+    "--length": "--time",
+    "--seconds": "--time",
+    "--fps": "--rate",
+    "--frames": "--rate",
+    "--dt": "'--tolerance' sets the length of steps, and '--rate' the frames a second",
+    "--integrator": "--method",
+    "--solver": "--method",
+    "--html": "--output",
+    "--page": "--output",
+}
+
 #: How insert-base names the joints of a floating base; a number follows where the name is taken.
 INSERTED_BASE = "floating_base"
 #: Up to this many files are compiled without a message.

@@ -9,9 +9,10 @@ import pytest
 from proving import SOLID, link, robot
 from urdf2mbs import simulate
 from urdf2mbs.cli import main
+from urdf2mbs.commands import parser
 from urdf2mbs.mbs.model import Body, Connection, Joint, Mbs
 from urdf2mbs.messages.diagnostics import ConfigError
-from urdf2mbs_simulate.commands.simulate import find_floating_base
+from urdf2mbs_simulate.commands.simulate import MEANT, find_floating_base
 
 
 @pytest.mark.parametrize(
@@ -175,3 +176,21 @@ def test_an_mbs_beside_the_robot_is_not_used(
         file.write_text(broken)
     assert main(words) == 0, capsys.readouterr().err
     assert file.is_dir() or file.read_text() == broken
+
+
+@pytest.mark.parametrize(
+    ("option", "meant"),
+    [
+        ("--duration", "did you mean '--time'?"),
+        ("-t", "did you mean '--time'?"),
+        ("--fps", "did you mean '--rate'?"),
+        ("--dt", "'--tolerance' sets the length of steps, and '--rate' the frames a second"),
+    ],
+)
+def test_what_others_call_an_option(option: str, meant: str, capsys: Any) -> None:
+    with pytest.raises(SystemExit):
+        main(["simulate", "tiny.urdf", option, "1"])
+    assert f"unrecognized arguments: {option} 1; {meant}\n" in capsys.readouterr().err
+    commands: Any = next(action.choices for action in parser()._actions if action.choices)
+    options = set(commands["simulate"]._option_string_actions)
+    assert {word for word in MEANT.values() if word.startswith("--")} <= options
