@@ -77,7 +77,7 @@ def test_each_run_warns_until_there_are_equations_again(tmp_path: Path) -> None:
     assert run() == []
 
 
-def test_data_for_matlab_are_of_the_numbers(tmp_path: Path) -> None:
+def test_data_for_matlab_and_formulas_are_of_the_numbers(tmp_path: Path) -> None:
     """A new mass makes them stale, and no other file; a file of the user is not ours."""
     source, text = tmp_path / "tiny.urdf", "source: tiny.urdf\noutput: {project: tiny}\n"
     folder = tmp_path / "tiny" / "symbolicR"
@@ -89,13 +89,14 @@ def test_data_for_matlab_are_of_the_numbers(tmp_path: Path) -> None:
 
     source.write_text(TINY)
     assert run() == []
-    assert main(["equations", str(tmp_path / "tiny"), "--language", "matlab"]) == 0
+    for language in ("matlab", "latex"):
+        assert main(["equations", str(tmp_path / "tiny"), "--language", language]) == 0
     assert run() == []
     (folder / "tiny_2_data.m").write_text("% of the user\n")
     source.write_text(TINY.replace('mass value="2"', 'mass value="1.5"', 1))
     (message,) = run()
-    assert message.startswith("1 file of equations")
-    assert message.endswith("tiny_data.m")
+    assert message.startswith("2 files of equations")
+    assert message.endswith("tiny_data.m, tiny_equations.tex")
     assert not (folder / "tiny_data.m").exists()
     assert (folder / "tiny_example.m").is_file()
 
