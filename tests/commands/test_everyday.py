@@ -55,6 +55,17 @@ class Terminal(io.StringIO):
         return True
 
 
+def test_help_has_no_colours_of_a_verdict(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    terminal = Terminal()
+    monkeypatch.setattr("sys.stdout", terminal)
+    with pytest.raises(SystemExit):
+        main(["verify", "--help"])
+    assert "the same robot" in terminal.getvalue()
+    assert "\033" not in terminal.getvalue()
+
+
 @pytest.mark.parametrize(
     ("terminal", "variable", "when", "coloured"),
     [

@@ -54,7 +54,7 @@ def list_commands(plugins: Plugins | None = None) -> dict[str, Command]:
 def carry_out(command_line: Sequence[str]) -> int:
     """Carry out a command line, print what went wrong, and return the exit code."""
     _repair_streams()
-    with clean_streams():
+    with clean_streams("never"):  # help says "the same robot", and that is no verdict
         arguments = parse(command_line)
     with clean_streams(arguments.color, quiet=getattr(arguments, "quiet", False)):
         try:
