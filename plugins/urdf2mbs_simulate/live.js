@@ -7,7 +7,7 @@ import {bodyByName, byId, createElement, data, decodeBase64, decompress, jointNu
 import {followRobot} from "./camera.js";
 import {comparison} from "./comparison.js";
 import {player} from "./player.js";
-import {jointPositions, onPositionsChange, updatePositions} from "./positions.js";
+import {jointPositions, onPositionsChange, showPositions} from "./positions.js";
 import {makeRoving} from "./roving.js";
 import {camera, renderer, view} from "./scene.js";
 import {castRay, findBodyAt, select} from "./selection.js";
@@ -129,7 +129,7 @@ function advance(target, duration) {
 function draw() {
   const positions = getJointRow("q");
   for (const [name, number] of jointNumbers) jointPositions.set(name, positions[number]);
-  updatePositions();
+  showPositions();
   followRobot();
   showTime();
   live.forces.forEach((body, k) => {

@@ -11,7 +11,7 @@ import {drawMasses} from "./masses.js";
 import {makeModes, showPhase} from "./modes.js";
 import {foldPanel, makePanelControls, makeSliders, makeTree} from "./panel.js";
 import {makePlayer, player} from "./player.js";
-import {baseJoints, jointLimits, jointPositions, movePositions, onPositionsChange, updatePositions}
+import {jointLimits, jointPositions, movePositions, onPositionsChange, updatePositions}
   from "./positions.js";
 import {addGrid, camera, groups, isDark, objectsByKind, renderer, scene, startDrawing, takePicture,
   view} from "./scene.js";
@@ -128,7 +128,7 @@ Object.assign(window.urdf2mbs, {
   },
   // Of each loop, by how much it is open (m).
   gaps: () => measureGaps(),
-  base: () => [...baseJoints],
+  camera: () => camera.position.toArray(),
   picture: takePicture,
   player,
   showPhase,

@@ -6,7 +6,7 @@
 import {byId, createElement, data, jointByName} from "./basics.js";
 import {followRobot} from "./camera.js";
 import {onSpace} from "./player.js";
-import {closeShownLoops, jointPositions, onPositionsChange, updatePositions} from "./positions.js";
+import {closeShownLoops, jointPositions, showPositions} from "./positions.js";
 import {makeRoving} from "./roving.js";
 import {formatWithUnit, onUnitChange} from "./units.js";
 
@@ -26,7 +26,7 @@ function drawMode() {
     jointPositions.set(name, position + amplitude * move);
   });
   closeShownLoops();
-  updatePositions();
+  showPositions();
   followRobot();
 }
 

@@ -25,7 +25,6 @@ export function makeSliders() {
     return low + (high - low) * Math.random();
   });
   byId("mimic").onchange = updatePositions;
-  onUnitChange(updatePositions);
 }
 
 const FOLDED_SLIDERS = 8, FOLDED_LINKS = 22;  // as in page.css
@@ -112,7 +111,7 @@ function makeSlider(joint) {
   range.addEventListener("focus", () => showAxis(joint));
   range.addEventListener("blur", () => showAxis(null));
 
-  onPositionsChange(() => {
+  const show = () => {
     const position = jointPositions.get(joint.name);
     range.value = position;
     range.setAttribute("aria-valuetext", formatWithUnit(joint.type, position));
@@ -123,7 +122,9 @@ function makeSlider(joint) {
     row.classList.toggle("follows", isFollower(joint.name));
     name.title = isFollower(joint.name) ? `${joint.name} follows ${followers.get(joint.name)[0]}`
       : joint.name;
-  });
+  };
+  onPositionsChange(show);
+  onUnitChange(show);
   return row;
 }
 

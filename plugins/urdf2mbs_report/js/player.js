@@ -7,7 +7,7 @@ import {comparison} from "./comparison.js";
 import {drawPlot, findPlotTime, makePlots} from "./curves.js";
 import {computeMbsPoses} from "./kinematics.js";
 import {MARK_COLORS} from "./marks.js";
-import {jointPositions, onPositionsChange, updatePositions} from "./positions.js";
+import {jointPositions, onPositionsChange, showPositions} from "./positions.js";
 import {scene} from "./scene.js";
 import {selection} from "./selection.js";
 
@@ -101,7 +101,7 @@ function makeSeek(first, last) {
     player.time = Math.min(Math.max(time, first), last);
     const frame = findFrame(player.time);
     joints.forEach((name, joint) => jointPositions.set(name, getPosition(frame, joint)));
-    updatePositions();
+    showPositions();
     followRobot();
     forces.forEach(({body}, force) => {
       const bodyPose = comparison.mbs.bodies.get(body), point = getForcePoint(frame, force);

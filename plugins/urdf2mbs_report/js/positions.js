@@ -48,10 +48,13 @@ const listeners = [];
 // The listener is called after each change of positions.
 export const onPositionsChange = (listener) => listeners.push(listener);
 
+// Show all positions as they are, such as those of a motion.
+export const showPositions = () => listeners.forEach((listener) => listener());
+
 // Move the joints that follow others, and show all positions.
 export function updatePositions() {
   applyFollowers();
-  for (const listener of listeners) listener();
+  showPositions();
 }
 
 export const isFollower = (name) => byId("mimic").checked && followers.has(name);
@@ -72,7 +75,7 @@ function applyFollowers() {
 // Show the positions of the file, also where they are beyond limits, or a loop is open.
 export function showStart() {
   for (const {name, q} of allJoints) jointPositions.set(name, q || 0);
-  updatePositions();
+  showPositions();
 }
 
 // --- moving where loops are closed ---

@@ -6,10 +6,12 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import pytest
 
 from plugins.report.shown import CONFIGS, run
 from urdf2mbs.mbs.model import Base, Body, Connection, Joint, Mbs, Parameter, Point, UserModel
+from urdf2mbs_report.motion import stack_columns
 from urdf2mbs_report.page import Page as Report
 from urdf2mbs_report.page import ShownModes, make_model_page, make_robot_page
 
@@ -290,3 +292,51 @@ def test_a_page_of_modes_lists_them(open_page: OpenPage, tmp_path: Path) -> None
     )
     page.locator("#play").click()
     assert page.locator("#play").inner_text() == "Play"
+
+
+def test_the_camera_follows_the_robot(open_page: OpenPage, tmp_path: Path) -> None:
+    model = four_bar()
+    columns = {
+        f"q.{joint.name}": np.full(2, joint.q or 0.0)
+        for body in model.bodies
+        for joint in body.joints
+    }
+    columns["q.base_T1"] = np.array([0.0, 5.0])
+    results = stack_columns({"time": np.array([0.0, 1.0]), **columns})
+    page = open_page(make_model_page(model, tmp_path / "m.mbs", results))
+    start = page.evaluate("urdf2mbs.camera()")
+    page.evaluate("urdf2mbs.player.seek(1)")
+    assert page.evaluate("urdf2mbs.camera()") == pytest.approx([start[0] + 5.0, *start[1:]])
+    page.locator("#reset").click()
+    assert page.evaluate("urdf2mbs.camera()") == pytest.approx(start)
+    page.locator("#follow").uncheck()
+    page.evaluate("urdf2mbs.player.seek(1)")
+    assert page.evaluate("urdf2mbs.camera()") == pytest.approx(start)
+
+
+def test_still_curves_look_still_and_have_units(open_page: OpenPage, tmp_path: Path) -> None:
+    """A joint that moves by a thousandth of a degree does not fill the plot."""
+    model = four_bar()
+    columns = {
+        f"q.{joint.name}": np.full(2, joint.q or 0.0)
+        for body in model.bodies
+        for joint in body.joints
+    }
+    columns["q.crank"] = np.array([0.3, 0.3 + 2e-5])
+    results = stack_columns({"time": np.array([0.0, 1.0]), **columns})
+    page = open_page(make_model_page(model, tmp_path / "m.mbs", results))
+    ink = """() => {
+      const canvas = document.getElementById("curves"), {width, height} = canvas;
+      const {data} = canvas.getContext("2d").getImageData(0, 0, width, height);
+      const rows = new Set();
+      for (let k = 0; k < data.length; k += 4) {
+        const isRed = data[k] > 150 && data[k + 1] < 90 && data[k + 3] > 120;
+        if (isRed) rows.add(Math.floor(k / 4 / width));
+      }
+      return [rows.size, height];
+    }"""
+    rows, height = page.evaluate(ink)
+    assert 0 < rows < 0.1 * height, "a flat line, in the colour of the first curve"
+    assert page.locator("#legend").inner_text() == "crank 17.2°"
+    page.locator("#unit").select_option("rad")
+    assert page.locator("#legend").inner_text() == "crank 0.3 rad"
