@@ -32,7 +32,7 @@ def solid(mass: float, x: float, y: float, z: float) -> str:
 
 
 def make_humanoid() -> str:
-    """Make a robot with two legs, two arms and a head: 17 joints, left and right mirrored."""
+    """Make a robot with two legs, two arms and a head: 16 joints, left and right mirrored."""
     elements = [link("pelvis", solid(8, 0.01, 0, 0.05)), link("chest", solid(12, 0, 0, 0.2))]
     elements += [joint("pelvis", "chest", xyz="0 0 0.15", axis="0 0 1", name="waist")]
     elements += [link("head", solid(3, 0.02, 0, 0.1))]
@@ -69,7 +69,9 @@ def rename_urdf(text: str, seed: int) -> Nameless:
     root = etree.fromstring(text)
     links = [element.get("name", "") for element in root.findall("link")]
     joints = [element.get("name", "") for element in root.findall("joint")]
+    kinds = {each.get("name", ""): each.get("type") for each in root.findall("joint")}
     names = {name: f"x{k}" for k, name in enumerate(random.sample(links, len(links)))}
+    names["world"] = "world"  # it says that the robot is fixed
     for element in root.findall("link"):
         element.set("name", names[element.get("name", "")])
     new = {name: f"y{k}" for k, name in enumerate(random.sample(joints, len(joints)))}
@@ -79,11 +81,29 @@ def rename_urdf(text: str, seed: int) -> Nameless:
             node = element.find(end)
             assert node is not None
             node.set("link", names[node.get("link", "")])
+    for follower in root.iter("mimic"):
+        follower.set("joint", new[follower.get("joint", "")])
+    for extension in (*root.findall("gazebo"), *root.findall("transmission")):
+        _rename_extension(extension, names | new)
     elements = list(root)
     random.shuffle(elements)
     root[:] = elements
-    moving = {old: name for old, name in new.items() if f'name="{old}" type="fixed"' not in text}
+    moving = {
+        old: name
+        for old, name in new.items()
+        if kinds[old] in ("revolute", "continuous", "prismatic")
+    }
     return Nameless(etree.tostring(root), moving)
+
+
+def _rename_extension(extension: etree._Element, names: dict[str, str]) -> None:
+    """Rename the links and joints in an element of another program."""
+    for element in extension.iter(etree.Element):
+        for key in ("reference", "name"):
+            if element.get(key) in names:
+                element.set(key, names[element.get(key, "")])
+        if (element.text or "").strip() in names:
+            element.text = names[(element.text or "").strip()]
 
 
 def rename_mbs(text: str, seed: int) -> Nameless:
@@ -104,8 +124,19 @@ def rename_mbs(text: str, seed: int) -> Nameless:
     random.shuffle(mbs.bodies)
     mbs.bodies = mbs.depth_first()
     mbs.user_models = []
-    names = {name: joints[found[0]] for name, found in result.names.coordinates.items()}
+    coordinates = result.names.coordinates
+    names = {name: joints[found[0]] for name, found in coordinates.items() if len(found) == 1}
     return Nameless(write(mbs), names)
+
+
+def leave_out(text: str, joint: str) -> str:
+    """Leave out a joint and its link, which carries nothing."""
+    root = etree.fromstring(text)
+    (element,) = root.xpath(f"joint[@name='{joint}']")
+    (child,) = root.xpath(f"link[@name='{element.find('child').get('link')}']")
+    root.remove(element)
+    root.remove(child)
+    return etree.tostring(root).decode()
 
 
 def change(text: str, pattern: str, new: str, count: int = 1) -> str:

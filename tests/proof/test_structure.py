@@ -7,10 +7,10 @@ from typing import Any
 
 import msgspec
 import pytest
-from nameless import change, make_humanoid, rename_mbs, rename_urdf
 
+from proof.nameless import change, leave_out, make_humanoid, rename_mbs, rename_urdf
 from proving import joint, link, robot
-from robots import REAL, RealRobot
+from robots import CONVERTIBLE, RealRobot
 from urdf2mbs import verify
 from urdf2mbs.cli import main
 from urdf2mbs.messages.diagnostics import ConfigError
@@ -52,7 +52,7 @@ def test_joints_are_found_without_their_names(
     assert not verdict.turned
 
 
-@pytest.mark.parametrize("real", [robot for robot in REAL if robot.listed], ids=lambda r: r.name)
+@pytest.mark.parametrize("real", CONVERTIBLE)
 def test_joints_of_real_robots_are_found_without_their_names(
     real: RealRobot, tmp_path: Path
 ) -> None:
@@ -66,8 +66,8 @@ def test_joints_of_real_robots_are_found_without_their_names(
 
 KNEE = r'(<link name="left_knee_link"><inertial><origin xyz=")([^"]*)("/><mass value=")([^"]*)'
 SHIN = "left_knee_link"
-JOINT = r'(<joint name="{}" type=")(\w+)("><parent link="\w+"/><child link="\w+"/><origin xyz=")([^"]*)("'
-JOINT += r' rpy=")([^"]*)("/><axis xyz=")([^"]*)'
+JOINT = r'(<joint name="{}" type=")(\w+)("><parent link="\w+"/><child link="\w+"/><origin '
+JOINT += r'xyz=")([^"]*)(" rpy=")([^"]*)("/><axis xyz=")([^"]*)'
 
 
 def of_joint(name: str, new: str) -> tuple[str, str]:
@@ -87,10 +87,10 @@ CHANGES = {
     "axis": (of_joint("left_elbow", r"\1\2\3\4\5\6\g<7>0 0.6 0.8"), "'left_elbow': axis is"),
     "flipped": (
         of_joint("left_elbow", r"\1\2\3\4\5\6\g<7>0 0 -1"),
-        "'left_elbow': axis is (0, 0, -1)",
+        "'left_elbow': axis is",
     ),
     "zero": (of_joint("left_knee", r"\1\2\3\4\g<5>0 0.7 0\7\8"), "'left_knee': zero is at 0.7 rad"),
-    "shift": (of_joint("left_wrist", r"\1prismatic\3\4\5\6\7\8"), "is a T1; expected R1, R2 or R3"),
+    "shift": (of_joint("left_wrist", r"\1prismatic\3\4\5\6\7\8"), "is a T1; expected R1"),
     "held": (
         of_joint("left_wrist", r"\1fixed\3\4\5\6\7\8"),
         "joint 'left_wrist' (continuous) is not",
@@ -105,9 +105,10 @@ def test_a_change_is_told_first_and_alone(kind: str, tmp_path: Path) -> None:
     verdict = compare(tmp_path, HUMANOID, nameless.data)
     assert not verdict.same
     assert matched(verdict, nameless.names).keys() <= {"left_wrist"}
-    (finding,) = verdict.findings
-    assert words in finding.message
-    assert [*finding.differences] == [*range(len(verdict.differences))]
+    assert words in verdict.findings[0].message
+    assert len(verdict.findings) == 1 + (kind == "shift")
+    numbers = [number for finding in verdict.findings for number in finding.differences]
+    assert sorted(numbers) == [*range(len(verdict.differences))]
 
 
 def test_a_wrong_mass_explains_centre_and_inertia(tmp_path: Path) -> None:
@@ -129,13 +130,13 @@ def test_a_wrong_mass_explains_centre_and_inertia(tmp_path: Path) -> None:
 
 
 def test_what_is_left_out_takes_with_it_what_it_carries(tmp_path: Path) -> None:
-    elements = HUMANOID.split("<link ")
-    kept = [part for part in elements if not part.startswith('name="right_') or "hip" in part]
-    verdict = compare(tmp_path, HUMANOID, rename_urdf("<link ".join(kept) + "", 3).data)
-    told = [finding.message for finding in verdict.findings]
-    assert len(told) <= 2
-    assert "joint 'right_knee' (continuous) is not in b.urdf" in " ".join(told)
-    assert all(joint.startswith("right_") for joint in HUMANOID.split('"') if joint in told)
+    text = HUMANOID
+    for name in ("wrist", "elbow", "shoulder"):
+        text = leave_out(text, f"right_{name}")
+    verdict = compare(tmp_path, HUMANOID, rename_urdf(text, 3).data)
+    (finding,) = verdict.findings
+    assert "joint 'right_shoulder' (continuous) is not in b.urdf, nor is what" in finding.message
+    assert len(finding.differences) == len(verdict.differences) > 2
 
 
 # --- equal, and against ---
@@ -213,7 +214,7 @@ def test_a_map_that_is_written_is_read(
     written = Path("joints.yaml").read_text()
     assert f"left_knee: {nameless.names['left_knee']}\n" in written
     assert main(["verify", "a.urdf", "b.urdf", "--map", "joints.yaml"]) == 0
-    assert "17 of 17 joints match (17 by map)" in capsys.readouterr().out
+    assert "16 of 16 joints match (16 by map)" in capsys.readouterr().out
     assert main(["verify", "a.urdf", "b.urdf", "--map", "joints.yaml", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert set(found["by"].values()) == {"map"}
@@ -228,7 +229,7 @@ def test_a_map_decides_against_places(tmp_path: Path) -> None:
     assert not verdict.same
     assert verdict.joints["left_wrist"] == (names["right_wrist"],)
     assert {name for name, how in verdict.by.items() if how == "map"} == crossed.keys()
-    assert matched(verdict, names).keys() == crossed.keys()
+    assert matched(verdict, names).keys() >= crossed.keys()
 
 
 @pytest.mark.parametrize(

@@ -196,11 +196,11 @@ def _prepare(arguments: argparse.Namespace) -> tuple[str, Callable[..., Verdict]
     joint_map = read_joint_map(arguments.map)
     second = None
     if arguments.model is not None:
-        second = read_source(arguments.model, {})
+        second = read_source(arguments.model, {}, is_first=False)
         second.installed_plugins = not arguments.no_plugins
     if not _is_of_config(arguments):
         source = files.take_stdin() if arguments.robot == STREAM else arguments.robot
-        first = read_source(source, {})
+        first = read_source(source, {}, is_first=True)
         compare = partial(verify_sides, first, second, joint_map=joint_map, fields=fields)
         return source, compare
     if arguments.gravity is not None:

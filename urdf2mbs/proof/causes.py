@@ -257,7 +257,8 @@ def _pair_by_inertia(
         if deviations and deviations[nearest] <= NEARLY:
             body_pairs.append(BodyPair([link], inertia, bodies.pop(nearest)))
             del links[link]
-    if not any(inertia.mass for inertia in links.values()):
+    has_only_extra = not any(inertia.mass for inertia in links.values())
+    if has_only_extra and all(mbs.mass for mbs in bodies.values()):
         body_pairs += [BodyPair([], NO_INERTIA, mbs, body) for body, mbs in bodies.items()]
     else:
         urdf_sum, mbs_sum = sum_inertias([*links.values()]), sum_inertias([*bodies.values()])

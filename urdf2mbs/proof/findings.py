@@ -118,7 +118,7 @@ def _fold_into_missing_joints(groups: list[_Group], robot: Robot) -> list[_Group
         owner = None
         if group.first.kind in ("joint-missing", *OF_INERTIA):
             carrier = group.first.link
-            is_lost = all(each.mbs in (None, 0.0) for each in group.differences)
+            is_lost = group.first.mbs in (None, 0.0)
             while carrier is not None and is_lost:
                 if carrier in missing and missing[carrier] is not group:
                     owner = missing[carrier]  # the first joint of the branch explains all

@@ -72,7 +72,9 @@ def _carries(side: Side, number: int, carried: int) -> bool:
 
 def _may_exchange(first: Group, second: Group) -> bool:
     """Return whether the order of two joints does not matter."""
-    if first.inertias or len(first.children) > 1 or (first.revolute and second.revolute):
+    if first.joint == second.joint or (first.revolute and second.revolute):
+        return False  # the coordinates of one joint have an order
+    if first.inertias or len(first.children) > 1:
         return False
     if not first.revolute and not second.revolute:
         return True

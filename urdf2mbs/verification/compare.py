@@ -75,8 +75,8 @@ def verify(
         ConversionError: A file or an option is wrong.
     """
     is_of_config = isinstance(source, Config) or is_config(source)
-    first = read_source(source, fields if is_of_config else {})
-    second = None if model is None else read_source(model, {})
+    first = read_source(source, fields if is_of_config else {}, is_first=True)
+    second = None if model is None else read_source(model, {}, is_first=False)
     return verify_sides(
         first,
         second,

@@ -45,15 +45,12 @@ class Source(msgspec.Struct, kw_only=True):
 
     name: str
     """The name of the file."""
+    is_model: bool = False
+    """Whether it is an .mbs, or the folder of a project."""
     config: Config | None = None
     """The config, if its passes make the robot."""
     lines: Lines = msgspec.field(default_factory=Lines)
     installed_plugins: bool = True
-
-    @property
-    def is_model(self) -> bool:
-        """Whether it is an .mbs, or the folder of a project."""
-        return self.config is None and not is_robot(self.name)
 
 
 class Model(msgspec.Struct, kw_only=True):
@@ -95,12 +92,16 @@ def is_config(name: str | os.PathLike[str]) -> bool:
     return os.fspath(name).lower().endswith((".yaml", ".yml"))
 
 
-def read_source(source: Config | str | os.PathLike[str], fields: dict[str, Any]) -> Source:
+def read_source(
+    source: Config | str | os.PathLike[str], fields: dict[str, Any], *, is_first: bool
+) -> Source:
     """Return a robot as a user names it; of a config, its passes are not run yet.
 
     Args:
         source: A config, or the name of a file.
         fields: Fields of ``Config``, which change those of a config.
+        is_first: Whether it is the first of two; a file of unknown ending is then a robot, and as
+            the second a model.
     """
     if isinstance(source, Config) or is_config(source):
         config, lines = config_of(source, **fields)
@@ -108,8 +109,9 @@ def read_source(source: Config | str | os.PathLike[str], fields: dict[str, Any])
         return Source(name=name, config=config, lines=lines)
     name = os.fspath(source)
     if files.is_folder(Path(name, "dataR")):
-        name = os.fspath(files.model_of(Path(name)) or name)
-    return Source(name=name)
+        return Source(name=os.fspath(files.model_of(Path(name)) or name), is_model=True)
+    is_model = name.lower().endswith(".mbs") if is_first else not is_robot(name)
+    return Source(name=name, is_model=is_model)
 
 
 def find_output(source: Source) -> Source:
@@ -128,7 +130,7 @@ def find_output(source: Source) -> Source:
         name = source.lines.file or "CONFIG.yaml"
         hint = f"make it: urdf2mbs run {name}; or name one: urdf2mbs verify {name} MODEL.mbs"
         raise ConfigError("usage", message, hint=hint)
-    return Source(name=os.fspath(output))
+    return Source(name=os.fspath(output), is_model=True)
 
 
 # --- the second robot ---
