@@ -129,6 +129,7 @@ def moving(page: Page, work: Path) -> None:
     page.evaluate("urdf2mbs.ready")
     page.click("#show summary")
     page.uncheck("#show-forces")
+    page.uncheck("#follow")
     page.add_style_tag(content="#view > :not(canvas) { visibility: hidden }")
     canvas = page.locator("#view canvas")
     frames = []

@@ -4,7 +4,6 @@
 // shows it without its damping, with an amplitude and a period that the user chooses.
 
 import {byId, createElement, data, jointByName} from "./basics.js";
-import {followRobot} from "./camera.js";
 import {onSpace} from "./player.js";
 import {closeShownLoops, jointPositions, showPositions} from "./positions.js";
 import {makeRoving} from "./roving.js";
@@ -27,7 +26,6 @@ function drawMode() {
   });
   closeShownLoops();
   showPositions();
-  followRobot();
 }
 
 // The time of an oscillation on the screen (s).
@@ -98,7 +96,6 @@ export function makeModes() {
   makeRoving(table, "tbody tr");
   byId("play").onclick = () => playMode(!shownMode.isPlaying);
   byId("amplitude").oninput = () => { describeAmplitude(); drawMode(); };
-  byId("period").onchange = byId("follow").onchange = drawMode;
   onUnitChange(describeAmplitude);
   onSpace(byId("play"));
   chooseMode(data.modes.chosen);
