@@ -142,6 +142,50 @@ class RunInC(ctypes.Structure):
     ]
 
 
+class CouplingInC(ctypes.Structure):
+    """Coupling of ``calls.c``."""
+
+    _fields_ = [("follower", c_int), ("leader", c_int), ("factor", c_double)]
+
+
+class JointRunInC(ctypes.Structure):
+    """JointRun of ``calls.c``."""
+
+    _fields_ = [("index", c_int), ("number", c_int), ("length", c_int)]
+
+
+class CallInC(ctypes.Structure):
+    """Call of ``calls.c``."""
+
+    _fields_ = [
+        ("s", ctypes.POINTER(DataInC)),
+        ("n_all", c_int),
+        ("n", c_int),
+        ("n_runs", c_int),
+        ("run", ctypes.POINTER(JointRunInC)),
+        ("n_couplings", c_int),
+        ("coupling", ctypes.POINTER(CouplingInC)),
+        ("q0", _vector),
+        ("zeros", _vector),
+        ("n_independent", c_int),
+        ("independent", _integers),
+        ("place", c_int),
+        ("point", c_int),
+        ("n_parameters", c_int),
+        ("n_states", c_int),
+        ("n_numbers", c_int),
+        ("input", _vector * 3),
+        ("output", _vector * 3),
+        ("table", _table * 3),
+        ("matrix", _vector * 3),
+        ("vector", _vector),
+        ("bias", _vector),
+        ("factors", _vector),
+        ("columns", _vector),
+        ("singular", c_int),
+    ]
+
+
 def as_c_vector(array: Any) -> Any:
     """Return a pointer to the numbers of an array, which it does not keep alive."""
     return array.ctypes.data_as(_vector)

@@ -137,10 +137,10 @@ def _choose_rows_and_joints(code: Code) -> None:
     # where Newton's method fails from the drawn pose, the loops are closed from a closed one
     for start_q in (disturbed_q, closed_q):
         data.q[:] = start_q
-        rows, columns = _find_pivots(code.compute_constraints()[1], groups, ranks)
+        rows, columns = find_pivots(code.compute_constraints()[1], groups, ranks)
         if not close_loops(code, rows, columns):
             continue
-        rows, columns = _find_pivots(code.compute_constraints()[1], groups, ranks)
+        rows, columns = find_pivots(code.compute_constraints()[1], groups, ranks)
         if close_loops(code, rows, columns):
             break
     else:
@@ -198,7 +198,7 @@ def improve_partition(code: Code) -> bool:
     is_slow = present.speed_ratio <= MAX_SPEED_RATIO
     if is_slow and present.determinant > code.min_determinant:
         return False
-    rows, columns = _find_pivots(jacobian, [joints], [len(code.used_rows)])
+    rows, columns = find_pivots(jacobian, [joints], [len(code.used_rows)])
     candidate = _compute_conditioning(jacobian, rows, columns, joints)
     code.min_determinant = max(present.determinant, candidate.determinant) / MAX_SPEED_RATIO
     is_still_fast = candidate.speed_ratio > MAX_SPEED_RATIO / 2
@@ -247,7 +247,7 @@ def close_loops(code: Code, rows: Any, joints: Any) -> bool:
     return bool(np.all(np.abs(h) < 100 * CLOSED * scale))
 
 
-def _find_pivots(jacobian: Any, groups: Sequence[Any], ranks: Sequence[int]) -> tuple[Any, Any]:
+def find_pivots(jacobian: Any, groups: Sequence[Any], ranks: Sequence[int]) -> tuple[Any, Any]:
     """Eliminate a Jacobian with complete pivoting.
 
     Args:

@@ -7,15 +7,40 @@ from typing import Any, NoReturn
 from urdf2mbs_equations.formulas import Factor, Product, Sum, Symbol
 from urdf2mbs_equations.latex import write_equations
 from urdf2mbs_equations.symbolic import NoFormulasError, make_symbolic_equations
+from urdf2mbs_simulate.python_calls import EquationsInPython
 from urdf2mbs_simulate.python_code import MbsData
 from urdf2mbs_simulate.robot import Robot
+
+
+class _OtherFunctions(EquationsInPython):
+    """The functions of a robot that sympy does not have."""
+
+    def evaluate(self, name: str, *state: Any) -> NoReturn:
+        """Refuse a function.
+
+        Raises:
+            TypeError: Always.
+        """
+        raise TypeError(
+            "sympy has mass_matrix, coriolis, gravity, bias, inverse_dynamics and "
+            "forward_dynamics; math=casadi has all functions for symbols"
+        )
+
+    def evaluate_place(self, name: str, place: int, point: int, q: Any) -> NoReturn:
+        """Refuse a function of a point.
+
+        Raises:
+            TypeError: Always.
+        """
+        self.evaluate(name)
 
 
 class SymbolicRobot(Robot):
     """The equations M qdd + c + g = tau of a small robot, as matrices of sympy.
 
-    Symbols stand for positions, velocities and all data.  Joints that never move are left out.
-    Without arguments, functions return formulas in ``q``, ``qd`` and ``qdd``.
+    Symbols stand for positions, velocities and all data.  Joints that never move are left out, and
+    followers of ``<mimic>`` are multiples of their leaders.  Without arguments, functions return
+    formulas in ``q``, ``qd`` and ``qdd``.
     """
 
     def __init__(self, data: MbsData, sympy: Any) -> None:
@@ -29,11 +54,24 @@ class SymbolicRobot(Robot):
             self.equations = make_symbolic_equations(data._run.mbs)
         except NoFormulasError as error:
             raise ValueError(f"{error}; math=casadi takes robots of any size") from None
+        self.functions = _OtherFunctions(data, self.selection, sympy)
         coordinates = list(self.equations.joints)
-        self.q, self.qd, self.qdd = (
+        all_joints = [
             sympy.Matrix([self._convert_factor(q._replace(n_dots=n)) for q in coordinates])
             for n in range(3)
-        )
+        ]
+        moving = [joint.name for joint in self.equations.joints.values()]
+        leading = [moving.index(name) for name in self.joints]
+        self.q, self.qd, self.qdd = (sympy.Matrix([x[k] for k in leading]) for x in all_joints)
+        self.reduction, self.offset = self._make_reduction(moving)
+        """T and q0: the positions of all moving joints are T q + q0."""
+        self.rules = {
+            symbol: value
+            for n, x in enumerate(all_joints[:2])
+            for symbol, value in zip(x, self._spread((self.q, self.qd)[n], n == 0), strict=True)
+            if symbol != value
+        }
+        """What the symbols of followers are."""
         self.values = {
             self._convert_factor(symbol): quantity.value
             for symbol, quantity in self.equations.quantities.items()
@@ -47,9 +85,10 @@ class SymbolicRobot(Robot):
     def mass_matrix(self, q: Any = None) -> Any:
         """Return M: (joints, joints)."""
         elements = self.equations.mass_matrix
-        size = range(len(self.joints))
+        size = range(len(self.equations.joints))
         rows = [[self._convert_factor(elements[min(i, k), max(i, k)]) for k in size] for i in size]
-        return self._substitute(self.math.Matrix(rows), q)
+        reduction = self.reduction
+        return self._substitute(reduction.T * self.math.Matrix(rows) * reduction, q)
 
     def coriolis(self, q: Any = None, qd: Any = None) -> Any:
         """Return c: centrifugal and Coriolis forces."""
@@ -72,25 +111,40 @@ class SymbolicRobot(Robot):
         """Return the accelerations of the joints, for an open tree."""
         return self.mass_matrix(q).LUsolve(self.math.Matrix(list(tau)) - self.bias(q, qd))
 
-    def _set(self, **state: Any) -> NoReturn:
-        """Refuse all other functions of a robot.
+    def _make_reduction(self, moving: list[str]) -> tuple[Any, Any]:
+        """Return T and q0 of all moving joints, by their names."""
+        rational = self.math.Rational
+        reduction = self.math.zeros(len(moving), len(self.joints))
+        offset = self.math.zeros(len(moving), 1)
+        for k, name in enumerate(self.joints):
+            reduction[moving.index(name), k] = 1
+        names = list(self.data.joint_id)
+        for follower in self.selection.followers:
+            row = moving.index(names[follower.joint - 1])
+            offset[row] = rational(repr(follower.offset))
+            for leader, factor in follower.factors.items():
+                if names[leader - 1] in self.joints:
+                    column = self.joints.index(names[leader - 1])
+                    reduction[row, column] = rational(repr(factor))
+                else:  # it never moves
+                    position = self.selection.q0[leader]
+                    offset[row] += rational(repr(factor)) * rational(repr(float(position)))
+        return reduction, offset
 
-        Raises:
-            TypeError: Always.
-        """
-        raise TypeError(
-            "sympy has mass_matrix, coriolis, gravity, bias, inverse_dynamics and "
-            "forward_dynamics; math=casadi has all functions for symbols"
-        )
+    def _spread(self, u: Any, has_offset: bool) -> Any:
+        """Return the positions or the velocities of all moving joints."""
+        return self.reduction * u + (self.offset if has_offset else 0 * self.offset)
 
     def _substitute(self, matrix: Any, q: Any, qd: Any = None) -> Any:
         """Return a matrix with these values, or other symbols, in place of q and qd."""
+        matrix = matrix.subs(self.rules, simultaneous=True) if self.rules else matrix
         values: dict[Any, Any] = {} if q is None else dict(zip(self.q, q, strict=True))
         values |= {} if qd is None else dict(zip(self.qd, qd, strict=True))
         return matrix.subs(values, simultaneous=True) if values else matrix
 
     def _convert_vector(self, formulas: list[Sum]) -> Any:
-        return self.math.Matrix([self._convert_factor(formula) for formula in formulas])
+        forces = self.math.Matrix([self._convert_factor(formula) for formula in formulas])
+        return self.reduction.T * forces
 
     def _convert_factor(self, factor: Factor) -> Any:
         """Return a factor of a formula as an expression of sympy."""

@@ -14,6 +14,7 @@ from conftest import SHARED
 from oracle.generated import Data, error, random_state
 from oracle.pin import Truth, pin
 from plugins.equations.test_loops import few, trees, write_equations
+from plugins.simulate.test_partition import FOLLOWS, FREE, four_bar
 from robots import CONVERTIBLE
 from urdf2mbs import Robot, load_equations
 from urdf2mbs.mbs.model import BASE, Mbs
@@ -165,18 +166,20 @@ def test_real_robots(source: Any, language: str, tmp_path: Path) -> None:
         assert error((truth.matrix(s) @ a)[free], -b[free]) <= 1e-9
 
 
-def test_loops_are_closed() -> None:
-    """Fingers that follow by user constraints: what is left of the forces does no work."""
-    path = SHARED / "robots/robotiq_2f_140/expanded/robotiq_arg2f_140_model.urdf"
-    if not path.is_file():
-        pytest.skip("../shared is not here")
-    in_c, robot = (load_equations(path, language=language) for language in ("c", "python"))
+def test_loops_are_closed(tmp_path: Path) -> None:
+    """A crank and two bars: what is left of the forces does no work."""
+    file = four_bar(tmp_path, [FREE, FOLLOWS, FOLLOWS], 1.0)
+    in_c, robot = (load_equations(file, language=language) for language in ("c", "python"))
     data, n = robot.data, len(robot.joints)
-    q, qd, tau = np.random.default_rng(3).uniform(-0.1, 0.1, (3, n))
+    qd, tau = np.random.default_rng(3).uniform(-0.1, 0.1, (2, n))
+    q = data.q0[1:].copy()
     qdd = robot.forward_dynamics(q, qd, tau)
     assert error(in_c.forward_dynamics(q, qd, tau), qdd) <= TOLERANCE
+    states = [np.array([q, q]), np.array([qd, 0 * qd]), np.array([tau, tau])]
+    assert np.array_equal(in_c.forward_dynamics(*states)[0], in_c.forward_dynamics(q, qd, tau))
+    robot.forward_dynamics(q, qd, tau)
     free, dependent = data.qu[1:] - 1, data.qv[1:] - 1
-    assert len(dependent) == 5
+    assert len(dependent) == 2
     assert robot.code is not None
     jac = robot.code.compute_constraints()[1][:, 1:]
     turn = np.zeros((n, len(free)))
@@ -184,8 +187,28 @@ def test_loops_are_closed() -> None:
     turn[dependent] = -np.linalg.solve(jac[:, dependent], jac[:, free])
     needed = robot.inverse_dynamics(data.q[1:], data.qd[1:], qdd)
     assert error(turn.T @ needed, turn.T @ tau) <= TOLERANCE
-    with pytest.raises(ValueError, match="dependent joints"):
+    loop = "ball 'cut_1' closes a loop with joint '"
+    with pytest.raises(ValueError, match=f"{loop}.*take differences of forward_dynamics"):
         robot.forward_dynamics_derivatives(q, qd, tau)
+    with pytest.raises(TypeError, match=f"{loop}.*leave math out"):
+        load_equations(file, math=np).forward_dynamics(q, qd, tau)
+
+
+@pytest.mark.parametrize("language", ["c", "python"])
+def test_a_batch_is_its_states_one_by_one(language: str, minimal: Path) -> None:
+    robot = load_equations(minimal, language=language)
+    states = np.random.default_rng(4).uniform(-1, 1, (3, 7, len(robot.joints)))
+    calls = CALLS | {"bodies": lambda r, q, qd, u: r.forward_dynamics_derivatives(q, qd, u)[1]}
+    for name, call in calls.items():
+        actual = call(robot, *states)
+        expected = [call(robot, *state) for state in zip(*states, strict=True)]
+        assert np.array_equal(actual, expected), name
+        assert np.array_equal(call(robot, *states[:, 0].astype(np.float32)).shape, actual.shape[1:])
+    one = states[0, 0]
+    many = robot.inverse_dynamics(states[0], one, [0] * len(one))
+    assert np.array_equal(many[1], robot.inverse_dynamics(states[0, 1], one, 0.0 * one))
+    with pytest.raises(ValueError, match="bias got 3 and 7 states"):
+        robot.bias(states[0, :3], states[1])
 
 
 @pytest.mark.parametrize("language", ["c", "python"])
@@ -240,16 +263,17 @@ def test_many_states_at_once_have_the_same_bits(minimal: Path) -> None:
 
 @pytest.mark.parametrize("math", [None, np])
 def test_joints_that_never_move_may_be_left_out(math: Any) -> None:
-    """An arm of seven joints and a follower is 8 by 8, whatever the .mbs turns its axes with."""
+    """An arm of six joints and a gripper is 7 by 7, whatever the .mbs turns its axes with."""
     all_joints, moving_joints = (
         load_equations(CONFIGS / "arm.urdf.xacro", language="python", math=math, moving=moving)
         for moving in (False, True)
     )
-    assert repr(all_joints) == "<Robot arm: 17 joints, of which 8 move; 9 bodies>"
+    counts = "16 joints, of which 7 move, and 1 that follows; 9 bodies"
+    assert repr(all_joints) == f"<Robot arm: {counts}>"
     assert [all_joints.joints[k] for k in all_joints.moving] == moving_joints.joints
-    state = np.random.default_rng(9).uniform(-1, 1, (3, 8))
-    full = np.zeros((3, 17))
-    full[0] = all_joints.data.q0[1:]
+    state = np.random.default_rng(9).uniform(-1, 1, (3, 7))
+    full = np.zeros((3, 16))
+    full[0] = all_joints.data.q0[all_joints.selection.numbers]
     full[:, moving_joints.moving] = state
     of_joints = {
         "mass_matrix": (0, 1),
