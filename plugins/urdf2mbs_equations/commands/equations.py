@@ -7,25 +7,34 @@ dynamics, sensors and constraints of the model, as functions to call.
 from __future__ import annotations
 
 import argparse
+import json
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, get_args
+from typing import TYPE_CHECKING, Any, NamedTuple, get_args
 
-from msgspec.structs import fields, replace
+from msgspec import NODEFAULT
+from msgspec.structs import FieldInfo, fields, replace
 
 from urdf2mbs.plugin import (
+    ALONE,
     ConfigError,
+    Pipeline,
+    Progress,
+    add_fields,
     add_printing,
+    add_running,
     counted,
     field_docs,
+    find_model,
     is_stream,
-    model_of,
     near,
     path,
     print_json,
     project_of,
     read_model,
     refuse,
+    robot_or_config,
+    tell_diagnostics,
     write_files,
 )
 from urdf2mbs_equations.options import EquationOptions, Language, list_languages
@@ -38,6 +47,7 @@ if TYPE_CHECKING:
 
 EXAMPLES = (
     "urdf2mbs equations project",
+    "urdf2mbs equations robot.urdf --language c",
     "urdf2mbs equations robot.mbs -o symbolicR --language c",
 )
 
@@ -45,12 +55,15 @@ EXAMPLES = (
 def add_options(command: argparse.ArgumentParser) -> None:
     """Add the options: those of ``EquationOptions``, as words of a command line."""
     command.add_argument(
-        "model",
+        "config",
         type=path,
-        metavar="MODEL.mbs",
-        help="of urdf2mbs, or drawn by hand; or the folder of its project",
+        metavar="SOURCE",
+        help="an .mbs of urdf2mbs, or drawn by hand; the folder of its project; or a robot or a "
+        "CONFIG.yaml, which is converted in memory",
     )
     add_printing(command)
+    add_running(command)
+    add_fields(command, *ALONE)
     command.add_argument(
         "-o", "--output", type=path, metavar="DIR", help="default: symbolicR of the project"
     )
@@ -87,13 +100,28 @@ def _read_options(arguments: argparse.Namespace) -> EquationOptions:
     return EquationOptions(language=arguments.language, **values)
 
 
+class _Source(NamedTuple):
+    """A model whose equations are made."""
+
+    model: Path
+    """Its file, which need not exist if it was converted in memory."""
+    data: bytes
+    call: str
+    """The arguments of ``load_equations`` in Python."""
+
+
 def carry_out(arguments: argparse.Namespace) -> int:
     """Write the equations of a model, and return the exit code."""
-    model: Path = arguments.model
-    if is_stream(model) or is_stream(arguments.output):
+    if is_stream(arguments.config) or is_stream(arguments.output):
         raise ConfigError("usage", "expected files and folders, got '-': equations are many files")
-    model = model_of(model) or model
-    project = project_of(model)
+    model = find_model(arguments.config, arguments, "robot", "config")
+    if model is None:
+        source = _convert(arguments)
+        if source is None:
+            return 3
+    else:
+        source = _Source(model, read_model(model), _quote(near(arguments.config)))
+    project = project_of(source.model)
     options = _read_options(arguments)
     languages = list_languages(options.language, find_languages(project))
     if "c" not in languages:
@@ -102,7 +130,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
         other = "programs: leave it out, or name another language"
         refuse(arguments, ("fold", "energy", "derivatives"), other)
     folder: Path = arguments.output or project / "symbolicR"
-    mbs, equations = _generate(model, options, languages)
+    mbs, equations = _generate(source, options, languages)
     for warning in equations.warnings:
         print(warning, file=sys.stderr)
     files = {folder / name: text for name, text in equations.files.items()}
@@ -124,22 +152,64 @@ def carry_out(arguments: argparse.Namespace) -> int:
         if languages == ("latex",):
             print(f"Next: pdflatex {near(next(iter(files)))}, or copy the formulas")
         else:
-            _print_next_steps(project, languages)
+            steps = _list_project_steps(project, languages)
+            if not steps:
+                steps = [_write_program(mbs.name, folder, languages, source.call)]
+            print("  they are of this model only: generate them again after a change")
+            print("Next: " + "\n      in C: ".join(steps))
     return 0
 
 
+def _convert(arguments: argparse.Namespace) -> _Source | None:
+    """Convert a robot or a config in memory; None if the .mbs is not the same robot."""
+    config, lines = robot_or_config(arguments)
+    with Progress(arguments) as progress:
+        pipeline = Pipeline(config, lines, installed_plugins=not arguments.no_plugins)
+        pipeline.watch(progress)
+        conversion = pipeline.run()
+    if not arguments.json:
+        tell_diagnostics(conversion.diagnostics, arguments.verbose)
+    if conversion.checked.rejected is not None:
+        return None
+    model = conversion.settings.output
+    call = [_quote(near(arguments.config))]
+    if arguments.config.suffix.lower() not in (".yaml", ".yml"):
+        call += [
+            f"{field.name}={_write_value(getattr(config, field.name))}"
+            for field in fields(config)
+            if field.name not in ("source", "output")
+            and getattr(config, field.name) != _get_default(field)
+        ]
+    return _Source(model, bytes(conversion.files[model]), ", ".join(call))
+
+
+def _get_default(field: FieldInfo) -> Any:
+    factory = field.default_factory
+    return field.default if factory is NODEFAULT else factory()
+
+
+def _write_value(value: Any) -> str:
+    """Return a value of a config as Python."""
+    return _quote(value) if isinstance(value, str) else repr(value)
+
+
+def _quote(text: object) -> str:
+    """Return a text in Python's and JSON's double quotes."""
+    return json.dumps(str(text), ensure_ascii=False)
+
+
 def _generate(
-    model: Path, options: EquationOptions, languages: tuple[str, ...]
+    source: _Source, options: EquationOptions, languages: tuple[str, ...]
 ) -> tuple[Mbs, Equations]:
     """Read a model, and generate its equations in some languages."""
     from urdf2mbs.plugin import read_mbs
     from urdf2mbs_equations.files import Equations, generate
 
-    data = read_model(model)
-    mbs = read_mbs(data, str(model), mechanics_only=True)
+    model = str(source.model)
+    mbs = read_mbs(source.data, model, mechanics_only=True)
     equations = Equations()
     for language in languages:
-        part = generate(mbs, data, str(model), replace(options, language=language))
+        part = generate(mbs, source.data, model, replace(options, language=language))
         equations.files |= part.files
         equations.counts |= part.counts
         equations.left_out |= part.left_out
@@ -168,7 +238,8 @@ def _print_equations(
         print(f"  {name} {verb} not generated: {reason}")
 
 
-def _print_next_steps(project: Path, languages: tuple[str, ...]) -> None:
+def _list_project_steps(project: Path, languages: tuple[str, ...]) -> list[str]:
+    """Return the commands that run a project, and that build its C."""
     steps = []
     main = project / "workR" / "main.py"
     if "python" in languages and main.is_file():
@@ -176,7 +247,24 @@ def _print_next_steps(project: Path, languages: tuple[str, ...]) -> None:
     build = describe_build(project) if "c" in languages else None
     if build is not None:
         steps.append(build)
-    if not steps:
-        steps.append("call them, as docs/equations.md says; in a project Robotran does")
-    print("Next: " + "\n      in C: ".join(steps))
-    print("      the equations are of this model only: generate them again after a change")
+    return steps
+
+
+def _write_program(name: str, folder: Path, languages: tuple[str, ...], call: str) -> str:
+    """Return three lines that call equations, in their language; Python calls those in C, too."""
+    if languages == ("matlab",):
+        words = "in MATLAB or GNU Octave"
+        path = str(near(folder)).replace("'", "''")
+        lines = [
+            f"addpath('{path}')",
+            f"s = {name}_data();",
+            f"[M, c] = mbs_dirdyna_{name}(s, 0, struct())",
+        ]
+    else:
+        words = "in Python, which compiles the C" if languages == ("c",) else "in Python"
+        lines = [
+            "from urdf2mbs import load_equations",
+            f"robot = load_equations({call})",
+            "print(robot.mass_matrix([0.0] * len(robot.joints)))",
+        ]
+    return "\n      ".join([f"{words}:", *lines])

@@ -1,6 +1,8 @@
 """The command and the pass, as a user meets them."""
 
 import json
+import shutil
+import subprocess
 from argparse import ArgumentParser
 from pathlib import Path
 from typing import Any
@@ -141,6 +143,71 @@ def test_the_next_steps_are_those_of_the_project(
     (tmp_path / "lamp" / "workR" / "build").mkdir()
     assert main(["equations", "lamp"]) == 0
     assert "cmake -S" not in capsys.readouterr().out
+
+
+def read_program(text: str) -> str:
+    """Return the lines that follow ``Next: in ...:``."""
+    head, *lines = text.partition("\nNext: in ")[2].splitlines()
+    assert head.endswith(":")
+    assert len(lines) == 3
+    return "\n".join(line.strip() for line in lines)
+
+
+@pytest.mark.parametrize(
+    ("options", "call"),
+    [
+        ([], '"robot.urdf"'),
+        (["--language", "c"], '"robot.urdf"'),
+        (["--base", "fixed"], '"robot.urdf", base="fixed"'),
+        (["--base", "fixed", "-o", "other"], '"robot.urdf", base="fixed"'),
+    ],
+)
+def test_a_robot_is_converted_in_memory_and_the_lines_run(
+    options: list[str], call: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "robot.urdf").write_text(TINY)
+    assert main(["equations", "robot.urdf", *options]) == 0
+    program = read_program(capsys.readouterr().out)
+    assert f"load_equations({call})" in program
+    folder = tmp_path / ("other" if "-o" in options else "symbolicR")
+    suffix = "c" if "c" in options else "py"
+    assert (folder / f"mbs_dirdyna_robot.{suffix}").is_file()
+    assert {path.name for path in tmp_path.iterdir()} == {"robot.urdf", folder.name}
+    exec(program, {})
+    rows = capsys.readouterr().out.splitlines()
+    assert rows[0].startswith("[[")
+    assert rows[-1].endswith("]]")
+
+
+def test_a_model_and_a_config_have_lines_that_run(
+    model: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "tiny.urdf").write_text(TINY)
+    (tmp_path / "tiny.yaml").write_text("source: tiny.urdf\nbase: fixed\n")
+    for source in ("project/dataR/robot.mbs", "project", "tiny.yaml"):
+        assert main(["equations", source]) == 0
+        program = read_program(capsys.readouterr().out)
+        assert f'load_equations("{source}")' in program
+        exec(program, {})
+        assert capsys.readouterr().out.startswith("[[")
+
+
+def test_the_lines_of_matlab_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "robot.urdf").write_text(TINY)
+    assert main(["equations", "robot.urdf", "--language", "matlab"]) == 0
+    program = read_program(capsys.readouterr().out)
+    assert program.splitlines()[0] == "addpath('symbolicR')"
+    octave = shutil.which("octave-cli") or shutil.which("octave")
+    if octave is None:
+        pytest.skip("GNU Octave is not installed")
+    command = [octave, "--no-gui", "--norc", "--eval", program]
+    result = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert (result.returncode, "M =" in result.stdout) == (0, True), result.stderr
 
 
 def test_robotrans_own_files_are_not_replaced(model: Path, capsys: Any) -> None:
