@@ -7,6 +7,7 @@
 #include <pinocchio/multibody.hpp>
 #include <pinocchio/algorithm/crba.hpp>
 #include <pinocchio/algorithm/rnea.hpp>
+#include <pinocchio/algorithm/aba-derivatives.hpp>
 #include <pinocchio/algorithm/aba.hpp>
 #include <pinocchio/algorithm/rnea-derivatives.hpp>
 #include <pinocchio/algorithm/joint-configuration.hpp>
@@ -71,7 +72,8 @@ extern "C" int load(const char *file)
 }
 
 /// Seconds for one mass matrix and one vector of forces, or (2) for the derivatives of the forces,
-/// (3) inverse dynamics, (4) forward dynamics.
+/// (3) inverse dynamics, (4) forward dynamics, (5) the mass matrix, (6) the derivatives of forward
+/// dynamics.
 extern "C" double run(int times, int what)
 {
     using namespace pinocchio;
@@ -89,6 +91,15 @@ extern "C" double run(int times, int what)
         }
         if (what == 4) {
             sink += aba(model, *data, q[i % 16], v[i % 16], a[i % 16])[0];
+            continue;
+        }
+        if (what == 5) {
+            sink += crba(model, *data, q[i % 16], convention)(0, 0);
+            continue;
+        }
+        if (what == 6) {
+            computeABADerivatives(model, *data, q[i % 16], v[i % 16], a[i % 16]);
+            sink += data->ddq_dq(0, 0);
             continue;
         }
         crba(model, *data, q[i % 16], convention);

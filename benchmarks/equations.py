@@ -13,9 +13,10 @@ For the speed, ``M`` and ``c`` of the generated C stand against ``crba`` plus ``
 ``invdyna`` against ``rnea``, ``accelred`` against ``aba``, and the three tables of ``derivatives``
 against ``computeRNEADerivatives``, called from C++ on the same robot, arms fixed and all others
 floating, in turn in one run; of each the least of many short runs counts, so that a busy machine
-does not. Needs gcc, g++, Eigen's headers (libeigen3-dev), ``pin``, whose wheel brings its own
-headers, and for derivatives ``casadi``. Pinocchio is its library's instances, which its Python uses
-too; with ``--headers`` also compiled here, with ``-O3 -march=native``, which takes minutes.
+does not. Needs gcc, g++, Eigen's headers (libeigen3-dev, or cmeel-eigen beside ``pin``), ``pin``,
+whose wheel brings its own headers, and for derivatives ``casadi``. Pinocchio is its library's
+instances, which its Python uses too; with ``--headers`` also compiled here, with ``-O3
+-march=native``, which takes minutes.
 """
 
 from __future__ import annotations
@@ -118,7 +119,7 @@ def pinocchio_library(folder: Path, flags: list[str]) -> Path:
         ["g++", "-w", *flags, "-DNDEBUG", "-std=c++17", "-shared", "-fPIC",
          "-DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS",
          "-DBOOST_MPL_LIMIT_LIST_SIZE=30", "-DBOOST_MPL_LIMIT_VECTOR_SIZE=30",
-         f"-I{prefix}/include", "-I/usr/include/eigen3",
+         f"-I{prefix}/include", f"-I{prefix}/include/eigen3", "-I/usr/include/eigen3",
          str(Path(__file__).with_suffix(".cpp")), "-o", str(out),
          f"-L{prefix}/lib", "-lpinocchio_default", f"-Wl,-rpath,{prefix}/lib"],
         check=True,
