@@ -201,20 +201,17 @@ def _compute_states(
 
 
 def _set_position(mujoco: Any, qpos: Any, joint: dict[str, Any], coordinates: list[float]) -> None:
-    """Move a joint from its position in ``qpos0`` by some coordinates."""
+    """Move a joint from its zero by some coordinates: ``qpos0``, or of a free joint the world."""
     import numpy as np
 
     address = joint["qposadr"]
     if joint["type"] in ("hinge", "slide"):
         qpos[address] += coordinates[0]
         return
-    *shift, x, y, z = coordinates
-    rotation_address = address + len(shift)
-    start = qpos[rotation_address : rotation_address + 4].copy()
-    if shift:
-        moved = np.zeros(3)
-        mujoco.mju_rotVecQuat(moved, np.array(shift), start)
-        qpos[address : address + 3] += moved
+    *position, x, y, z = coordinates
+    qpos[address : address + len(position)] = position
+    rotation_address = address + len(position)
+    start = np.array([1.0, 0.0, 0.0, 0.0])
     for axis, angle in enumerate((x, y, z)):
         turned, turn = np.zeros(4), np.zeros(4)
         mujoco.mju_axisAngle2Quat(turn, np.eye(3)[axis], angle)

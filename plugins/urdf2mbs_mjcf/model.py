@@ -173,8 +173,8 @@ class State(msgspec.Struct):
     """
 
     angles: list[list[float]]
-    """By joint: its coordinates from ``qpos0``; three angles x-y-z of a ball joint (rad), and three
-    shifts (m) before them of a free joint."""
+    """By joint: its coordinates from ``qpos0``; three angles x-y-z of a ball joint (rad); of a free
+    joint, three positions (m) and three angles in the world."""
     velocity: list[float]
     """(nv,)"""
     mass_matrix: list[list[float]]

@@ -1,8 +1,9 @@
 """Write a compiled MJCF as URDF 1.2, which has quaternions and capsules.
 
-The zero of each joint is MuJoCo's ``qpos0``.  A body of MuJoCo may have several joints, each at a
-point of its own; links without mass are between them.  The link of a body has its frame at the
-last joint::
+The zero of each joint is MuJoCo's ``qpos0``; that of a free joint is the world's frame, as for a
+URDF whose base floats, and the place of the body is a start position.  A body of MuJoCo may have
+several joints, each at a point of its own; links without mass are between them.  The link of a body
+has its frame at the last joint::
 
     MJCF   body A -------------------------> body B  (frame anywhere)
                    joint 1 at p1, joint 2 at p2 of B
@@ -134,6 +135,8 @@ class UrdfWriter:
             child = link
             if index != indices[-1]:
                 child = self._claim(self._link_names, f"{link}_{self.joints[index]}")
+            if joint.type == "free":
+                origin = Frame()
             kind = JOINT_TYPES[joint.type]
             if joint.type == "hinge" and joint.limited:
                 kind = "revolute"
@@ -320,12 +323,16 @@ class UrdfWriter:
     def _add_start(self) -> None:
         """Add the position of the keyframe ``home``, or of the first, as start positions."""
         keys = self.model.keys
-        if not keys:
-            return
-        key = next((key for key in keys if key.name == "home"), keys[0])
-        control = add(self._root, "ros2_control", name="start", type="system")
-        for joint, name in zip(self.model.joints, self.joints, strict=True):
-            for coordinate, value in self._list_start(joint, name, key.qpos):
+        key = next((key for key in keys if key.name == "home"), keys[0] if keys else None)
+        qpos = self.model.qpos0 if key is None else key.qpos
+        starts = [
+            start
+            for joint, name in zip(self.model.joints, self.joints, strict=True)
+            for start in self._list_start(joint, name, qpos)
+        ]
+        if any(value for _, value in starts):
+            control = add(self._root, "ros2_control", name="start", type="system")
+            for coordinate, value in starts:
                 element = add(control, "joint", name=coordinate)
                 state = add(element, "state_interface", name="position")
                 add(state, "param", text(value), name="initial_value")
@@ -333,14 +340,13 @@ class UrdfWriter:
     def _list_start(
         self, joint: Joint, name: str, qpos: list[float]
     ) -> Iterator[tuple[str, float]]:
-        """Yield the coordinates of a joint in a keyframe, from ``qpos0``."""
+        """Yield the coordinates of a joint in a keyframe, from its zero."""
         zero = self.model.qpos0
         address = joint.qposadr
         if joint.type in SINGLE:
             yield name, qpos[address] - zero[address]
             return
-        before, after = (_read_frame(joint, values) for values in (zero, qpos))
-        moved = before.inverse().compose(after)
+        moved = _read_frame(joint, qpos)
         if joint.type == "free":
             for number, shift in enumerate(moved.xyz, start=1):
                 yield f"{name}_T{number}", shift

@@ -80,16 +80,17 @@ def test_a_gravity_that_is_not_read_shows_in_the_bias(
 
 def test_verify_says_it_too(robot: Path, capsys: Any) -> None:
     convert(robot).write()
-    assert verify("robot.xml", "robot.mbs").verdict.endswith("as MuJoCo computes it, to 1e-12")
+    said = "the same robot, and as MuJoCo computes it, to 1e-1"
+    assert verify("robot.xml", "robot.mbs").verdict.startswith(said)
     config = Path("robot.yaml")
     config.write_text("source: robot.xml\n")
-    assert verify(config).verdict.endswith("as MuJoCo computes it, to 1e-12")
+    assert verify(config).verdict.startswith(said)
     assert main(["convert", "robot.xml", "--stop-after", "expand", "--dump", "dump"]) == 0
     urdf = Path("dump", "expanded.urdf")
-    said = verify(urdf, "robot.xml")
-    assert [difference.kind for difference in said.differences] == ["gravity"]
+    differences = verify(urdf, "robot.xml").differences
+    assert [difference.kind for difference in differences] == ["gravity"]
     robot.write_text(ARM.replace("0 0 -3", "0 0 -9.81"))
-    assert verify(urdf, "robot.xml").verdict.endswith("as MuJoCo computes it, to 1e-12")
+    assert verify(urdf, "robot.xml").verdict.startswith(said)
 
 
 def random_model(choice: Random) -> str:
