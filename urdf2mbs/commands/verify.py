@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 
 import msgspec
 
+from urdf2mbs.commands.kinds import Kind, check_kind
 from urdf2mbs.commands.printing import near, print_diagnostics, print_json
 from urdf2mbs.commands.settings import (
     READING,
@@ -49,6 +50,8 @@ EXAMPLES = (
     "urdf2mbs verify robot.yaml --ci --sarif urdf2mbs.sarif",
 )
 
+#: What may be compared.
+KINDS: tuple[Kind, ...] = ("robot", "config", "model", "project")
 #: The most findings that are printed, unless all are asked for.
 MOST_FINDINGS = 15
 
@@ -195,7 +198,10 @@ def _prepare(arguments: argparse.Namespace) -> tuple[str, Callable[..., Verdict]
         fields["gravity"] = tuple(arguments.gravity)
     joint_map = read_joint_map(arguments.map)
     second = None
+    if arguments.robot != STREAM:
+        check_kind(Path(arguments.robot), arguments, *KINDS)
     if arguments.model is not None:
+        check_kind(arguments.model, arguments, *KINDS)
         second = read_source(arguments.model, {}, is_first=False)
         second.installed_plugins = not arguments.no_plugins
     if not _is_of_config(arguments):
