@@ -44,6 +44,10 @@ if TYPE_CHECKING:
     from urdf2mbs.verification.restate import Restatement
 
 
+#: Where loops are closed, relative to their place; positions have rounding errors of all joints.
+CLOSURE_TOLERANCE = 1e-9
+
+
 def verify(
     source: Config | str | os.PathLike[str],
     model: Config | str | os.PathLike[str] | None = None,
@@ -120,7 +124,8 @@ def verify_sides(
     reference = read_first(first, model, fields)
     if joint_map is not None:
         joint_map.check(reference.robot, model.mbs)
-    match, proof = _match_and_compare(reference, model, joint_map, tolerance)
+    reference, match, proof = _match_and_compare(reference, model, joint_map, tolerance)
+    _compare_closures(proof, reference, model, tolerance)
     _compare_base(proof, reference, match, fields.get("base", "auto"))
     verdict = _make_verdict(proof, reference, model, match, frames=frames)
     if first.is_model or not second.is_model:
@@ -130,13 +135,13 @@ def verify_sides(
 
 def _match_and_compare(
     reference: Reference, model: Model, joint_map: JointMap | None, tolerance: float
-) -> tuple[Match, Proof]:
+) -> tuple[Reference, Match, Proof]:
     """Match and compare two robots: by a map and by name, and what is left by structure."""
     match = reference.match(reference.robot, model.mbs, joint_map)
     if not has_unmatched(match, reference.robot, model.mbs):
         proof = _prove(reference, model, match, tolerance)
         if proof.count_differing() < 2:
-            return match, proof
+            return reference, match, proof
     return _Explanation(reference, model, joint_map, tolerance).find()
 
 
@@ -153,8 +158,11 @@ class _Explanation:
         self._compare = partial(_prove, model=model, tolerance=tolerance)
         self._match = partial(_match, model=model, joint_map=joint_map, tolerance=tolerance)
 
-    def find(self) -> tuple[Match, Proof]:
-        """Return the joints that match, and the proof, with the causes as differences."""
+    def find(self) -> tuple[Reference, Match, Proof]:
+        """Return the first robot, restated, the joints that match, and the proof.
+
+        The causes are differences of the proof.
+        """
         from urdf2mbs.verification.restate import restate_angles, restate_lengths
 
         robot, mbs = self.reference.robot, self.model.mbs
@@ -171,8 +179,9 @@ class _Explanation:
         robot = self.reference.robot
         self._try(restate_angles(robot))
         self._try(self._restate_root())
+        self._try_other_cuts()
         self.proof.add_differences(self.found)
-        return self.match, self.proof
+        return self.reference, self.match, self.proof
 
     def _start(self, robot: Robot) -> None:
         """Match a robot that may be restated; compare the robot as it is."""
@@ -205,6 +214,28 @@ class _Explanation:
             self.match = match
         self.proof = proof
         return True
+
+    def _try_other_cuts(self) -> None:
+        """Cut a loop of the first robot where the second one may have cut it."""
+        from urdf2mbs.verification.loops import list_closures, recut
+        from urdf2mbs.verification.restate import is_explained
+
+        robot, before = self.reference.robot, self.proof.count_differing()
+        if before < 2 or not self.model.mbs.cuts:
+            return
+        for trial in recut(robot, list_closures(robot, self.reference.mbs)):
+            reference = _restate(self.reference, trial.robot)
+            match = self._match(reference)
+            proof = self._compare(reference, match=match)
+            if is_explained(before, proof.count_differing()):
+                before = proof.count_differing()
+                self.reference, self.match, self.proof = reference, match, proof
+                proof.but_for = {
+                    item: why for item, why in proof.but_for.items() if not item.startswith("cut ")
+                }
+                reason = f"cut at '{trial.joint.name}' in the .mbs: the loop moves in a plane"
+                proof.but_for[f"loop of '{trial.old.name}'"] = reason
+                self.reference.closures = trial.closures
 
     def _restate_root(self) -> Iterator[Restatement]:
         """Yield the first robot with its base turned."""
@@ -275,6 +306,23 @@ def _compare_base(proof: Proof, reference: Reference, match: Match, base: str) -
     if is_robot and base == "auto" and floats and is_fixed_to_world(reference.robot, inserted):
         message = "the robot is fixed to the world, and the base of the .mbs floats"
         proof.add_differences([Difference("base", message, urdf="fixed", mbs="floating")])
+
+
+def _compare_closures(proof: Proof, reference: Reference, model: Model, tolerance: float) -> None:
+    """Compare where the loops of two models are closed, if all that moves is the same.
+
+    The ends of a cut that a URDF states in ``<gazebo>`` are named as not compared.
+    """
+    if (reference.mbs is None and not reference.closures) or not proof.same:
+        return
+    from urdf2mbs.verification.loops import compare_closures, list_closures
+
+    closures = reference.closures or list_closures(reference.robot, reference.mbs)
+    differences = compare_closures(closures, model.mbs, max(tolerance, CLOSURE_TOLERANCE))
+    proof.add_differences(differences)
+    if not differences and len(closures) == len(model.mbs.cuts):
+        for item in [item for item in proof.but_for if item.startswith("cut ")]:
+            del proof.but_for[item]
 
 
 def _compare_followers(robot: Robot, model: Model, match: Match, proof: Proof) -> None:

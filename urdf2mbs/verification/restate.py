@@ -19,7 +19,7 @@ from urdf2mbs.proof.causes import describe_displacement
 from urdf2mbs.proof.mbs_side import build_mbs_side
 from urdf2mbs.proof.rigid import transform_point
 from urdf2mbs.spatial import HERE, Pose, Rot, Vec, add, compose
-from urdf2mbs.urdf.model import Inertial, Origin, Robot
+from urdf2mbs.urdf.model import Inertial, Link, Origin, Robot
 
 #: The lengths that people write for 1 m, and their names.
 LENGTHS = {1000.0: "millimetres for metres", 100.0: "centimetres for metres"}
@@ -194,20 +194,27 @@ def _to_pose(matrix: NDArray[np.float64]) -> Pose:
 
 def _move(robot: Robot, base: str, pose: Pose) -> Robot:
     """Return a robot with all that is on its base moved by a pose."""
-
-    def move(origin: Origin) -> Origin:
-        moved = compose(pose, origin.pose)
-        return Origin(moved.xyz, _to_rpy(moved.rot))
-
-    links, joints = dict(robot.links), dict(robot.joints)
+    joints = dict(robot.joints)
     for name, joint in joints.items():
         if joint.parent == base:
-            joints[name] = msgspec.structs.replace(joint, origin=move(joint.origin))
-    inertial = links[base].inertial
-    if inertial is not None:
-        moved = msgspec.structs.replace(inertial, origin=move(inertial.origin))
-        links[base] = msgspec.structs.replace(links[base], inertial=moved)
+            origin = convert_to_origin(compose(pose, joint.origin.pose))
+            joints[name] = msgspec.structs.replace(joint, origin=origin)
+    links = {**robot.links, base: move_in_frame(robot.links[base], pose)}
     return msgspec.structs.replace(robot, links=links, joints=joints)
+
+
+def move_in_frame(link: Link, pose: Pose) -> Link:
+    """Return a link whose inertia is moved by a pose; its shapes are left where they are."""
+    inertial = link.inertial
+    if inertial is None:
+        return link
+    origin = convert_to_origin(compose(pose, inertial.origin.pose))
+    return msgspec.structs.replace(link, inertial=msgspec.structs.replace(inertial, origin=origin))
+
+
+def convert_to_origin(pose: Pose) -> Origin:
+    """Return a pose as an ``<origin>``."""
+    return Origin(pose.xyz, _to_rpy(pose.rot))
 
 
 def _to_rpy(rot: Rot) -> Vec:

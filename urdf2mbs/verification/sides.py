@@ -33,6 +33,7 @@ from urdf2mbs.states import OnPurpose
 from urdf2mbs.urdf.model import Robot
 from urdf2mbs.urdf.reader import is_name
 from urdf2mbs.verification.joint_map import JointMap
+from urdf2mbs.verification.loops import Closure
 
 #: The passes that read the robot.  Passes of plugins that change the robot join them.
 _ROBOT_PASSES = ("expand", "insert-base")
@@ -80,6 +81,10 @@ class Reference(msgspec.Struct, kw_only=True):
     undeclared: list[Difference] = []
     """The changes that no pass of the config declared."""
     conversion: Conversion | None = None
+    mbs: Mbs | None = None
+    """The model, if the first robot is an .mbs."""
+    closures: list[Closure] = []
+    """What closes its loops, if they are cut elsewhere than in its file."""
 
 
 def is_robot(name: str) -> bool:
@@ -199,6 +204,7 @@ def _refer_to_model(source: Source, fields: dict[str, Any]) -> Reference:
         robot=robot,
         match=_match_by_name,
         expect=expect,
+        mbs=mbs,
     )
 
 
