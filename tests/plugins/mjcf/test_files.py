@@ -109,8 +109,9 @@ def test_files_of_the_model_are_read(folder: Path) -> None:
     result = make(with_parts(option='<include file="parts/part.xml"/>'))
     assert "secret" in result.robot.links
     assert [Path(name).name for name in result.conversion.input.expansion.files] == [
-        "robot.xml", "part.xml",
-    ]  # fmt: skip
+        "robot.xml",
+        "part.xml",
+    ]
     (folder / "meshes").mkdir()
     shutil.copy("cube.obj", "meshes/far.obj")
     (visual,) = make(with_mesh("far.obj", '<compiler meshdir="meshes"/>')).robot.links["b"].visuals
@@ -209,8 +210,11 @@ def test_nothing_is_left_behind(
     fail(with_parts(option="<bodi/>"))
     assert list(scratch.iterdir()) == []
     assert sorted(path.name for path in folder.iterdir()) == [
-        ".hidden.xml", "cube.obj", "link.xml", "robot.xml",
-    ]  # fmt: skip
+        ".hidden.xml",
+        "cube.obj",
+        "link.xml",
+        "robot.xml",
+    ]
 
 
 def test_mutated_files_are_read_or_refused(folder: Path) -> None:
@@ -235,8 +239,11 @@ def test_mutated_files_are_read_or_refused(folder: Path) -> None:
             code = error.code
         assert code not in ("internal", "plugin-failed", "mjcf-crash"), text
     assert sorted(path.name for path in folder.iterdir()) == [
-        ".hidden.xml", "cube.obj", "link.xml", "robot.xml",
-    ]  # fmt: skip
+        ".hidden.xml",
+        "cube.obj",
+        "link.xml",
+        "robot.xml",
+    ]
 
 
 @pytest.mark.skipif(shutil.which("strace") is None, reason="strace is not installed")

@@ -61,8 +61,9 @@ def test_messages_name_the_line_of_the_mjcf() -> None:
     (said,) = [said for said in make(ARM).diagnostics if said.code == "joint-ball"]
     assert said.file is not None
     assert (Path(said.file).name, said.line) == (
-        "robot.xml", 1 + ARM[: ARM.index('<joint name="wrist"')].count("\n"),
-    )  # fmt: skip
+        "robot.xml",
+        1 + ARM[: ARM.index('<joint name="wrist"')].count("\n"),
+    )
     with pytest.raises(ConversionError, match=r"robot\.xml:10: error\[mjcf-invalid\].*joynt"):
         make(with_parts().replace('<joint name="two"', '<joynt name="two"'))
 
