@@ -26,7 +26,7 @@ WORK = {
 }  # fmt: skip
 RAN = [name for name in NINE if name in WORK]
 #: Two passes, and those of plugins that say their place behind the two.
-JOINED = {"expand", "snap", "estimate-inertia", "insert-base", "rotors"}
+JOINED = {"expand", "snap", "estimate-inertia", "compare-mujoco", "insert-base", "rotors"}
 
 
 def marks(tmp_path: Path, *names: str) -> Path:

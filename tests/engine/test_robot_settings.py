@@ -16,7 +16,7 @@ from typing import Annotated
 
 from msgspec import Meta
 
-from urdf2mbs.plugin import Expansion, Pass, hookimpl
+from urdf2mbs.plugin import ConfigError, Expansion, Pass, hookimpl
 from urdf2mbs.testing import TINY
 
 
@@ -39,6 +39,8 @@ class LookAtIt(Pass):
     weights: dict[str, Annotated[float, Meta(gt=0.0)]] = {{}}
 
     def run(self, conversion):
+        if "nothing" in self.weights:
+            raise ConfigError("look", "there is no link 'nothing'")
         conversion.report["seen"] = [conversion.state(Seen).mass, self.weights]
 
 
@@ -136,6 +138,13 @@ def test_settings_that_no_config_has_are_errors(
         convert_moon()
     assert caught.value.code == "robot-settings-invalid"
     assert said in caught.value.message
+
+
+def test_an_error_about_an_option_names_the_file_that_set_it(moon: Path) -> None:
+    write_reader({"passes": {"look-at-it": {"weights": {"nothing": 1.0}}}})
+    with pytest.raises(ConversionError) as caught:
+        convert_moon()
+    assert caught.value.hint == "robot.moon sets 'look-at-it.weights'; the config overrules it"
 
 
 def test_a_second_opinion_is_part_of_the_verdict(moon: Path) -> None:

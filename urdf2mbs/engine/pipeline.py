@@ -21,7 +21,7 @@ from urdf2mbs.engine.failures import locating_option, naming_pass, naming_plugin
 from urdf2mbs.engine.levels import apply_levels, raise_errors
 from urdf2mbs.engine.order import ConfiguredPass, check_order, list_method, resolve
 from urdf2mbs.engine.plugins import Plugins, load_plugins
-from urdf2mbs.engine.robot_settings import apply_robot_settings
+from urdf2mbs.engine.robot_settings import apply_robot_settings, naming_robot_settings
 from urdf2mbs.engine.settings import check_output, make_settings
 from urdf2mbs.hookspecs import GROUP, Pass
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, nearest
@@ -275,7 +275,10 @@ class Pipeline:
         pass_check = PassCheck(configured_pass, conversion, finished_passes)
         with naming_pass(self.plugins, configured_pass, conversion, finished_passes):
             config = conversion.settings.config
-            with locating_option(configured_pass.name, config, self._config_lines):
+            with (
+                naming_robot_settings(configured_pass.name, conversion),
+                locating_option(configured_pass.name, config, self._config_lines),
+            ):
                 configured_pass.pass_.run(conversion)
             pass_check.finish()
         pass_check.check_sections()

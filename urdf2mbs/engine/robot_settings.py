@@ -6,7 +6,8 @@ A file of another format may say what a URDF cannot: its reader puts that into
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any
 
 import msgspec
@@ -15,7 +16,7 @@ from urdf2mbs.config.lines import Lines
 from urdf2mbs.config.model import Config
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.order import ConfiguredPass, merge_options
-from urdf2mbs.messages.diagnostics import ConversionError
+from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
 from urdf2mbs.summary import list_robot_settings
 
 #: The keys of a config that a robot's file may state.
@@ -71,6 +72,21 @@ def apply_robot_settings(
     conversion.input.settings = used
     names = ", ".join(list_robot_settings(conversion))
     conversion.note("robot-settings", f"settings of the robot's own file: {names}")
+
+
+@contextmanager
+def naming_robot_settings(pass_name: str, conversion: Conversion) -> Iterator[None]:
+    """Add to an error about an option that the robot's file has stated it."""
+    try:
+        yield
+    except ConfigError as error:
+        options = conversion.input.settings.get("passes", {}).get(pass_name)
+        if options and error.file is None:
+            names = ", ".join(f"'{pass_name}.{name}'" for name in options)
+            source = conversion.settings.source.name
+            hint = f"{source} sets {names}; the config overrules it"
+            error.hint = f"{error.hint}\n  {hint}" if error.hint else hint
+        raise
 
 
 def _check_keys(conversion: Conversion, stated: Mapping[str, Any]) -> None:

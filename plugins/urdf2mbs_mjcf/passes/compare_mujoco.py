@@ -12,7 +12,14 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from urdf2mbs.plugin import Conversion, Difference, Pass, SecondOpinions, Tolerance
+from urdf2mbs.plugin import (
+    Conversion,
+    Difference,
+    Pass,
+    SecondOpinions,
+    Tolerance,
+    read_text,
+)
 from urdf2mbs_mjcf.dynamics import Coordinates, Dynamics, compute_dynamics
 from urdf2mbs_mjcf.frames import Frame
 from urdf2mbs_mjcf.model import State, Written
@@ -37,9 +44,13 @@ class CompareMujoco(Pass):
         written = conversion.states.get(Written)
         if written is None or not written.model.joints:
             return
+        robot = conversion.robot
+        if conversion.checked.changed:  # by a pass that a config has put before this one
+            given = conversion.input
+            robot, _ = read_text(conversion.settings.source, given.data, given.expansion, {})
         deviations: dict[str, Deviation] = {}
         for state in written.model.states:
-            for deviation in compare_state(conversion.robot, written, state):
+            for deviation in compare_state(robot, written, state):
                 known = deviations.get(deviation.kind)
                 if known is None or deviation.size > known.size:
                     deviations[deviation.kind] = deviation

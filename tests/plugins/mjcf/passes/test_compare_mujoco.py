@@ -93,6 +93,18 @@ def test_verify_says_it_too(robot: Path, capsys: Any) -> None:
     assert verify(urdf, "robot.xml").verdict.startswith(said)
 
 
+def test_a_pass_before_it_may_change_the_robot(robot: Path) -> None:
+    drop_links = Path(__file__).parents[3] / "door" / "drop_links.py"
+    result = convert(
+        robot,
+        plugins=[drop_links],
+        after={"expand": "drop-links"},
+        passes={"drop-links": {"links": ["lower"]}},
+    )
+    assert "as MuJoCo computes it" in result.report.verdict
+    assert "but for what drop-links changed" in result.report.verdict
+
+
 def random_model(choice: Random) -> str:
     """A tree of bodies with joints of all kinds, each anywhere."""
 
