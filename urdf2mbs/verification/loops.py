@@ -150,7 +150,9 @@ def recut(robot: Robot, closures: list[Closure]) -> Iterator[Recut]:
                     chain = _Chain(closure, end, way[:number], joint)
                     place = poses[joint.child].xyz
                     cut = Closure(joint.name, (joint.parent, joint.child), (place, place))
-                    yield Recut(_cut(robot, chain, axes[0]), [*others, cut], closure, joint)
+                    x, y, z = axes[0]
+                    for axis in ((x, y, z), (-x, -y, -z)):  # which of them, a ball does not say
+                        yield Recut(_cut(robot, chain, axis), [*others, cut], closure, joint)
 
 
 def _list_way(joint_of_child: dict[str, Joint], link: str) -> list[Joint]:

@@ -220,14 +220,10 @@ def _refer_to_robot(source: Source, model: Model, fields: dict[str, Any]) -> Ref
         intent = load_plugins().hook.urdf2mbs_intent(model=Path(model.name)) or Intent()
     names = join(_ROBOT_PASSES, load_plugins(installed=False))
     options = {name: values for name, values in intent.passes.items() if name in names}
-    if fields.get("base", "auto") == "auto":
-        base = "floating" if find_floating_joints(model.mbs) else "fixed"
-        fields = {**fields, "base": base}
-    fields["output"] = {"project": files.project_of(Path(model.name))}  # where rotors are
-    config, lines = config_of(
-        {"source": source.name, "pipeline": names, "passes": options}, **fields
-    )
-    conversion = Pipeline(config, lines, installed_plugins=False).run()
+    given = {"source": source.name, "pipeline": names, "passes": options}
+    project = {"project": files.project_of(Path(model.name))}  # rotors are for projects only
+    fields = {**fields, "output": project}
+    conversion = _read_robot(given, fields, model.mbs)
 
     def expect(match: Match, model: Model) -> Expectation:
         return Expectation(
@@ -250,6 +246,23 @@ def _refer_to_robot(source: Source, model: Model, fields: dict[str, Any]) -> Ref
         },
         conversion=conversion,
     )
+
+
+def _read_robot(given: dict[str, Any], fields: dict[str, Any], mbs: Mbs) -> Conversion:
+    """Read a robot, with the base of a model unless the fields state one.
+
+    Six joints of the model that are joints of the URDF are no floating base.
+    """
+    bases = [fields.get("base", "auto")]
+    if bases == ["auto"]:
+        bases = ["floating", "fixed"] if find_floating_joints(mbs) else ["fixed"]
+    for base in bases:
+        config, lines = config_of(given, **{**fields, "base": base})
+        conversion = Pipeline(config, lines, installed_plugins=False).run()
+        inserted = conversion.base.inserted
+        if not inserted or inserted in match_by_name(conversion.robot, mbs).joints:
+            break
+    return conversion
 
 
 def _refer_to_config(source: Source) -> Reference:

@@ -142,6 +142,10 @@ class _Matcher:
             for other in layouts
         )
         pairs, trials = self._exchange(layout)
+        if layout is not layouts[0]:  # the robot as it stands deserves exchanges, too
+            other_pairs, other_trials = self._exchange(layouts[0])
+            if self._ask(other_pairs).is_better(self._ask(pairs)):
+                layout, pairs, trials = layouts[0], other_pairs, other_trials
         score = self._ask(pairs)
         names = self.a.names
         return StructureMatch(

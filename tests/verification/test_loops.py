@@ -1,0 +1,113 @@
+"""A loop in a plane is the same robot wherever it is cut, but not if it closes elsewhere."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from proving import joint, link, robot
+from urdf2mbs import convert, verify
+
+PIN = "-2 {} 0"
+
+
+def solid(mass: float, x: float) -> str:
+    """An inertia whose centre is at x (m)."""
+    return (
+        f'<inertial><origin xyz="{x} 0 0"/><mass value="{mass}"/>'
+        '<inertia ixx="0.01" iyy="0.02" izz="0.03" ixy="0" ixz="0" iyz="0"/></inertial>'
+    )
+
+
+def close(name: str, parent: str, child: str, xyz: str) -> str:
+    """A rotation that closes a loop, as Gazebo states it."""
+    return (
+        f'<gazebo><joint name="{name}" type="revolute"><parent>{parent}</parent>'
+        f"<child>{child}</child><pose>{xyz} 0 0 0</pose><axis><xyz>0 0 1</xyz></axis></joint>"
+        "</gazebo>"
+    )
+
+
+CRANKS = (
+    link("world"),
+    link("a", solid(1, 0.1)),
+    link("c", solid(3, 0.2)),
+    joint("world", "a", name="A"),
+    joint("world", "c", xyz="2 0 0", name="D"),
+)
+
+
+def cut_at_c() -> str:
+    """A parallelogram of 2 m by 1 m: ground, a, b, c; cut between b and c."""
+    coupler = joint("a", "b", xyz="0 1 0", name="B")
+    return robot(*CRANKS, link("b", solid(2, 0.7)), coupler, close("C", "b", "c", "0 1 0"))
+
+
+def cut_at_b(y: float = 0.0) -> str:
+    """The same one, cut between a and b; y moves the cut (m)."""
+    coupler = joint("c", "b", xyz="0 1 0", name="C")
+    pin = close("B", "a", "b", PIN.format(y))
+    return robot(*CRANKS, link("b", solid(2, 0.7 - 2)), coupler, pin)
+
+
+def cut_at_a() -> str:
+    """The same one, cut between the ground and a, so that two joints carry the other way round."""
+    crank = link("a", solid(1, 0.1).replace('xyz="0.1 0 0"', 'xyz="0.1 -1 0"'))
+    elements = (
+        link("world"),
+        link("c", solid(3, 0.2)),
+        link("b", solid(2, 0.7 - 2)),
+        crank,
+        joint("world", "c", xyz="2 0 0", name="D"),
+        joint("c", "b", xyz="0 1 0", name="C"),
+        joint("b", "a", xyz="-2 0 0", name="B", axis="0 0 -1"),
+    )
+    return robot(*elements, close("A", "world", "a", "0 -1 0"))
+
+
+@pytest.fixture
+def loops(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    texts = {"c": cut_at_c(), "b": cut_at_b(), "a": cut_at_a(), "off": cut_at_b(0.05)}
+    for name, text in texts.items():
+        Path(f"{name}.urdf").write_text(re.sub("<limit[^>]*>", "", text))  # a cut has none
+        Path(f"{name}.mbs").write_bytes(convert(f"{name}.urdf").data)
+
+
+@pytest.mark.usefixtures("loops")
+@pytest.mark.parametrize("second", ["b.urdf", "b.mbs", "a.urdf", "a.mbs"])
+@pytest.mark.parametrize("first", ["c.urdf", "c.mbs"])
+def test_a_loop_may_be_cut_at_another_joint(first: str, second: str) -> None:
+    verdict = verify(first, second)
+    assert verdict.same, [difference.message for difference in verdict.differences]
+    (item, reason), *_ = verdict.but_for.items()
+    joints = {first[0].upper(), second[0].upper()}
+    assert {item.split("'")[1].removesuffix("_1"), reason.split("'")[1]} == joints
+
+
+@pytest.mark.usefixtures("loops")
+@pytest.mark.parametrize(
+    ("first", "second"), [("c.urdf", "off.urdf"), ("c.mbs", "off.mbs"), ("b.mbs", "off.mbs")]
+)
+def test_a_loop_that_is_closed_elsewhere_is_another_one(first: str, second: str) -> None:
+    verdict = verify(first, second)
+    assert not verdict.same
+    (difference,) = verdict.differences
+    assert difference.kind == "cut"
+    assert "is 0.05 m away" in difference.message
+
+
+@pytest.mark.usefixtures("loops")
+def test_a_loop_is_itself() -> None:
+    verdict = verify("c.mbs", "c.mbs")
+    assert verdict.verdict == "the same robot"
+
+
+@pytest.mark.usefixtures("loops")
+def test_a_loop_in_space_is_not_cut_elsewhere() -> None:
+    """A ball in place of a rotation lets it move in other ways."""
+    for name in ("c", "b"):
+        text = Path(f"{name}.urdf").read_text()
+        tilted = text.replace('xyz="2 0 0" rpy="0 0 0"', 'xyz="2 0 0" rpy="0.2 0 0"')
+        Path(f"{name}.urdf").write_text(tilted)
+    assert not verify("c.urdf", "b.urdf").same
