@@ -56,6 +56,21 @@ class Opened:
 Open = Callable[..., Opened]
 
 
+def wait_until(page: Page, condition: str) -> None:
+    """Wait until an expression of the page is true; fail if it is not after 300 frames."""
+    is_true = page.evaluate(
+        f"""new Promise((done) => {{
+          let count = 0;
+          requestAnimationFrame(function look() {{
+            if ({condition}) done(true);
+            else if (count++ === 300) done(false);
+            else requestAnimationFrame(look);
+          }});
+        }})"""
+    )
+    assert is_true, condition
+
+
 def open_report(
     browser: Browser, folder: Path, conversion: Conversion, init: str | None = None
 ) -> Opened:

@@ -12,7 +12,7 @@ import pytest
 
 from oracle.mbs import Evaluator
 from oracle.multibody import rotation
-from plugins.report.opened import Open, Opened, open_report
+from plugins.report.opened import Open, Opened, open_report, wait_until
 from plugins.report.shown import EVIL, HOSTILE, SHOWN, data, edit, run
 from proving import SOLID, joint, link, robot
 from urdf2mbs.conversion import Conversion
@@ -143,9 +143,7 @@ def test_the_diagram_zooms_and_moves(opened: Open, tiny: Conversion) -> None:
     report.page.mouse.move(x, y)
     before_wheel = report.ask("scrollY")
     report.page.mouse.wheel(0, -100)
-    report.ask(f"""new Promise((done) => requestAnimationFrame(function look() {{
-      if (scrollY < {before_wheel}) done(); else requestAnimationFrame(look);
-    }}))""")
+    wait_until(report.page, f"scrollY < {before_wheel}")
     assert read_view_box() == whole_box
     y += before_wheel - report.ask("scrollY")
     report.page.keyboard.down("Control")

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
+from plugins.report.opened import wait_until
 from plugins.report.shown import CONFIGS, run
 from urdf2mbs.mbs.model import Base, Body, Connection, Joint, Mbs, Parameter, Point, UserModel
 from urdf2mbs_report.motion import stack_columns
@@ -217,11 +218,7 @@ def test_a_finger_scrolls_the_page(part: str, open_page: OpenPage, biped: Report
     for step in range(1, 12):
         send("touchMove", (x, y - 15 * step))
     send("touchEnd")
-    page.evaluate(
-        f"""new Promise((done) => requestAnimationFrame(function look() {{
-          if (scrollY > {before + 50}) done(); else requestAnimationFrame(look);
-        }}))"""
-    )
+    wait_until(page, f"scrollY > {before + 50}")
     if part != "#paper svg":
         return
     view_box = page.locator(part).get_attribute("viewBox")
@@ -285,11 +282,7 @@ def test_a_page_of_modes_lists_them(open_page: OpenPage, tmp_path: Path) -> None
     assert page.evaluate("urdf2mbs.position('rocker')") == pytest.approx(0.2)
     assert page.locator("#amplitude-value").inner_text() == "11.5° of rocker"
     page.locator("#play").click()
-    page.evaluate(
-        """new Promise((done) => requestAnimationFrame(function look() {
-          if (urdf2mbs.position("rocker") < 0.19) done(); else requestAnimationFrame(look);
-        }))"""
-    )
+    wait_until(page, "urdf2mbs.position('rocker') < 0.19")
     page.locator("#play").click()
     assert page.locator("#play").inner_text() == "Play"
 
