@@ -169,3 +169,21 @@ def test_verify_takes_its_tolerance(pair: Path, tolerance: float, same: bool) ->
     text = (pair / "tiny.mbs").read_text()
     (pair / "tiny.mbs").write_text(text.replace("<mass>0.5<", "<mass>0.50001<"))
     assert (verify("tiny.urdf", "tiny.mbs", tolerance=tolerance).differences == []) is same
+
+
+def test_six_joints_of_a_urdf_are_no_floating_base(here: Path) -> None:
+    """Some authors let a robot float by three shifts and three rotations of their own."""
+    axes = ["1 0 0", "0 1 0", "0 0 1"]
+    kinds = [*(("prismatic", axis) for axis in axes), *(("continuous", axis) for axis in axes)]
+    body = '<inertial><mass value="2"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>'
+    elements = [link("world"), *(link(f"l{k}") for k in range(5)), link("l5", body + "</inertial>")]
+    parents = ["world", *(f"l{k}" for k in range(5))]
+    elements += [
+        joint(parent, f"l{k}", kind, axis=axis)
+        for k, (parent, (kind, axis)) in enumerate(zip(parents, kinds, strict=True))
+    ]
+    (here / "own.urdf").write_text(robot(*elements))
+    (here / "own.mbs").write_bytes(convert("own.urdf").data)
+    verdict = verify("own.urdf", "own.mbs")
+    assert verdict.same
+    assert len(verdict.joints) == 6
