@@ -190,7 +190,7 @@ def test_joints_of_the_same_name_at_other_places_are_no_match(tmp_path: Path) ->
 def test_if_all_names_match_nothing_is_matched_by_place(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    import urdf2mbs.verification.compare as module
+    import urdf2mbs.verification.explanation as module
 
     monkeypatch.setattr(module, "_Explanation", None)
     verdict = compare(tmp_path, HUMANOID, HUMANOID.encode())

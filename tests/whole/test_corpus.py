@@ -32,7 +32,7 @@ def test_what_must_not_be_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     good = Path("tiny.mbs").read_bytes()
     assert attempt("mbs", b"<mbsDescR7/>")[0] != ""
     with monkeypatch.context() as patch:
-        patch.setattr("urdf2mbs.verification.compare.compare", _raise)
+        patch.setattr("urdf2mbs.verification.explanation.compare", _raise)
         with pytest.raises(ZeroDivisionError):
             attempt("mbs", good)
     with monkeypatch.context() as patch:

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator, Mapping
-from functools import partial
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,20 +12,18 @@ import msgspec
 from urdf2mbs.config.model import Config
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.messages.diagnostics import ConfigError
-from urdf2mbs.proof.compare import compare
 from urdf2mbs.proof.findings import find_causes
 from urdf2mbs.proof.match import (
     Match,
     find_floating_joints,
-    has_unmatched,
     is_fixed_to_world,
     list_spellings,
 )
 from urdf2mbs.proof.pair import TOLERANCE
 from urdf2mbs.proof.verdict import Difference, Proof
 from urdf2mbs.ranges import LARGEST_TOLERANCE
-from urdf2mbs.states import SecondOpinions
 from urdf2mbs.urdf.model import Robot
+from urdf2mbs.verification.explanation import match_and_compare
 from urdf2mbs.verification.joint_map import JointMap, read_joint_map
 from urdf2mbs.verification.sides import (
     Model,
@@ -41,7 +38,7 @@ from urdf2mbs.verification.sides import (
 from urdf2mbs.verification.verdict import Verdict
 
 if TYPE_CHECKING:
-    from urdf2mbs.verification.restate import Restatement
+    pass
 
 
 #: Where loops are closed, relative to their place; positions have rounding errors of all joints.
@@ -124,161 +121,13 @@ def verify_sides(
     reference = read_first(first, model, fields)
     if joint_map is not None:
         joint_map.check(reference.robot, model.mbs)
-    reference, match, proof = _match_and_compare(reference, model, joint_map, tolerance)
+    reference, match, proof = match_and_compare(reference, model, joint_map, tolerance)
     _compare_closures(proof, reference, model, tolerance)
     _compare_base(proof, reference, match, fields.get("base", "auto"))
     verdict = _make_verdict(proof, reference, model, match, frames=frames)
     if first.is_model or not second.is_model:
         verdict.name_sides(*_name_sides(first, second))
     return verdict
-
-
-def _match_and_compare(
-    reference: Reference, model: Model, joint_map: JointMap | None, tolerance: float
-) -> tuple[Reference, Match, Proof]:
-    """Match and compare two robots: by a map and by name, and what is left by structure."""
-    match = reference.match(reference.robot, model.mbs, joint_map)
-    if not has_unmatched(match, reference.robot, model.mbs):
-        proof = _prove(reference, model, match, tolerance)
-        if proof.count_differing() < 2:
-            return reference, match, proof
-    return _Explanation(reference, model, joint_map, tolerance).find()
-
-
-class _Explanation:
-    """Looks for one cause of many differences: other units, or a base that is turned."""
-
-    def __init__(
-        self, reference: Reference, model: Model, joint_map: JointMap | None, tolerance: float
-    ) -> None:
-        self.reference = reference
-        self.model = model
-        self.found: list[Difference] = []
-        """The causes that were found."""
-        self._compare = partial(_prove, model=model, tolerance=tolerance)
-        self._match = partial(_match, model=model, joint_map=joint_map, tolerance=tolerance)
-
-    def find(self) -> tuple[Reference, Match, Proof]:
-        """Return the first robot, restated, the joints that match, and the proof.
-
-        The causes are differences of the proof.
-        """
-        from urdf2mbs.verification.restate import restate_angles, restate_lengths
-
-        robot, mbs = self.reference.robot, self.model.mbs
-        lengths = [*restate_lengths(robot, mbs)]
-        self._start(lengths[0].robot if lengths else robot)
-        # both may be in other units
-        both = [
-            angles._replace(message=f"{each.message}; and {angles.message}")
-            for each in lengths
-            for angles in restate_angles(each.robot)
-        ]
-        if lengths and not self._try([*lengths, *both]):
-            self._start(robot)
-        robot = self.reference.robot
-        self._try(restate_angles(robot))
-        self._try(self._restate_root())
-        self._try_other_cuts()
-        self.proof.add_differences(self.found)
-        return self.reference, self.match, self.proof
-
-    def _start(self, robot: Robot) -> None:
-        """Match a robot that may be restated; compare the robot as it is."""
-        self.match = self._match(_restate(self.reference, robot))
-        self.proof = self._compare(self.reference, match=self.match)
-
-    def _try(self, restatements: Iterable[Restatement]) -> bool:
-        """Restate the first robot by that which explains most; return whether one does."""
-        from urdf2mbs.verification.restate import is_explained
-
-        before = self.proof.count_differing()
-        if before < 2:
-            return False
-        best: tuple[int, Restatement] | None = None
-        for restatement in restatements:
-            trial = self._compare(_restate(self.reference, restatement.robot), match=self.match)
-            differing = trial.count_differing()
-            if is_explained(before, differing) and (best is None or differing < best[0]):
-                best = differing, restatement
-        if best is None:
-            return False
-        restatement = best[1]
-        self.reference = _restate(self.reference, restatement.robot)
-        self.found.append(Difference(restatement.kind, restatement.message))
-        match = self._match(self.reference)
-        proof = self._compare(self.reference, match=match)
-        if proof.count_differing() > best[0]:  # the match before was better
-            proof = self._compare(self.reference, match=self.match)
-        else:
-            self.match = match
-        self.proof = proof
-        return True
-
-    def _try_other_cuts(self) -> None:
-        """Cut a loop of the first robot where the second one may have cut it."""
-        from urdf2mbs.verification.loops import list_closures, recut
-        from urdf2mbs.verification.restate import is_explained
-
-        robot, before = self.reference.robot, self.proof.count_differing()
-        if before < 2 or not self.model.mbs.cuts:
-            return
-        for trial in recut(robot, list_closures(robot, self.reference.mbs)):
-            reference = _restate(self.reference, trial.robot)
-            match = self._match(reference)
-            proof = self._compare(reference, match=match)
-            if is_explained(before, proof.count_differing()):
-                before = proof.count_differing()
-                self.reference, self.match, self.proof = reference, match, proof
-                proof.but_for = {
-                    item: why for item, why in proof.but_for.items() if not item.startswith("cut ")
-                }
-                reason = f"cut at '{trial.joint.name}' in the .mbs: the loop moves in a plane"
-                proof.but_for[f"loop of '{trial.old.name}'"] = reason
-                self.reference.closures = trial.closures
-
-    def _restate_root(self) -> Iterator[Restatement]:
-        """Yield the first robot with its base turned."""
-        from urdf2mbs.proof.structure.complete import find_base_poses
-        from urdf2mbs.verification.restate import restate_root
-
-        robot = self.reference.robot
-        floating = [name for name, names in self.match.joints.items() if len(names) == 6]
-        base = robot.joints[floating[0]].child if floating else robot.root()
-        poses = find_base_poses(robot, self.model.mbs, self.match)
-        yield from restate_root(robot, base, poses)
-
-
-def _restate(reference: Reference, robot: Robot) -> Reference:
-    """Return a reference whose robot is stated in other units."""
-    return msgspec.structs.replace(reference, robot=robot)
-
-
-def _match(
-    reference: Reference, model: Model, joint_map: JointMap | None, tolerance: float
-) -> Match:
-    """Match the joints of two robots: by a map, by name, and what is left by structure."""
-    match = reference.match(reference.robot, model.mbs, joint_map)
-    if not has_unmatched(match, reference.robot, model.mbs):
-        return match
-    from urdf2mbs.proof.structure.complete import complete_match  # imports scipy
-
-    expectation = reference.expect(match, model)
-    return complete_match(reference.robot, model.mbs, match, expectation, tolerance)
-
-
-def _prove(reference: Reference, model: Model, match: Match, tolerance: float) -> Proof:
-    """Compare two robots whose joints are matched."""
-    expectation = reference.expect(match, model)
-    proof = compare(reference.robot, model.mbs, match, expectation, tolerance)
-    proof.but_for |= reference.accepted
-    proof.add_differences(reference.undeclared)
-    if model.conversion is not None:
-        _compare_followers(reference.robot, model, match, proof)
-    for conversion in (reference.conversion, model.conversion):
-        if conversion is not None:
-            conversion.state(SecondOpinions).add_to(proof)
-    return proof
 
 
 def _name_sides(first: Source, second: Source) -> tuple[str, str]:
@@ -323,32 +172,6 @@ def _compare_closures(proof: Proof, reference: Reference, model: Model, toleranc
     if not differences and len(closures) == len(model.mbs.cuts):
         for item in [item for item in proof.but_for if item.startswith("cut ")]:
             del proof.but_for[item]
-
-
-def _compare_followers(robot: Robot, model: Model, match: Match, proof: Proof) -> None:
-    """Compare the ``<mimic>`` of two robots, which a plain .mbs cannot hold."""
-    assert model.conversion is not None
-    second = model.conversion.robot
-    joint_of = {
-        coordinates[0]: name
-        for name, coordinates in model.conversion.names.coordinates.items()
-        if coordinates
-    }
-    counterparts = {
-        name: joint_of.get(names[0], name) for name, names in match.joints.items() if names
-    }
-    for joint in robot.joints.values():
-        counterpart = second.joints.get(counterparts.get(joint.name, joint.name))
-        if joint.mimic is not None and joint.name in match.joints:
-            proof.but_for.pop(f"joint '{joint.name}'", None)
-        expected = joint.mimic
-        if expected is not None:
-            leader = counterparts.get(expected.joint, expected.joint)
-            expected = msgspec.structs.replace(expected, joint=leader)
-        if counterpart is not None and expected != counterpart.mimic:
-            message = f"joint '{joint.name}' has another <mimic>"
-            difference = Difference("mimic", message, link=joint.child, joint=joint.name)
-            proof.add_differences([difference])
 
 
 def _make_verdict(

@@ -35,16 +35,16 @@ class JointMap(msgspec.Struct):
         Raises:
             ConfigError: ``map-invalid``.
         """
-        own = {joint.name for joint in robot.joints.values() if joint.moves}
-        other = mbs.joints().keys()
+        moving = {joint.name for joint in robot.joints.values() if joint.moves}
+        mbs_joints = mbs.joints().keys()
         used: dict[str, str] = {}
         for name, names in self.joints.items():
-            if name not in own:
-                raise self._error(name, f"the first robot has no joint '{name}' that moves", own)
+            if name not in moving:
+                raise self._error(name, f"the first robot has no joint '{name}' that moves", moving)
             for other_name in names:
-                if other_name not in other:
+                if other_name not in mbs_joints:
                     message = f"the second robot has no joint '{other_name}'"
-                    raise self._error(name, message, other, other_name)
+                    raise self._error(name, message, mbs_joints, other_name)
                 if other_name in used:
                     message = f"'{other_name}' is the joint of '{used[other_name]}' and of '{name}'"
                     raise self._error(name, message)

@@ -134,34 +134,34 @@ def recut(robot: Robot, closures: list[Closure]) -> Iterator[Recut]:
     joint_of_child = {joint.child: joint for joint in robot.joints.values()}
     poses = robot.poses()
     for closure in closures:
-        ways = [_list_way(joint_of_child, link) for link in closure.links]
-        shared = {joint.name for joint in ways[0]} & {joint.name for joint in ways[1]}
-        loops = [[joint for joint in way if joint.name not in shared] for way in ways]
-        moving = [joint for way in loops for joint in way if joint.moves]
+        paths = [_list_path(joint_of_child, link) for link in closure.links]
+        shared = {joint.name for joint in paths[0]} & {joint.name for joint in paths[1]}
+        loops = [[joint for joint in path if joint.name not in shared] for path in paths]
+        moving = [joint for path in loops for joint in path if joint.moves]
         if not moving or not all(j.type in ("revolute", "continuous") for j in moving):
             continue
         axes = [rotate(poses[joint.child].rot, unit(joint.axis)) for joint in moving]
         if any(hypot(*cross(axes[0], axis)) > PARALLEL for axis in axes):
             continue
-        others = [each for each in closures if each is not closure]
-        for way, end in ((loops[0], 0), (loops[1], 1)):
-            for number, joint in enumerate(way):
+        kept_closures = [each for each in closures if each is not closure]
+        for path, end in ((loops[0], 0), (loops[1], 1)):
+            for number, joint in enumerate(path):
                 if joint.moves:
-                    chain = _Chain(closure, end, way[:number], joint)
+                    chain = _Chain(closure, end, path[:number], joint)
                     place = poses[joint.child].xyz
                     cut = Closure(joint.name, (joint.parent, joint.child), (place, place))
                     x, y, z = axes[0]
                     for axis in ((x, y, z), (-x, -y, -z)):  # which of them, a ball does not say
-                        yield Recut(_cut(robot, chain, axis), [*others, cut], closure, joint)
+                        yield Recut(_cut(robot, chain, axis), [*kept_closures, cut], closure, joint)
 
 
-def _list_way(joint_of_child: dict[str, Joint], link: str) -> list[Joint]:
+def _list_path(joint_of_child: dict[str, Joint], link: str) -> list[Joint]:
     """List the joints from a link to the root."""
-    way = []
+    path = []
     while link in joint_of_child:
-        way.append(joint_of_child[link])
-        link = way[-1].parent
-    return way
+        path.append(joint_of_child[link])
+        link = path[-1].parent
+    return path
 
 
 class _Chain(NamedTuple):
@@ -186,7 +186,7 @@ def _cut(robot: Robot, chain: _Chain, axis: Vec) -> Robot:
     """
     poses = robot.poses()
     closure = chain.closure
-    link, other = closure.links[chain.end], closure.links[1 - chain.end]
+    link, carrier = closure.links[chain.end], closure.links[1 - chain.end]
     joints = {name: each for name, each in robot.joints.items() if name != chain.joint.name}
     #: The new frames of links, in that of the root link.
     frames = {link: Pose(closure.ends[chain.end], poses[link].rot)}
@@ -197,7 +197,7 @@ def _cut(robot: Robot, chain: _Chain, axis: Vec) -> Robot:
             each, parent=each.child, child=each.parent, axis=(-x, -y, -z)
         )
     local_axis = rotate(transpose(frames[link].rot), axis)
-    joints[closure.name] = Joint(closure.name, "continuous", other, link, axis=local_axis)
+    joints[closure.name] = Joint(closure.name, "continuous", carrier, link, axis=local_axis)
     new_poses = {**poses, **frames}
     for name, each in joints.items():
         origin = compose(inverse(new_poses[each.parent]), new_poses[each.child])

@@ -64,12 +64,12 @@ def restate_lengths(robot: Robot, mbs: Mbs) -> Iterator[Restatement]:
         robot: The first robot.
         mbs: The second one.
     """
-    own, other = _measure_robot(robot), _measure_model(mbs)
-    if not own > 0.0 or not other > 0.0:
+    extent, mbs_extent = _measure_robot(robot), _measure_model(mbs)
+    if not extent > 0.0 or not mbs_extent > 0.0:
         return
     for number, words in LENGTHS.items():
         for factor, meaning in ((number, words), (1.0 / number, _exchange(words))):
-            if abs(log10(other / own / factor)) > SAME_DECADE:
+            if abs(log10(mbs_extent / extent / factor)) > SAME_DECADE:
                 continue
             message = f"all lengths are {factor:g} times those in the URDF: {meaning}?"
             square = factor * factor

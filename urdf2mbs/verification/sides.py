@@ -191,13 +191,13 @@ def _refer_to_model(source: Source, fields: dict[str, Any]) -> Reference:
     """Refer to an .mbs, as a robot of links and joints."""
     mbs = read_mbs(files.read_model(source.name), source.name)
     robot = convert_to_robot(mbs, source.name)
-    known = [model for model in mbs.user_models if model.name not in PARAMETERS]
+    compared_models = [model for model in mbs.user_models if model.name not in PARAMETERS]
 
     def expect(match: Match, model: Model) -> Expectation:
         return Expectation(
             gravity=fields.get("gravity", mbs.base.gravity),
             massless=[*match.locked],
-            user_models=known,
+            user_models=compared_models,
         )
 
     return Reference(

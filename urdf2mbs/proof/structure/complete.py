@@ -62,9 +62,9 @@ def find_base_poses(robot: Robot, mbs: Mbs, match: Match) -> list[Floats]:
         Poses (3, 4) of the first robot's base in that of the second.
     """
     completion = _Completion(robot, mbs, match, Expectation(), TOLERANCE)
-    if min(len(completion.own), len(completion.other)) < 2:
+    if min(len(completion.first), len(completion.second)) < 2:
         return []
-    return find_root_poses(completion.own, completion.other)
+    return find_root_poses(completion.first, completion.second)
 
 
 class _Completion:
@@ -91,36 +91,36 @@ class _Completion:
         moving = {joint.name for joint in every if joint.nature != "driven"}
         moving |= {name for names in match.joints.values() for name in names} - taken
         carries_base = bool(self.base)
-        own = build_urdf_side(robot, dict.fromkeys(self.joint_of_coordinate, ""), {}, {})
-        self.own = Tree(own, carries_base=carries_base)
-        self.other = Tree(build_mbs_side(mbs, moving), carries_base=carries_base)
+        urdf = build_urdf_side(robot, dict.fromkeys(self.joint_of_coordinate, ""), {}, {})
+        self.first = Tree(urdf, carries_base=carries_base)
+        self.second = Tree(build_mbs_side(mbs, moving), carries_base=carries_base)
         # a joint that a conversion holds to rotate an axis is no joint of the robot
         may_be_held = {j.name for j in every if not ROTATION_BEFORE_JOINT.search(j.name)}
-        whole = build_mbs_side(mbs, may_be_held)
+        with_held = build_mbs_side(mbs, may_be_held)
         held = {
             joint.name: joint.q or 0.0
             for joint in every
             if joint.nature == "driven" and joint.name in may_be_held
         }
-        self.whole = Tree(whole, carries_base=carries_base, held=held)
+        self.second_with_held = Tree(with_held, carries_base=carries_base, held=held)
 
-    def find(self, known: Mapping[str, tuple[str, ...]]) -> StructureMatch:
+    def find(self, kept: Mapping[str, tuple[str, ...]]) -> StructureMatch:
         """Match by structure.
 
         Args:
-            known: The .mbs joints of URDF joints that are kept.
+            kept: The .mbs joints of URDF joints that are kept.
         """
-        own = {name: number for number, name in enumerate(self.own.names)}
-        other = {name: number for number, name in enumerate(self.other.names)}
+        numbers = {name: number for number, name in enumerate(self.first.names)}
+        second_numbers = {name: number for number, name in enumerate(self.second.names)}
         pairs = {
-            own[coordinate.name]: other[name]
-            for joint, names in known.items()
+            numbers[coordinate.name]: second_numbers[name]
+            for joint, names in kept.items()
             if joint not in self.base
             for coordinate, name in zip(
                 list_coordinates(self.robot.joints[joint], FLOATING_ORDER), names, strict=True
             )
         }
-        return match_by_structure(self.own, self.other, self.whole, self.judge, pairs)
+        return match_by_structure(self.first, self.second, self.second_with_held, self.judge, pairs)
 
     def judge(self, names: Mapping[str, str]) -> Score:
         """Count the joints that differ if coordinates are matched so."""
@@ -155,9 +155,9 @@ class _Completion:
         counts = self._count_coordinates()
         joints: dict[str, tuple[str, ...]] = dict(self.base)
         joints |= {
-            joint: tuple(found)
-            for joint, found in names_of_joint.items()
-            if len(found) == counts[joint]
+            joint: tuple(mbs_names)
+            for joint, mbs_names in names_of_joint.items()
+            if len(mbs_names) == counts[joint]
         }
         return Match(
             joints={name: joints[name] for name in self.robot.joints if name in joints},

@@ -19,7 +19,7 @@ from scipy.optimize import linear_sum_assignment
 
 from urdf2mbs.proof.structure.tree import Floats, Tree
 
-#: The cost of a pair that is known, and of all others with one of its joints.
+#: The cost of a pair that is kept_pairs, and of all others with one of its joints.
 KNOWN, EXCLUDED = -1e2, 1e3
 #: A cost that no assignment takes.
 IMPOSSIBLE = 1e6
@@ -38,21 +38,21 @@ class Layout(NamedTuple):
 class EditDistance:
     """The cheapest layouts of all branches of a tree over all branches of another one."""
 
-    def __init__(self, a: Tree, b: Tree, costs: Floats, known: Mapping[int, int]) -> None:
+    def __init__(self, a: Tree, b: Tree, costs: Floats, kept_pairs: Mapping[int, int]) -> None:
         """Compute the layouts of all branches, those of children first.
 
         Args:
             a: A tree of n groups.
             b: A tree of m groups.
             costs: The cost of each pair, (n, m).
-            known: Pairs that must be kept.
+            kept_pairs: Pairs that must be kept.
         """
         self.a = a
         self.b = b
         costs = costs.copy()
-        for i, j in known.items():
+        for i, j in kept_pairs.items():
             costs[i] = costs[:, j] = EXCLUDED
-        for i, j in known.items():
+        for i, j in kept_pairs.items():
             costs[i, j] = KNOWN
         self._costs: list[list[float]] = costs.tolist()
         self._branches: dict[tuple[int, int], Layout] = {}

@@ -50,9 +50,9 @@ class Score(NamedTuple):
     coordinates: frozenset[str] = frozenset()
     """The coordinates of the first robot that have a difference."""
 
-    def is_better(self, other: Score) -> bool:
+    def is_better(self, score: Score) -> bool:
         """Return True if fewer joints differ, or by less."""
-        return self[:2] < other[:2]
+        return self[:2] < score[:2]
 
     def is_as_good(self, best: Score) -> bool:
         """Return True if nobody can tell this layout from a better one by its differences."""
@@ -107,7 +107,7 @@ class _Layout(NamedTuple):
 
 
 def match_by_structure(
-    a: Tree, b: Tree, whole_b: Tree, judge: Judge, known: Mapping[int, int]
+    a: Tree, b: Tree, whole_b: Tree, judge: Judge, kept_pairs: Mapping[int, int]
 ) -> StructureMatch:
     """Match the coordinates of two robots.
 
@@ -116,18 +116,18 @@ def match_by_structure(
         b: The second one.
         whole_b: The second one, with the coordinates that it holds.
         judge: Counts the joints that differ.
-        known: Pairs of groups that must be kept.
+        kept_pairs: Pairs of groups that must be kept.
     """
-    return _Matcher(a, b, judge, known).match(whole_b)
+    return _Matcher(a, b, judge, kept_pairs).match(whole_b)
 
 
 class _Matcher:
     """Lays the first robot over the second; see ``match_by_structure``."""
 
-    def __init__(self, a: Tree, b: Tree, judge: Judge, known: Mapping[int, int]) -> None:
+    def __init__(self, a: Tree, b: Tree, judge: Judge, kept_pairs: Mapping[int, int]) -> None:
         self.a = a
         self.b = b
-        self.known = known
+        self.kept_pairs = kept_pairs
         self._judge = judge
         self._scores: dict[frozenset[tuple[int, int]], Score] = {}
         poses = np.repeat(SAME_PLACE[None], len(a), 0)
@@ -138,14 +138,13 @@ class _Matcher:
         layouts = self._find_layouts()
         layout = self._choose(layouts)
         turned = any(
-            other.score.is_as_good(layout.score) and other.pairs != layout.pairs
-            for other in layouts
+            each.score.is_as_good(layout.score) and each.pairs != layout.pairs for each in layouts
         )
         pairs, trials = self._exchange(layout)
         if layout is not layouts[0]:  # the robot as it stands deserves exchanges, too
-            other_pairs, other_trials = self._exchange(layouts[0])
-            if self._ask(other_pairs).is_better(self._ask(pairs)):
-                layout, pairs, trials = layouts[0], other_pairs, other_trials
+            straight_pairs, straight_trials = self._exchange(layouts[0])
+            if self._ask(straight_pairs).is_better(self._ask(pairs)):
+                layout, pairs, trials = layouts[0], straight_pairs, straight_trials
         score = self._ask(pairs)
         names = self.a.names
         return StructureMatch(
@@ -191,7 +190,7 @@ class _Matcher:
         for _ in range(LAYING_ROUNDS):
             poses = turn_joints(a, b, pairs, root_pose)
             costs = compute_costs(a, b, poses)
-            distance = EditDistance(a, b, costs, self.known)
+            distance = EditDistance(a, b, costs, self.kept_pairs)
             last_pairs, pairs = pairs, distance.lay_all()
             if pairs == last_pairs:
                 break
@@ -201,10 +200,12 @@ class _Matcher:
 
     def _pair_elsewhere(self, costs: Floats, pairs: Mapping[int, int]) -> dict[int, int]:
         """Pair what is left on both sides and alike, though it hangs elsewhere."""
-        own = self.a.list_joints(without=pairs)
-        other = self.b.list_joints(without=[*pairs.values()])
-        rows, columns = linear_sum_assignment(costs[np.ix_(own, other)])
-        left_over = ((own[row], other[column]) for row, column in zip(rows, columns, strict=True))
+        a_joints = self.a.list_joints(without=pairs)
+        b_joints = self.b.list_joints(without=[*pairs.values()])
+        rows, columns = linear_sum_assignment(costs[np.ix_(a_joints, b_joints)])
+        left_over = (
+            (a_joints[row], b_joints[column]) for row, column in zip(rows, columns, strict=True)
+        )
         return {i: j for i, j in left_over if costs[i, j] < LEAVE_OUT / 2}
 
     def _choose(self, layouts: list[_Layout]) -> _Layout:
@@ -231,13 +232,13 @@ class _Matcher:
         for i, k in combinations(sorted(pairs), 2):  # parents first
             if len(trials) == MOST_TRIALS:
                 break
-            other = self._make_exchange(layout, pairs, i, k)
-            if not other:
+            exchanged = self._make_exchange(layout, pairs, i, k)
+            if not exchanged:
                 continue
-            old, new = self._ask(pairs), self._ask(other)
-            gain = self._sum_names(pairs) - self._sum_names(other)
+            old, new = self._ask(pairs), self._ask(exchanged)
+            gain = self._sum_names(pairs) - self._sum_names(exchanged)
             if new.is_better(old):
-                pairs, new, gain = other, old, -gain
+                pairs, new, gain = exchanged, old, -gain
             trials.append(_Trial((i, k), new, gain))
         return pairs, trials
 
@@ -255,21 +256,21 @@ class _Matcher:
         if a.parents[i] != a.parents[k] or b.parents[j] != b.parents[q]:
             costs = layout.costs
             more = costs[i, q] + costs[k, j] - costs[i, j] - costs[k, q]
-            is_known = not self.known.keys().isdisjoint((i, k))
+            is_kept = not self.kept_pairs.keys().isdisjoint((i, k))
             differ = {a.names[i], a.names[k]} <= self._ask(pairs).coordinates
             close = 2 * CLOSE if differ else CLOSE / 2
-            return {} if is_known or more >= close else {**pairs, i: q, k: j}
+            return {} if is_kept or more >= close else {**pairs, i: q, k: j}
         branches = a.below[i] | a.below[k]
-        if not self.known.keys().isdisjoint(branches):
+        if not self.kept_pairs.keys().isdisjoint(branches):
             return {}
         lay = layout.distance.lay_branch
         crossed, straight = (lay(i, q), lay(k, j)), (lay(i, j), lay(k, q))
-        other = {x: y for x, y in pairs.items() if x not in branches}
-        used = set(other.values())
-        other |= {x: y for branch in crossed for x, y in branch.pairs if y not in used}
+        exchanged = {x: y for x, y in pairs.items() if x not in branches}
+        used = set(exchanged.values())
+        exchanged |= {x: y for branch in crossed for x, y in branch.pairs if y not in used}
         more = sum(branch.cost for branch in crossed) - sum(branch.cost for branch in straight)
-        is_asked_for = self._sum_names(pairs) - self._sum_names(other) > ALIKE
-        return other if more < CLOSE * len(branches) or is_asked_for else {}
+        is_asked_for = self._sum_names(pairs) - self._sum_names(exchanged) > ALIKE
+        return exchanged if more < CLOSE * len(branches) or is_asked_for else {}
 
     # --- joints that are held ---
 
@@ -285,14 +286,14 @@ class _Matcher:
             for j in held
             if costs[i, j] < HELD
         ]
-        names, found = self._name(pairs), dict[str, str]()
+        names, held_names = self._name(pairs), dict[str, str]()
         score = self._ask(pairs)
         for _, i, j in sorted(likely)[:MOST_TRIALS]:
             name, held_name = self.a.names[i], whole_b.names[j]
-            if name in found or held_name in found.values():
+            if name in held_names or held_name in held_names.values():
                 continue
-            new = self._judge({**names, **found, name: held_name})
+            new = self._judge({**names, **held_names, name: held_name})
             if not score.is_better(new):
                 score = new
-                found[name] = held_name
-        return found
+                held_names[name] = held_name
+        return held_names

@@ -119,28 +119,30 @@ def _move_joint(
     axis, point = rotation @ a.axes[i], rotation @ a.points[i] + origin
     carried = [k for k in a.below[i] if k in pairs]
     counterparts = [pairs[k] for k in carried]
-    own = np.vstack([a.centres[carried], a.points[carried]]) @ rotation.T + origin
+    own_points = np.vstack([a.centres[carried], a.points[carried]]) @ rotation.T + origin
     target = np.vstack([b.centres[counterparts], b.points[counterparts]])
     turn, shift = np.eye(3), np.zeros(3)
     if a.revolute[i]:
-        angle = _fit_angle(own - point, target - b.points[j], axis)
+        angle = _fit_angle(own_points - point, target - b.points[j], axis)
         turn = Rotation.from_rotvec(angle * axis).as_matrix()
     else:
-        shift = axis * np.median((target - own) @ axis)
-    moved = (own - point) @ turn.T + point + shift
-    before, after = (np.linalg.norm(points - target, axis=1).mean() for points in (own, moved))
+        shift = axis * np.median((target - own_points) @ axis)
+    moved = (own_points - point) @ turn.T + point + shift
+    before, after = (
+        np.linalg.norm(points - target, axis=1).mean() for points in (own_points, moved)
+    )
     if before <= OFF * b.size or after >= REMAINDER * before:
         return pose
     return np.column_stack([turn @ rotation, turn @ (origin - point) + point + shift])
 
 
-def _fit_angle(own: Floats, target: Floats, axis: Floats) -> float:
+def _fit_angle(own_points: Floats, target: Floats, axis: Floats) -> float:
     """Compute the angle (rad) about an axis that brings points nearest to others.
 
     With p and q their components normal to the axis e, the sum of ``|R p - q|^2`` is least at
     ``atan2(sum (p x q) . e, sum p . q)``.  As in a pose, the half that fits best decides.
     """
-    p, q = (points - np.outer(points @ axis, axis) for points in (own, target))
+    p, q = (points - np.outer(points @ axis, axis) for points in (own_points, target))
     sines, cosines = np.cross(p, q) @ axis, (p * q).sum(axis=1)
     kept = np.ones(len(p), bool)
     angle = 0.0

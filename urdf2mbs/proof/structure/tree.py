@@ -60,20 +60,20 @@ class Tree:
             [rotate(pose, group.axis) for group, pose in zip(groups, world, strict=True)]
         )
         """The unit vectors of the axes, (n, 3)."""
-        own = [
+        inertias_of_groups = [
             [transform_inertia(inertia, pose) for inertia in group.inertias.values()]
             for group, pose in zip(groups, world, strict=True)
         ]
         if not carries_base:
-            own[0] = []
+            inertias_of_groups[0] = []
         self.below = [{number} for number in range(len(groups))]
         """Each group, with all groups that it carries."""
-        carried = [list(inertias) for inertias in own]
+        carried = [list(inertias) for inertias in inertias_of_groups]
         for number in range(len(groups) - 1, 0, -1):
             parent = self.parents[number]
             carried[parent] += carried[number]
             self.below[parent] |= self.below[number]
-        self.masses, self.centres, self.moments = self._sum(own)
+        self.masses, self.centres, self.moments = self._sum(inertias_of_groups)
         """Of each group: kg, (n, 3) in m, and the principal moments (n, 3) in kg m^2."""
         self.carried_masses, self.carried_centres, _ = self._sum(carried)
         corners = np.vstack([self.points[1:], self.carried_centres])
@@ -117,12 +117,12 @@ class Tree:
         lines is ``|d . (e x e')| / |e x e'|``, of parallel ones ``|d x e|``.
         """
         parents = np.array(self.parents)
-        before, own = self.axes[parents], self.axes
+        before = self.axes[parents]
         offset = self.points - self.points[parents]
-        normal = np.cross(before, own)
+        normal = np.cross(before, self.axes)
         sine = np.linalg.norm(normal, axis=1)
         skew = np.abs((offset * normal).sum(axis=1)) / np.maximum(sine, 1e-12)
-        parallel = np.linalg.norm(np.cross(offset, own), axis=1)
+        parallel = np.linalg.norm(np.cross(offset, self.axes), axis=1)
         spacing = np.where(sine > 1e-6, skew, parallel)
         placed = self.revolute & self.revolute[parents] & (parents > 0)
         return np.where(placed, spacing, 0.0), np.where(parents > 0, sine, 0.0)
