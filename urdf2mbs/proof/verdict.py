@@ -106,7 +106,7 @@ class Proof(msgspec.Struct, kw_only=True):
         if not self.same:
             return NOT_THE_SAME
         deviations = [*changes, *_group_by_reason(self.but_for)]
-        words = ", and ".join([THE_SAME, *self.confirmed])
+        words = ", and ".join([THE_SAME, *dict.fromkeys(self.confirmed)])
         words += f", but for {'; '.join(deviations)}" if deviations else ""
         not_compared = "; ".join(_group_by_reason(self.not_compared))
         return words + (f"; not compared: {not_compared}" if not_compared else "")

@@ -221,8 +221,10 @@ def _refer_to_robot(source: Source, model: Model, fields: dict[str, Any]) -> Ref
     names = join(_ROBOT_PASSES, load_plugins(installed=False))
     options = {name: values for name, values in intent.passes.items() if name in names}
     given = {"source": source.name, "pipeline": names, "passes": options}
-    project = {"project": files.project_of(Path(model.name))}  # rotors are for projects only
-    fields = {**fields, "output": project}
+    made = model.conversion
+    # rotors are for projects only; a robot's own file may ask for them, where the model has none
+    if options or (made is not None and made.settings.project is not None):
+        fields = {**fields, "output": {"project": files.project_of(Path(model.name))}}
     conversion = _read_robot(given, fields, model.mbs)
 
     def expect(match: Match, model: Model) -> Expectation:

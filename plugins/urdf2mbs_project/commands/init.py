@@ -252,7 +252,8 @@ def _format_passes(facts: RobotFacts, conversion: Conversion) -> list[str]:
             "# No link has a mass. Uncomment to estimate masses from the geometry:",
             "#   estimate-inertia: {total_mass: 10}   # kg",
         ]
-    if "rotors-left-out" in codes:
+    has_rotors = "rotors" in conversion.input.settings.get("passes", {})  # a project adds them
+    if "rotors-left-out" in codes and not has_rotors:
         lines += [
             "# The URDF states motors. Uncomment to count their inertia, which joints feel, too:",
             "#   rotors: {from_urdf: true}   # a constraint for each joint with a motor",

@@ -265,6 +265,23 @@ def test_commands_take_an_mjcf(capsys: Any) -> None:
     assert main(["verify", "robot.xml", "robot.mbs"]) == 0
     assert "the same robot, and as MuJoCo computes it, to 1e-13" in capsys.readouterr().out
     assert main(["run", "robot.yaml", "--force"]) == 0
+    for command in ("equations", "diagram"):
+        assert main([command, "robot.xml"]) == 0, capsys.readouterr().err
+    words = ["--time", "0.01", "--language", "python", "-o", "moved/"]
+    assert main(["simulate", "robot.xml", *words]) == 0, capsys.readouterr().err
+
+
+def test_armature_is_no_difference_where_a_model_has_no_rotors(capsys: Any) -> None:
+    """Only a project has rotors, and its certificate says so."""
+    Path("robot.xml").write_text(with_parts().replace('name="two"', 'name="two" armature=".3"'))
+    assert main(["convert", "robot.xml", "-o", "robot.mbs"]) == 0
+    assert main(["init", "robot.xml"]) == 0
+    assert "rotors" not in Path("robot.yaml").read_text(), "the MJCF asks for them already"
+    assert main(["run", "robot.yaml"]) == 0
+    capsys.readouterr()
+    for model in ("robot.mbs", "robot.xml", "robot", "robot.yaml"):
+        assert main(["verify", "robot.xml", model]) == 0, model
+        assert capsys.readouterr().out.count("as MuJoCo computes it") == 1
 
 
 def test_without_mujoco_the_message_names_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
