@@ -240,6 +240,10 @@ def test_a_map_decides_against_places(tmp_path: Path) -> None:
         ("left_knee: y1\nright_knee: y1\n", "'y1' is the joint of 'left_knee' and of 'right_knee'"),
         ("left_knee: [y1, y2]\n", "'left_knee' has 1 coordinates, and the map 2"),
         ("left_knee:\n", "'left_knee': None is no joint"),
+        (
+            "- left_knee: y1\n- left_knee: y2\n",
+            "a.yaml:2: error[map-invalid]: 'left_knee' is there",
+        ),
         ("just words\n", "this is no map of joints"),
         ("- just words\n", "this is no map of joints"),
         ("left_knee: {a: b}\n", "is no joint"),
@@ -271,3 +275,37 @@ def test_the_verdict_of_json_has_all_that_is_known(tmp_path: Path) -> None:
     verdict = compare(tmp_path, HUMANOID, rename_urdf(HUMANOID, 4).data)
     keys = msgspec.to_builtins(verdict).keys()
     assert {"joints", "by", "equal", "against", "turned", "findings"} <= keys
+
+
+def test_a_map_is_of_the_robots_as_they_are_named(tmp_path: Path) -> None:
+    """An .mbs before a URDF: the map leads from the .mbs to the URDF."""
+    nameless = rename_mbs(HUMANOID, 4)
+    (tmp_path / "a.mbs").write_bytes(nameless.data)
+    (tmp_path / "b.urdf").write_text(HUMANOID)
+    joints = {other: name for name, other in nameless.names.items()}
+    verdict = verify(tmp_path / "a.mbs", tmp_path / "b.urdf", joint_map=joints)
+    assert verdict.same
+    assert set(verdict.by.values()) == {"map"}
+
+
+def test_a_map_takes_the_names_of_a_second_urdf(tmp_path: Path) -> None:
+    """Also those that no .mbs could have."""
+    second = HUMANOID.replace('"left_knee"', '"2"').replace('"waist"', '"my joint"')
+    joints = {"left_knee": "2", "waist": "my joint"}
+    verdict = compare(tmp_path, HUMANOID, second.encode(), joint_map=joints)
+    assert verdict.same
+    assert {name for name, how in verdict.by.items() if how == "map"} == joints.keys()
+
+
+def test_huge_numbers_are_matched_by_name_alone(tmp_path: Path) -> None:
+    huge = change(HUMANOID, *CHANGES["centre"][0]).replace("0.05 0.01 -0.1", "1e160 0 0")
+    verdict = compare(tmp_path, huge, rename_urdf(HUMANOID, 1).data)
+    assert not verdict.same
+
+
+def test_joints_of_other_masses_may_not_be_exchanged(tmp_path: Path) -> None:
+    """Both ways are wrong, by about as much."""
+    first, second = make_hand("thumb", "index"), make_hand("a", "b")
+    first = first.replace('value="0.1"', 'value="1"', 1).replace('value="0.1"', 'value="50"', 1)
+    second = second.replace('value="0.1"', 'value="20"', 1).replace('value="0.1"', 'value="21"', 1)
+    assert compare(tmp_path, first, second.encode()).equal == []

@@ -7,6 +7,8 @@ import pytest
 
 from proving import joint, link, robot
 from urdf2mbs import convert, verify
+from urdf2mbs.mbs.model import Body, Connection, Joint, Mbs, Point
+from urdf2mbs.mbs.writer import write
 
 PIN = "-2 {} 0"
 
@@ -94,7 +96,7 @@ def test_a_loop_that_is_closed_elsewhere_is_another_one(first: str, second: str)
     assert not verdict.same
     (difference,) = verdict.differences
     assert difference.kind == "cut"
-    assert "is 0.05 m away" in difference.message
+    assert "is 0.05 m off" in difference.message
 
 
 @pytest.mark.usefixtures("loops")
@@ -111,3 +113,49 @@ def test_a_loop_in_space_is_not_cut_elsewhere() -> None:
         tilted = text.replace('xyz="2 0 0" rpy="0 0 0"', 'xyz="2 0 0" rpy="0.2 0 0"')
         Path(f"{name}.urdf").write_text(tilted)
     assert not verify("c.urdf", "b.urdf").same
+
+
+def hang_on_a_rod(length: float = 0.5, x: float = 0.2) -> Mbs:
+    """A pendulum that a rod holds to the ground."""
+    mbs = Mbs("rod")
+    mbs.base.points = [Point("hook", (0.0, 0.0, 1.0))]
+    inertia = (0.1, 0.0, 0.0, 0.2, 0.0, 0.3)
+    tip = Point("tip", (x, 0.0, 0.5))
+    joints = [Joint("swing", "R2"), Joint("turn", "R3", "dependent")]
+    mbs.bodies = [Body("arm", None, None, joints, 2.0, (0.1, 0.0, 0.2), inertia, [tip])]
+    mbs.cuts = [Connection("rod", "rope", (None, "hook"), ("arm", "tip"), length=length)]
+    return mbs
+
+
+@pytest.mark.parametrize(
+    ("changes", "is_same"), [({}, True), ({"length": 0.6}, False), ({"x": 0.25}, False)]
+)
+def test_rods_are_compared(changes: dict[str, float], is_same: bool, tmp_path: Path) -> None:
+    (tmp_path / "a.mbs").write_bytes(write(hang_on_a_rod()))
+    (tmp_path / "b.mbs").write_bytes(write(hang_on_a_rod(**changes)))
+    verdict = verify(tmp_path / "a.mbs", tmp_path / "b.mbs")
+    assert verdict.same is is_same
+    assert [difference.kind for difference in verdict.differences] == ["cut"] * (not is_same)
+    assert not any(item.startswith("cut ") for item in verdict.but_for) or not is_same
+
+
+def test_a_fault_of_the_first_model_is_no_difference(tmp_path: Path) -> None:
+    """A joint that is dependent, and that nothing moves."""
+    mbs = hang_on_a_rod()
+    mbs.cuts = []
+    (tmp_path / "a.mbs").write_bytes(write(mbs))
+    assert verify(tmp_path / "a.mbs", tmp_path / "a.mbs").same
+    mbs.bodies[0].joints[1].nature = "driven"
+    (tmp_path / "b.mbs").write_bytes(write(mbs))
+    assert not verify(tmp_path / "a.mbs", tmp_path / "b.mbs").same
+
+
+@pytest.mark.usefixtures("loops")
+def test_numbers_of_a_joint_that_is_a_cut_are_a_difference() -> None:
+    text = Path("c.urdf").read_text()
+    damped = text.replace('<joint name="B" type="continuous">',
+                          '<joint name="B" type="continuous"><dynamics damping="3"/>')  # fmt: skip
+    Path("damped.urdf").write_text(damped)
+    verdict = verify("damped.urdf", "b.mbs")
+    (difference,) = verdict.differences
+    assert "joint 'B' is a cut in the .mbs, without its damping" in difference.message

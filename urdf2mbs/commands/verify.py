@@ -198,7 +198,7 @@ def _prepare(arguments: argparse.Namespace) -> tuple[str, Callable[..., Verdict]
         fields["gravity"] = tuple(arguments.gravity)
     joint_map = read_joint_map(arguments.map)
     second = None
-    if arguments.robot != STREAM:
+    if arguments.robot not in ("", STREAM):
         check_kind(Path(arguments.robot), arguments, *KINDS)
     if arguments.model is not None:
         check_kind(arguments.model, arguments, *KINDS)

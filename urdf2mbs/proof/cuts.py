@@ -162,7 +162,11 @@ def _linearize_cuts(mbs: Mbs) -> list[Loop]:
     for group in side.groups[1:]:
         motion = group.motion(joints[group.coordinate].q or 0.0)
         poses.append(compose(compose(poses[group.parent], group.joint_frame), motion))
-    return [Loop([cut], _linearize_cut(points, cut, side, poses), set()) for cut in mbs.cuts]
+    return [
+        Loop([cut], _linearize_cut(points, cut, side, poses), set())
+        for cut in mbs.cuts
+        if not cut.is_draft
+    ]
 
 
 def _linearize_cut(

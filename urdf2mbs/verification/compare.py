@@ -12,7 +12,7 @@ import msgspec
 from urdf2mbs.config.model import Config
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.messages.diagnostics import ConfigError
-from urdf2mbs.proof.findings import find_causes
+from urdf2mbs.proof.findings import OF_MECHANISM, OF_MOTION, find_causes
 from urdf2mbs.proof.match import (
     Match,
     find_floating_joints,
@@ -117,9 +117,12 @@ def verify_sides(
         second = find_output(first)
     elif first.is_model and not second.is_model:
         first, second = second, first
+        joint_map = None if joint_map is None else joint_map.invert()
     model = read_second(second, fields)
     reference = read_first(first, model, fields)
     if joint_map is not None:
+        if model.conversion is not None:
+            joint_map.expand(model.conversion.names.coordinates)
         joint_map.check(reference.robot, model.mbs)
     reference, match, proof = match_and_compare(reference, model, joint_map, tolerance)
     _compare_closures(proof, reference, model, tolerance)
@@ -158,19 +161,21 @@ def _compare_base(proof: Proof, reference: Reference, match: Match, base: str) -
 
 
 def _compare_closures(proof: Proof, reference: Reference, model: Model, tolerance: float) -> None:
-    """Compare where the loops of two models are closed, if all that moves is the same.
+    """Compare where the loops of two models are closed, if all joints are the same.
 
     The ends of a cut that a URDF states in ``<gazebo>`` are named as not compared.
     """
-    if (reference.mbs is None and not reference.closures) or not proof.same:
+    if reference.mbs is None and not reference.closures:
         return
+    if any(each.kind in (*OF_MECHANISM, *OF_MOTION) for each in proof.differences):
+        return  # then the ends are elsewhere, too
     from urdf2mbs.verification.loops import compare_closures, list_closures
 
     closures = reference.closures or list_closures(reference.robot, reference.mbs)
-    differences = compare_closures(closures, model.mbs, max(tolerance, CLOSURE_TOLERANCE))
-    proof.add_differences(differences)
-    if not differences and len(closures) == len(model.mbs.cuts):
-        for item in [item for item in proof.but_for if item.startswith("cut ")]:
+    comparison = compare_closures(closures, model.mbs, max(tolerance, CLOSURE_TOLERANCE))
+    proof.add_differences(comparison.differences)
+    for name in comparison.same:
+        for item in [item for item in proof.but_for if item.startswith(f"cut '{name}' (")]:
             del proof.but_for[item]
 
 

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING
 import msgspec
 
 from urdf2mbs.proof.compare import compare
-from urdf2mbs.proof.match import Match, has_unmatched
+from urdf2mbs.proof.match import Match, has_unmatched, match_by_name
+from urdf2mbs.proof.parameters import list_joint_parameters
 from urdf2mbs.proof.verdict import Difference, Proof
 from urdf2mbs.states import SecondOpinions
-from urdf2mbs.urdf.model import Robot
+from urdf2mbs.urdf.model import Joint, Robot
 from urdf2mbs.verification.joint_map import JointMap
 from urdf2mbs.verification.sides import Model, Reference
 
@@ -44,6 +45,10 @@ def match_and_compare(
         if proof.count_differing() < 2:
             return reference, match, proof
     return _Explanation(reference, model, joint_map, tolerance).find()
+
+
+#: Faults of one file alone.
+OF_ONE_FILE = ("nature", "cut", "symbols")
 
 
 class _Explanation:
@@ -135,6 +140,7 @@ class _Explanation:
                 }
                 reason = f"cut at '{trial.joint.name}' in the .mbs: the loop moves in a plane"
                 proof.but_for[f"loop of '{trial.old.name}'"] = reason
+                proof.add_differences(_compare_lost_numbers(trial.joint))
                 self.reference.closures = trial.closures
 
     def _restate_root(self) -> Iterator[Restatement]:
@@ -171,6 +177,7 @@ def _prove(reference: Reference, model: Model, match: Match, tolerance: float) -
     """Compare two robots whose joints are matched."""
     expectation = reference.expect(match, model)
     proof = compare(reference.robot, model.mbs, match, expectation, tolerance)
+    _drop_own_faults(proof, reference, match)
     proof.but_for |= reference.accepted
     proof.add_differences(reference.undeclared)
     if model.conversion is not None:
@@ -179,6 +186,35 @@ def _prove(reference: Reference, model: Model, match: Match, tolerance: float) -
         if conversion is not None:
             conversion.state(SecondOpinions).add_to(proof)
     return proof
+
+
+def _compare_lost_numbers(joint: Joint) -> list[Difference]:
+    """Return the difference of a joint that is a cut in the second robot, which has no numbers."""
+    numbers = [*list_joint_parameters(joint)]
+    if not numbers:
+        return []
+    message = f"joint '{joint.name}' is a cut in the .mbs, without its {', '.join(numbers)}"
+    return [Difference("parameter", message, link=joint.child, joint=joint.name)]
+
+
+def _drop_own_faults(proof: Proof, reference: Reference, match: Match) -> None:
+    """Drop differences that the first .mbs has from itself, such as joints that nothing moves."""
+    if reference.mbs is None:
+        return
+    same = match_by_name(reference.robot, reference.mbs)
+    faults = compare(reference.robot, reference.mbs, same).differences
+    keys = {(each.kind, each.joint, each.mbs) for each in faults}
+    keys |= {
+        (each.kind, match.joints[each.joint][0], each.mbs)
+        for each in faults
+        if each.joint in match.joints
+    }
+    proof.differences = [
+        each
+        for each in proof.differences
+        if each.kind not in OF_ONE_FILE or (each.kind, each.joint, each.mbs) not in keys
+    ]
+    proof.same = not proof.differences
 
 
 def _compare_followers(robot: Robot, model: Model, match: Match, proof: Proof) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +28,26 @@ class JointMap(msgspec.Struct):
     file: str | None = None
     lines: dict[str, int] = {}
     """The line of each joint."""
+
+    def invert(self) -> JointMap:
+        """Return the map of the second robot's joints, for robots that are exchanged."""
+        joints: dict[str, tuple[str, ...]] = {}
+        lines: dict[str, int] = {}
+        for name, names in self.joints.items():
+            for second_name in names:
+                joints[second_name] = (*joints.get(second_name, ()), name)
+                lines.setdefault(second_name, self.lines.get(name, 1))
+        return JointMap(joints, self.file, lines)
+
+    def expand(self, coordinates: Mapping[str, Sequence[str]]) -> None:
+        """Take joints of a second URDF for their joints in the .mbs that is made of it.
+
+        Args:
+            coordinates: The .mbs joints of each joint of the second URDF.
+        """
+        for name, names in self.joints.items():
+            expanded = (coordinates.get(each, (each,)) for each in names)
+            self.joints[name] = tuple(each for group in expanded for each in group)
 
     def check(self, robot: Robot, mbs: Mbs) -> None:
         """Check that both robots have the joints, with as many coordinates.
@@ -95,6 +115,10 @@ def read_joint_map(source: Mapping[str, Any] | str | os.PathLike[str] | None) ->
         entries: dict[str, Any] = {}
         for number, item in enumerate(data):
             for key, value in _require_mapping(item, path).items():
+                if key in entries:
+                    message = f"'{key}' is there twice"
+                    line = places.get((number, key), 1)
+                    raise ConfigError("map-invalid", message, file=str(path), line=line)
                 entries[key] = value
                 lines[str(key)] = places.get((number, key), places.get((number,), 1))
     else:

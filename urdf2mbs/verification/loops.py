@@ -37,6 +37,10 @@ class Closure(NamedTuple):
     links: tuple[str, str]
     ends: tuple[Vec, Vec]
     """Where each link has its end, all joints at zero, in the frame of the root link (m)."""
+    kind: str = "ball"
+    """``ball``, ``rod`` or ``solid``."""
+    length: float = 0.0
+    """Of a rod (m)."""
 
 
 class Recut(NamedTuple):
@@ -69,61 +73,84 @@ def list_closures(robot: Robot, mbs: Mbs | None) -> list[Closure]:
     for cut in () if mbs is None else mbs.cuts:
         ends = (cut.endpoint1, cut.endpoint2)
         links = (ends[0][0] or robot.root(), ends[1][0] or robot.root())
-        if cut.kind == "ball" and poses.keys() >= {*links}:
-            first, second = (
-                compose(poses[link], Pose(points[end].coordinates if end[1] else ZERO)).xyz
-                for link, end in zip(links, ends, strict=True)
-            )
-            closures.append(Closure(cut.name, links, (first, second)))
+        if cut.is_draft or not poses.keys() >= {*links}:
+            continue
+        first, second = (
+            compose(poses[link], Pose(points[end].coordinates if end[1] else ZERO)).xyz
+            for link, end in zip(links, ends, strict=True)
+        )
+        closures.append(Closure(cut.name, links, (first, second), cut.kind, cut.length or 0.0))
     return closures
 
 
-def compare_closures(closures: list[Closure], mbs: Mbs, tolerance: float) -> list[Difference]:
-    """Compare where loops are closed with the balls of a model, whose joints are the same.
+class ClosureComparison(NamedTuple):
+    """How the loops of two robots are closed."""
+
+    same: list[str]
+    """The cuts of the second robot that the first one has, too."""
+    differences: list[Difference]
+
+
+def compare_closures(closures: list[Closure], mbs: Mbs, tolerance: float) -> ClosureComparison:
+    """Compare where loops are closed with the cuts of a model, whose joints are the same.
 
     Args:
         closures: What closes the loops of the first robot.
         mbs: The second one.
         tolerance: The largest relative deviation that is no difference.
     """
-    balls = _list_balls(mbs)
-    differences = []
+    cuts = {closure.name: closure for closure in _list_cuts(mbs)}
+    comparison = ClosureComparison([], [])
     for closure in closures:
         scale = max((abs(c) for end in closure.ends for c in end), default=0.0) or 1.0
         distances = {
-            name: min(
-                max(dist(ends[0], closure.ends[0]), dist(ends[1], closure.ends[1])),
-                max(dist(ends[1], closure.ends[0]), dist(ends[0], closure.ends[1])),
-            )
-            for name, ends in balls.items()
+            name: _compute_distance(closure, cut)
+            for name, cut in cuts.items()
+            if cut.kind == closure.kind
         }
         name = min(distances, key=distances.__getitem__, default="")
         if name and distances[name] <= tolerance * scale:
-            del balls[name]
+            del cuts[name]
+            comparison.same.append(name)
             continue
-        message = f"the loop that '{closure.name}' closes in the URDF has no ball there in the .mbs"
+        message = f"the loop that '{closure.name}' closes in the URDF has no {closure.kind} there "
+        message += "in the .mbs"
         if name:
-            message += f"; the nearest one, '{name}', is {distances[name]:.3g} m away"
-        differences.append(Difference("cut", message))
-    return differences
+            message += f"; the nearest one, '{name}', is {distances[name]:.3g} m off"
+        comparison.differences.append(Difference("cut", message))
+    return comparison
 
 
-def _list_balls(mbs: Mbs) -> dict[str, tuple[Vec, Vec]]:
-    """List the ends of the balls of a model, all joints at zero, in the ground (m)."""
+def _compute_distance(a: Closure, b: Closure) -> float:
+    """Compute by how much the ends, or the lengths, of two closures differ (m)."""
+    first, second = b.ends
+    return max(
+        abs(a.length - b.length),
+        min(
+            max(dist(first, a.ends[0]), dist(second, a.ends[1])),
+            max(dist(second, a.ends[0]), dist(first, a.ends[1])),
+        ),
+    )
+
+
+def _list_cuts(mbs: Mbs) -> list[Closure]:
+    """List the cuts of a model, all joints at zero, in the ground (m)."""
     joints = mbs.joints().values()
     side = build_mbs_side(mbs, {joint.name for joint in joints if joint.nature != "driven"})
     poses, points = side.compute_zero_poses(), mbs.points()
-    balls = {}
+    cuts = []
     for cut in mbs.cuts:
-        if cut.kind == "ball" and not cut.is_draft:
-            ends: list[Vec] = []
-            for body, point in (cut.endpoint1, cut.endpoint2):
-                frame = side.frames[body or ""]
-                place = points[body, point].coordinates if point else ZERO
-                in_group = transform_point(frame.pose, place)
-                ends.append(transform_point(poses[frame.group], in_group))
-            balls[cut.name] = (ends[0], ends[1])
-    return balls
+        if cut.is_draft:
+            continue
+        ends: list[Vec] = []
+        for body, point in (cut.endpoint1, cut.endpoint2):
+            frame = side.frames[body or ""]
+            place = points[body, point].coordinates if point else ZERO
+            in_group = transform_point(frame.pose, place)
+            ends.append(transform_point(poses[frame.group], in_group))
+        links = (cut.endpoint1[0] or "", cut.endpoint2[0] or "")
+        cuts.append(Closure(cut.name, links, (ends[0], ends[1]), cut.kind, cut.length or 0.0))
+    return cuts
 
 
 def recut(robot: Robot, closures: list[Closure]) -> Iterator[Recut]:
@@ -133,7 +160,7 @@ def recut(robot: Robot, closures: list[Closure]) -> Iterator[Recut]:
     """
     joint_of_child = {joint.child: joint for joint in robot.joints.values()}
     poses = robot.poses()
-    for closure in closures:
+    for closure in [each for each in closures if each.kind == "ball"]:
         paths = [_list_path(joint_of_child, link) for link in closure.links]
         shared = {joint.name for joint in paths[0]} & {joint.name for joint in paths[1]}
         loops = [[joint for joint in path if joint.name not in shared] for path in paths]

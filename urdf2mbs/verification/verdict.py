@@ -9,6 +9,9 @@ from urdf2mbs.proof.findings import Finding
 from urdf2mbs.proof.match import Exchange
 from urdf2mbs.proof.verdict import Proof
 
+#: The most exchanges that are told.
+MOST_EXCHANGES = 3
+
 
 class Verdict(Proof, kw_only=True):
     """The result of ``verify``: a proof, and how the two sides match."""
@@ -64,12 +67,14 @@ class Verdict(Proof, kw_only=True):
         if self.turned:
             yield "the whole robot may be turned: the numbers are as near"
         instead = f"in place of {self.count_differing()} (--map FILE decides)"
-        for exchange in self.against:
+        for exchange in self.against[:MOST_EXCHANGES]:
             first, second = (f"'{name}'" for name in exchange.joints)
             yield (
                 f"names say otherwise of {first} and {second}; so there would be differences at "
                 f"{exchange.differing} joints {instead}"
             )
+        if len(self.against) > MOST_EXCHANGES:
+            yield f"likewise of {len(self.against) - MOST_EXCHANGES} more pairs"
         if self.instead_of_names:
             yield (
                 "joints of the same name are not at the same place: by names there would be "
@@ -85,6 +90,8 @@ class Verdict(Proof, kw_only=True):
         """
 
         def reword(text: str) -> str:
+            text = text.replace("the one that the passes made", f"that of {first}")
+            text = text.replace("a URDF has none", "each file may choose it")
             return text.replace(self.first, first).replace(self.second, second)
 
         for difference in (*self.differences, *self.frames):

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from functools import partial
+
+import numpy as np
 
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.proof.compare import Expectation, compare
@@ -39,6 +42,8 @@ def complete_match(
         tolerance: The largest deviation that is no difference.
     """
     completion = _Completion(robot, mbs, match, expectation, tolerance)
+    if not completion.is_possible:
+        return match
     result = completion.find(match.joints)
     mapped = {name: names for name, names in match.joints.items() if match.by.get(name) == "map"}
     named = len(match.joints) - len(mapped)
@@ -62,7 +67,7 @@ def find_base_poses(robot: Robot, mbs: Mbs, match: Match) -> list[Floats]:
         Poses (3, 4) of the first robot's base in that of the second.
     """
     completion = _Completion(robot, mbs, match, Expectation(), TOLERANCE)
-    if min(len(completion.first), len(completion.second)) < 2:
+    if not completion.is_possible or min(len(completion.first), len(completion.second)) < 2:
         return []
     return find_root_poses(completion.first, completion.second)
 
@@ -90,19 +95,24 @@ class _Completion:
         every = [joint for joint in mbs.joints().values() if joint.name not in taken]
         moving = {joint.name for joint in every if joint.nature != "driven"}
         moving |= {name for names in match.joints.values() for name in names} - taken
-        carries_base = bool(self.base)
         urdf = build_urdf_side(robot, dict.fromkeys(self.joint_of_coordinate, ""), {}, {})
-        self.first = Tree(urdf, carries_base=carries_base)
-        self.second = Tree(build_mbs_side(mbs, moving), carries_base=carries_base)
         # a joint that a conversion holds to rotate an axis is no joint of the robot
         may_be_held = {j.name for j in every if not ROTATION_BEFORE_JOINT.search(j.name)}
-        with_held = build_mbs_side(mbs, may_be_held)
         held = {
             joint.name: joint.q or 0.0
             for joint in every
             if joint.nature == "driven" and joint.name in may_be_held
         }
-        self.second_with_held = Tree(with_held, carries_base=carries_base, held=held)
+        make_tree = partial(Tree, carries_base=bool(self.base))
+        with np.errstate(over="ignore", invalid="ignore"):  # of huge numbers
+            self.first = make_tree(urdf)
+            self.second = make_tree(build_mbs_side(mbs, moving))
+            self.second_with_held = make_tree(build_mbs_side(mbs, may_be_held), held=held)
+
+    @property
+    def is_possible(self) -> bool:
+        """Whether the numbers of both robots can be compared."""
+        return self.first.is_measurable and self.second.is_measurable
 
     def find(self, kept: Mapping[str, tuple[str, ...]]) -> StructureMatch:
         """Match by structure.

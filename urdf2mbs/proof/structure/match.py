@@ -37,7 +37,7 @@ ALIKE = 0.2
 #: A joint that is held, and costs less, is the one that moves in the other robot.
 HELD = 0.25
 #: Differences that are larger by no more than this share are as large.
-AS_LARGE = 1.05
+AS_LARGE = 1.0 + 1e-6
 
 
 class Score(NamedTuple):
@@ -56,7 +56,7 @@ class Score(NamedTuple):
 
     def is_as_good(self, best: Score) -> bool:
         """Return True if nobody can tell this layout from a better one by its differences."""
-        return self.joints <= best.joints and self.total < AS_LARGE * best.total + 1e-6
+        return self.joints <= best.joints and self.total < AS_LARGE * best.total + 1e-9
 
 
 #: Compares two robots, whose coordinates are matched by name.

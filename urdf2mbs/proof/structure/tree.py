@@ -25,6 +25,8 @@ Floats = NDArray[np.float64]
 LEAVE_OUT = 1.5
 #: The part of it for a joint that carries no mass, and so may not be modelled at all.
 MASSLESS_SHARE = 0.3
+#: Numbers from here on are not compared: their squares may be too large for a float.
+LARGEST = 1e100
 #: The words by which people name the sides of a robot.
 _SIDES = {"l": "left", "r": "right"}
 
@@ -93,6 +95,12 @@ class Tree:
         """Return the number of groups, the ground among them."""
         return len(self.parents)
 
+    @property
+    def is_measurable(self) -> bool:
+        """Whether all numbers are small enough to be squared, and are numbers."""
+        arrays = (self.points, self.centres, self.carried_centres, self.carried_masses)
+        return all(bool((np.abs(array) < LARGEST).all()) for array in (*arrays, self.moments))
+
     def list_joints(self, without: Collection[int] = ()) -> list[int]:
         """Return the numbers of the groups that joints move, but for some."""
         return [number for number in range(1, len(self)) if number not in without]
@@ -103,6 +111,7 @@ class Tree:
         masses = np.array([inertia.mass for inertia in sums])
         centres = np.array([inertia.centre for inertia in sums])
         tensors = np.array([inertia.tensor for inertia in sums])
+        tensors = np.where(np.isfinite(tensors), tensors, LARGEST)
         matrices = tensors[:, [[0, 1, 2], [1, 3, 4], [2, 4, 5]]]
         return (
             masses,
