@@ -11,6 +11,7 @@ from urdf2mbs import convert
 from urdf2mbs.api import Result
 from urdf2mbs.cli import main
 from urdf2mbs.messages.diagnostics import ConversionError
+from urdf2mbs_mjcf import is_mjcf
 
 pytest.importorskip("mujoco")
 
@@ -294,3 +295,12 @@ def test_the_same_mjcf_gives_the_same_bytes() -> None:
     first = make(ARM)
     assert make(ARM).data == first.data
     assert make(ARM).conversion.expanded == first.conversion.expanded
+
+
+def test_a_urdf_with_many_comments_is_soon_known() -> None:
+    """Not after as many steps as there are ways to split its comments."""
+    comments = b"<!-- a --> " * 200_000
+    assert is_mjcf(b"<?xml version='1.0'?>" + comments + b"<mujoco model='r'/>")
+    assert not is_mjcf(comments + b"<robot><mujoco/></robot>" + comments)
+    assert is_mjcf(b"\xef\xbb\xbf<!DOCTYPE mujoco>\n<mujoco>")
+    assert not is_mjcf(b"<!-- <mujoco> ")
