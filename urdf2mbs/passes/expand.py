@@ -45,7 +45,7 @@ def _read_source(conversion: Conversion) -> None:
         args=settings.xacro_args,
         trust=settings.config.trust_xacro,
     )
-    is_xacro = b"<xacro:" in conversion.input.data
-    if is_xacro and not conversion.hook.urdf2mbs_read.get_hookimpls():
+    readers = {reader.plugin_name for reader in conversion.hook.urdf2mbs_read.get_hookimpls()}
+    if b"<xacro:" in conversion.input.data and "xacro" not in readers:
         message = f"'{settings.source}' is xacro, for which the plugin 'xacro' is missing"
         raise ConfigError("plugin-missing", message, hint="install urdf2mbs whole")

@@ -116,7 +116,9 @@ def has_unmatched(match: Match, robot: Robot, mbs: Mbs) -> bool:
     partners = {
         name
         for joint, names in match.joints.items()
-        if match.by.get(joint) == "map" or _moves_alike(robot.joints[joint], names, joints)
+        if match.by.get(joint) == "map"
+        or joint not in robot.joints  # a pass may have taken it away
+        or _moves_alike(robot.joints[joint], names, joints)
         for name in names
     }
     used = {name for names in match.joints.values() for name in names}

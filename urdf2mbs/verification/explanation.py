@@ -149,7 +149,11 @@ class _Explanation:
         from urdf2mbs.verification.restate import restate_root
 
         robot = self.reference.robot
-        floating = [name for name, names in self.match.joints.items() if len(names) == 6]
+        floating = [
+            name
+            for name, names in self.match.joints.items()
+            if len(names) == 6 and name in robot.joints
+        ]
         base = robot.joints[floating[0]].child if floating else robot.root()
         poses = find_base_poses(robot, self.model.mbs, self.match)
         yield from restate_root(robot, base, poses)

@@ -125,7 +125,7 @@ class _Completion:
         pairs = {
             numbers[coordinate.name]: second_numbers[name]
             for joint, names in kept.items()
-            if joint not in self.base
+            if joint in self.robot.joints and joint not in self.base
             for coordinate, name in zip(
                 list_coordinates(self.robot.joints[joint], FLOATING_ORDER), names, strict=True
             )
