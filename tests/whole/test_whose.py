@@ -23,15 +23,14 @@ def here(here: Path) -> Path:
 ONE = ("--workers", "1")
 #: Commands, and the file of another that each would write.
 WRITE = [
-    (["convert", "tiny.urdf", "-o", "other.urdf"], "other.urdf"),
-    (["convert", "tiny.urdf", "-o", "thesis.txt"], "thesis.txt"),
+    (["convert", "tiny.urdf", "-o", "thesis.mbs"], "thesis.mbs"),
     (["convert", "tiny.urdf", "-o", "p/"], "p/userfctR/p_robot.py"),
     (["convert", "tiny.urdf", "-o", "p/"], "p/dataR/p.mbs"),
     (["convert", "tiny.urdf", "--dump", "d", "-o", "a.mbs"], "d/01-expand.yaml"),
     (["run", "tiny.yaml"], "tiny.mbs"),
     (["run", "tiny.yaml", "again.yaml", *ONE, "--report", "thesis.json"], "thesis.json"),
     (["run", "tiny.yaml", "again.yaml", *ONE], "tiny.mbs"),
-    (["diagram", "m.mbs", "-o", "thesis.txt"], "thesis.txt"),
+    (["diagram", "m.mbs", "-o", "thesis.svg"], "thesis.svg"),
     (["report", "tiny.urdf", "-o", "thesis.html"], "thesis.html"),
     (["equations", "m.mbs"], "symbolicR/mbs_dirdyna_m.py"),
     (["init", "tiny.urdf", "-o", "mine.yaml"], "mine.yaml"),
