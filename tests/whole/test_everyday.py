@@ -172,7 +172,7 @@ def test_a_report_recommends_no_run_that_has_been_done(here: Path, capsys: Any) 
         ),
         (["init", "tiny.urdf"], "Next: urdf2mbs run tiny.yaml; then: urdf2mbs simu"),
         (["diagram", "tiny.mbs"], "Next: open tiny.svg in a browser"),
-        (["equations", "tiny.mbs", "-o", "s"], "Next: call them"),
+        (["equations", "tiny.mbs", "-o", "s"], "robot = load_equations("),
         (["convert", "robots/", "-o", "m/"], "Next: open a model in MBSysPad"),
     ],
 )
