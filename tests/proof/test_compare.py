@@ -404,3 +404,19 @@ def test_a_massless_link_is_placed_by_its_children() -> None:
     )
     find_joint(mbs, "shoulder").type = "R1"
     assert kinds(compared(result, mbs)) == {"axis"}
+
+
+def test_the_mass_of_a_link_may_be_in_another_body() -> None:
+    """A body of two links has the mass of the one, and the next body that of the other, too."""
+    solids = (link(name, SOLID) for name in "abc")
+    joints = (joint("a", "b", "fixed", xyz="0 1 0"), joint("a", "c", "fixed", xyz="1 0 0"))
+    result, mbs = convert_and_read(
+        robot(link("world"), *solids, joint("world", "a"), *joints), pipeline="faithful"
+    )
+    frames = {**result.frames, "b": result.frames["a"]}
+    mbs.bodies.remove(find_body(mbs, "b"))
+    find_body(mbs, "c").mass *= 2
+    differences = compared(result, mbs, frames=frames).differences
+    masses = {each.link: (each.urdf, each.mbs) for each in differences if each.kind == "mass"}
+    assert masses["c"] == (2.0, 4.0)
+    assert masses.keys() & {"a", "b"}

@@ -174,12 +174,9 @@ def explain_inertia(
     for body_pair in _pair_bodies(pair, relative_pose, frames, lost_links):
         if body_pair.extra_body:
             differences.append(_explain_extra_body(pair, body_pair))
-            continue
-        blamed = _blame_link(pair, body_pair, relative_pose, tolerance)
-        if blamed is not None:
-            differences.append(blamed)
-            continue
-        differences += _explain_body(pair, body_pair, relative_pose, tolerance)
+        else:
+            narrowed = _narrow_to_link(pair, body_pair, relative_pose, tolerance)
+            differences += _explain_body(pair, narrowed, relative_pose, tolerance)
     if differences:
         return differences
     # Only the sum differs: for example, two links were exchanged.
@@ -275,46 +272,32 @@ def _explain_extra_body(pair: GroupPair, body_pair: BodyPair) -> Difference:
     return Difference("mass", message, share, link=link, joint=joint, urdf=0.0, mbs=mass, body=body)
 
 
-def _blame_link(
+def _narrow_to_link(
     pair: GroupPair, body_pair: BodyPair, relative_pose: Frame, tolerance: float
-) -> Difference | None:
-    """Find the link whose wrong mass alone explains the inertia of a body; None if none does.
+) -> BodyPair:
+    """Narrow a body to the one link whose wrong mass explains its inertia, if there is one.
 
     The body is the sum of several links.  The tensor of the link may be that of its wrong mass, or
     as it should be.
     """
     missing_mass = body_pair.mbs.mass - body_pair.urdf.mass
     if len(body_pair.links) < 2 or abs(missing_mass) <= tolerance * body_pair.urdf.mass:
-        return None
+        return body_pair
     for link in body_pair.links:
         expected = pair.urdf.inertias[link]
         mass = expected.mass + missing_mass
         if expected.mass <= 0.0 or mass < 0.0:
             continue
-        others = [pair.urdf.inertias[each] for each in body_pair.links if each != link]
+        bound = max(tolerance, NEARLY * abs(missing_mass) / max(mass, expected.mass))
+        remaining = [pair.urdf.inertias[each] for each in body_pair.links if each != link]
         for factor in (1.0, mass / expected.mass):
             xx, xy, xz, yy, yz, zz = (factor * c for c in expected.tensor)
             wrong = Inertia(mass, expected.centre, (xx, xy, xz, yy, yz, zz))
-            total = transform_inertia(sum_inertias([wrong, *others]), relative_pose)
-            deviations = compare_inertias(total, body_pair.mbs, pair.scale).values()
-            if max(deviations) <= max(tolerance, NEARLY * abs(missing_mass) / mass):
-                return _explain_mass(pair, link, mass)
-    return None
-
-
-def _explain_mass(pair: GroupPair, link: str, mass: float) -> Difference:
-    """Describe a link that has another mass in the .mbs (kg)."""
-    expected = pair.urdf.inertias[link].mass
-    return Difference(
-        "mass",
-        f"link '{link}': mass is {format_value(mass)} in the .mbs; "
-        f"expected {format_value(expected)}",
-        abs(mass - expected) / max(mass, expected),
-        link=link,
-        joint=pair.urdf.joint,
-        urdf=expected,
-        mbs=mass,
-    )
+            total = transform_inertia(sum_inertias([wrong, *remaining]), relative_pose)
+            if max(compare_inertias(total, body_pair.mbs, pair.scale).values()) <= bound:
+                lighter = transform_inertia(expected._replace(mass=mass), relative_pose)
+                return BodyPair([link], expected, lighter)
+    return body_pair
 
 
 def _explain_lost_mass(pair: GroupPair, link: str) -> Difference:
