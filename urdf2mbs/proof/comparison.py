@@ -166,7 +166,7 @@ class Comparison:
     @cached_property
     def _mbs_zero_poses(self) -> list[Frame]:
         """Poses of the .mbs's groups in the ground, all joints at zero."""
-        return self.mbs.compute_zero_poses()
+        return self.mbs.compute_poses()
 
     def _has_same_parent(self, number: int) -> bool:
         """Return True if a group and its counterpart are attached to the same group."""

@@ -23,7 +23,7 @@ from urdf2mbs.mbs.model import Connection, Mbs, Point
 from urdf2mbs.messages.diagnostics import some
 from urdf2mbs.proof.groups import Side
 from urdf2mbs.proof.mbs_side import build_mbs_side
-from urdf2mbs.proof.rigid import IDENTITY, Frame, compose, rotate, transform_point
+from urdf2mbs.proof.rigid import Frame, compose, rotate, transform_point
 from urdf2mbs.proof.verdict import Difference
 from urdf2mbs.urdf.model import Robot
 
@@ -158,10 +158,7 @@ def _linearize_cuts(mbs: Mbs) -> list[Loop]:
         return []
     joints, points = mbs.joints(), mbs.points()
     side = build_mbs_side(mbs, {name for name, j in joints.items() if j.nature != "driven"})
-    poses = [IDENTITY]
-    for group in side.groups[1:]:
-        motion = group.motion(joints[group.coordinate].q or 0.0)
-        poses.append(compose(compose(poses[group.parent], group.joint_frame), motion))
+    poses = side.compute_poses({name: joint.q or 0.0 for name, joint in joints.items()})
     return [
         Loop([cut], _linearize_cut(points, cut, side, poses), set())
         for cut in mbs.cuts

@@ -16,7 +16,7 @@ the ground.  Each other group is attached to its parent group by one coordinate:
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 import msgspec
@@ -98,11 +98,17 @@ class Side(msgspec.Struct):
         group.reach = max(group.reach, abs(x), abs(y), abs(z))
         group.inertias[name] = inertia
 
-    def compute_zero_poses(self) -> list[Frame]:
-        """Compute the pose of each group in the ground, all joints at zero."""
+    def compute_poses(self, positions: Mapping[str, float] | None = None) -> list[Frame]:
+        """Compute the pose of each group in the ground.
+
+        Args:
+            positions: The positions (rad or m) of coordinates that are not at zero.
+        """
         poses = [IDENTITY]
         for group in self.groups[1:]:
-            poses.append(compose(poses[group.parent], group.joint_frame))
+            pose = compose(poses[group.parent], group.joint_frame)
+            position = 0.0 if positions is None else positions.get(group.coordinate, 0.0)
+            poses.append(compose(pose, group.motion(position)) if position else pose)
         return poses
 
 

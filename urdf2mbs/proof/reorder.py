@@ -15,6 +15,8 @@ from collections.abc import Mapping
 from functools import partial
 from math import hypot
 
+import msgspec
+
 from urdf2mbs.proof.groups import Group, PlacedFrame, Side
 from urdf2mbs.proof.rigid import (
     IDENTITY,
@@ -92,27 +94,20 @@ def _exchange(side: Side, first_number: int, second_number: int) -> None:
         place = (*IDENTITY_ROTATION, *rest[9:])
         rest = (*rest[:9], *ORIGIN)
     move = compute_rotation if second.revolute else compute_translation
-    side.groups[first_number] = Group(
+    side.groups[first_number] = msgspec.structs.replace(
+        second,
         parent=first.parent,
         joint_frame=compose(first.joint_frame, place),
-        revolute=second.revolute,
         axis=axis,
         motion=partial(move, axis),
-        coordinate=second.coordinate,
-        joint=second.joint,
-        child=second.child,
         reach=first.reach,
+        inertias={},
         children=[second_number],
     )
-    side.groups[second_number] = Group(
+    side.groups[second_number] = msgspec.structs.replace(
+        first,
         parent=first_number,
         joint_frame=IDENTITY,
-        revolute=first.revolute,
-        axis=first.axis,
-        motion=first.motion,
-        coordinate=first.coordinate,
-        joint=first.joint,
-        child=first.child,
         reach=second.reach,
         inertias={
             name: transform_inertia(inertia, rest) for name, inertia in second.inertias.items()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from functools import partial
 
@@ -91,6 +92,7 @@ class _Completion:
             if joint.moves and joint.name not in self.base
             for coordinate in list_coordinates(joint, FLOATING_ORDER)
         }
+        self.coordinate_counts = Counter(self.joint_of_coordinate.values())
         taken = {name for names in self.base.values() for name in names}
         every = [joint for joint in mbs.joints().values() if joint.name not in taken]
         moving = {joint.name for joint in every if joint.nature != "driven"}
@@ -162,25 +164,17 @@ class _Completion:
         for coordinate, joint in self.joint_of_coordinate.items():
             if coordinate in names:
                 names_of_joint.setdefault(joint, []).append(names[coordinate])
-        counts = self._count_coordinates()
         joints: dict[str, tuple[str, ...]] = dict(self.base)
         joints |= {
             joint: tuple(mbs_names)
             for joint, mbs_names in names_of_joint.items()
-            if len(mbs_names) == counts[joint]
+            if len(mbs_names) == self.coordinate_counts[joint]
         }
         return Match(
             joints={name: joints[name] for name in self.robot.joints if name in joints},
             locked={name: why for name, why in self.match.locked.items() if name not in joints},
             floating_orders=self.match.floating_orders,
         )
-
-    def _count_coordinates(self) -> dict[str, int]:
-        """Count the coordinates of each joint."""
-        counts: dict[str, int] = {}
-        for joint in self.joint_of_coordinate.values():
-            counts[joint] = counts.get(joint, 0) + 1
-        return counts
 
     def make_match(self, result: StructureMatch) -> Match:
         """Return the match of a result, and how each joint was found."""

@@ -10,10 +10,7 @@ from numpy.typing import NDArray
 
 from urdf2mbs.proof.groups import Side
 from urdf2mbs.proof.rigid import (
-    IDENTITY,
-    Frame,
     Inertia,
-    compose,
     rotate,
     sum_inertias,
     transform_inertia,
@@ -49,7 +46,7 @@ class Tree:
             held: The positions (rad or m) of coordinates that are not at zero.
         """
         groups = side.groups
-        world = _compute_world_poses(side, held or {})
+        world = side.compute_poses(held)
         self.parents = [group.parent for group in groups]
         self.children = [group.children for group in groups]
         self.names = [group.coordinate for group in groups]
@@ -140,15 +137,6 @@ class Tree:
         """Measure the centre of mass of each group from its axis."""
         levers = np.linalg.norm(np.cross(self.centres - self.points, self.axes), axis=1)
         return np.where(self.revolute & (self.masses > 0), levers, 0.0)
-
-
-def _compute_world_poses(side: Side, held: Mapping[str, float]) -> list[Frame]:
-    """Compute the pose of each group in the ground, each joint at zero or where it is held."""
-    poses = [IDENTITY]
-    for group in side.groups[1:]:
-        pose = compose(poses[group.parent], group.joint_frame)
-        poses.append(compose(pose, group.motion(held.get(group.coordinate, 0.0))))
-    return poses
 
 
 def find_words(name: str) -> set[str]:
