@@ -38,17 +38,31 @@ def load(config_file: Path, **fields: Any) -> tuple[Config, Lines]:
     Raises:
         ConfigError: The file cannot be read, or is no config.
     """
-    try:
-        config_text = files.read_bytes(config_file, MAX_BYTES).decode("utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        message = f"cannot read the config: {reason}"
-        is_missing = isinstance(error, FileNotFoundError)
-        hint = files.suggest_file(config_file, (".yaml", ".yml")) if is_missing else None
-        raise ConfigError("config-unreadable", message, file=str(config_file), hint=hint) from None
+    config_text = read_text(config_file, "config-unreadable", "config")
     if config_text.lstrip().startswith("<"):
         raise _explain_xml(config_file)
     return parse(config_text, config_file, **fields)
+
+
+def read_text(yaml_file: Path, code: str, noun: str) -> str:
+    """Return the text of a YAML file.
+
+    Args:
+        yaml_file: The file.
+        code: The code of the error if it cannot be read.
+        noun: What the file is.
+
+    Raises:
+        ConfigError: The file cannot be read.
+    """
+    try:
+        return files.read_bytes(yaml_file, MAX_BYTES).decode("utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        message = f"cannot read the {noun}: {reason}"
+        is_missing = isinstance(error, FileNotFoundError)
+        hint = files.suggest_file(yaml_file, (".yaml", ".yml")) if is_missing else None
+        raise ConfigError(code, message, file=str(yaml_file), hint=hint) from None
 
 
 def _explain_xml(xml_file: Path) -> ConfigError:

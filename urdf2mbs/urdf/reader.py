@@ -38,8 +38,8 @@ OTHER_ROOTS = {
     "mujoco": "an MJCF file (MuJoCo)",
     "mbsDescR7": "an .mbs file (Robotran) already",
 }
-#: Endings of a robot's file that are no part of its name.
-_ENDINGS = (".urdf", ".xacro", ".xml", ".mjcf")
+#: Endings of a robot's file, which are no part of its name.
+ROBOT_ENDINGS = (".urdf", ".xacro", ".xml", ".mjcf")
 
 
 class Expansion(NamedTuple):
@@ -78,7 +78,7 @@ def is_name(source: str) -> bool:
 def stem(source: Path) -> str:
     """Return a robot's file name without its endings: ``panda`` of ``panda.urdf.xacro``."""
     remaining_path = source
-    while remaining_path.suffix.lower() in _ENDINGS:
+    while remaining_path.suffix.lower() in ROBOT_ENDINGS:
         remaining_path = remaining_path.with_suffix("")
     return remaining_path.name
 

@@ -9,14 +9,12 @@ from typing import Any
 
 import msgspec
 
-from urdf2mbs.disk import files
+from urdf2mbs.config.load import read_text
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.messages.diagnostics import ConfigError, nearest, some
 from urdf2mbs.proof.urdf_side import FLOATING_ORDER, list_coordinates
 from urdf2mbs.urdf.model import Robot
 
-#: The most bytes of a map.
-_MAX_BYTES = 2**20
 _COMMENT = "# Joints of the first robot: their joints in the second one.\n"
 _EXPECTED = "expected a line 'joint of the first robot: joint of the second' for each"
 
@@ -103,13 +101,7 @@ def read_joint_map(source: Mapping[str, Any] | str | os.PathLike[str] | None) ->
     from urdf2mbs.config.yaml_text import parse_yaml
 
     path = Path(source)
-    try:
-        text = files.read_bytes(path, _MAX_BYTES).decode("utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        message = f"cannot read the map: {reason}"
-        raise ConfigError("map-invalid", message, file=str(path)) from None
-    data, places = parse_yaml(text, path)
+    data, places = parse_yaml(read_text(path, "map-invalid", "map"), path)
     lines: dict[str, int] = {}
     if isinstance(data, list):  # a list of maps
         entries: dict[str, Any] = {}
