@@ -69,6 +69,8 @@ def find_causes(
     Returns:
         The differences, first that which stands for each cause, and the causes in this order.
     """
+    if not differences:
+        return [], []
     weights = _Weights(robot)
     groups = _group_by_link(differences)
     groups = _fold_into_missing_joints(groups, robot)

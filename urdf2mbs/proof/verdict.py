@@ -81,6 +81,28 @@ class Proof(msgspec.Struct, kw_only=True):
         self.differences = sorted(merged, key=lambda difference: -difference.size)
         self.same = not self.differences
 
+    def drop_differences(
+        self, faults: Sequence[Difference], names: Mapping[str, Sequence[str]]
+    ) -> None:
+        """Drop differences that the first robot has from itself.
+
+        Args:
+            faults: These differences.
+            names: The joints of the first robot, and their names in the second one.
+        """
+        if not faults:
+            return
+        keys = {(each.kind, each.joint, each.mbs) for each in faults}
+        keys |= {
+            (each.kind, names[each.joint][0], each.mbs)
+            for each in faults
+            if each.joint is not None and each.joint in names
+        }
+        self.differences = [
+            each for each in self.differences if (each.kind, each.joint, each.mbs) not in keys
+        ]
+        self.same = not self.differences
+
     def add_frames(self) -> None:
         """Add the link frames that are displaced to the differences."""
         differences, self.differences = self.differences, self.frames

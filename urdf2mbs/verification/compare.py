@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import msgspec
 
@@ -36,10 +36,6 @@ from urdf2mbs.verification.sides import (
     read_source,
 )
 from urdf2mbs.verification.verdict import Verdict
-
-if TYPE_CHECKING:
-    pass
-
 
 #: Where loops are closed, relative to their place; positions have rounding errors of all joints.
 CLOSURE_TOLERANCE = 1e-9

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import msgspec
 
 from urdf2mbs.proof.compare import compare
-from urdf2mbs.proof.match import Match, has_unmatched, match_by_name
+from urdf2mbs.proof.match import Match, has_unmatched
 from urdf2mbs.proof.parameters import list_joint_parameters
 from urdf2mbs.proof.verdict import Difference, Proof
 from urdf2mbs.states import SecondOpinions
@@ -40,15 +40,12 @@ def match_and_compare(
         The first robot as the second one states it, the joints that match, and the proof.
     """
     match = reference.match(reference.robot, model.mbs, joint_map)
+    proof: Proof | None = None
     if not has_unmatched(match, reference.robot, model.mbs):
         proof = _prove(reference, model, match, tolerance)
         if proof.count_differing() < 2:
             return reference, match, proof
-    return _Explanation(reference, model, joint_map, tolerance).find()
-
-
-#: Faults of one file alone.
-OF_ONE_FILE = ("nature", "cut", "symbols")
+    return _Explanation(reference, model, joint_map, tolerance).find(match, proof)
 
 
 class _Explanation:
@@ -59,28 +56,36 @@ class _Explanation:
     ) -> None:
         self.reference = reference
         self.model = model
+        self.joint_map = joint_map
         self.causes: list[Difference] = []
         self._compare = partial(_prove, model=model, tolerance=tolerance)
-        self._match = partial(_match, model=model, joint_map=joint_map, tolerance=tolerance)
+        self._complete = partial(_complete, model=model, tolerance=tolerance)
 
-    def find(self) -> tuple[Reference, Match, Proof]:
+    def find(self, named: Match, proof: Proof | None) -> tuple[Reference, Match, Proof]:
         """Return the first robot, restated, the joints that match, and the proof.
 
         The causes are differences of the proof.
+
+        Args:
+            named: The joints that are matched by a map and by name.
+            proof: The comparison by these, if they are all joints.
         """
         from urdf2mbs.verification.restate import restate_angles, restate_lengths
 
         robot, mbs = self.reference.robot, self.model.mbs
         lengths = [*restate_lengths(robot, mbs)]
-        self._start(lengths[0].robot if lengths else robot)
+        if proof is None:
+            self._start(lengths[0].robot if lengths else robot, named)
+        else:
+            self.match, self.proof = named, proof
         # both may be in other units
         both = [
             angles._replace(message=f"{each.message}; and {angles.message}")
             for each in lengths
             for angles in restate_angles(each.robot)
         ]
-        if lengths and not self._try([*lengths, *both]):
-            self._start(robot)
+        if lengths and not self._try([*lengths, *both]) and proof is None:
+            self._start(robot, named)
         robot = self.reference.robot
         self._try(restate_angles(robot))
         self._try(self._restate_root())
@@ -88,10 +93,20 @@ class _Explanation:
         self.proof.add_differences(self.causes)
         return self.reference, self.match, self.proof
 
-    def _start(self, robot: Robot) -> None:
-        """Match a robot that may be restated; compare the robot as it is."""
-        self.match = self._match(_restate(self.reference, robot))
+    def _start(self, robot: Robot, named: Match) -> None:
+        """Match a robot that may be restated; compare the robot as it is.
+
+        Args:
+            robot: The first robot, as the second one may state it.
+            named: The joints that are matched by a map and by name, which do not depend on units.
+        """
+        self.match = self._complete(_restate(self.reference, robot), match=named)
         self.proof = self._compare(self.reference, match=self.match)
+
+    def _match(self, reference: Reference) -> Match:
+        """Match the joints of a restated robot."""
+        named = reference.match(reference.robot, self.model.mbs, self.joint_map)
+        return self._complete(reference, match=named)
 
     def _try(self, restatements: Iterable[Restatement]) -> bool:
         """Restate the first robot by that which explains most; return whether one does."""
@@ -164,11 +179,8 @@ def _restate(reference: Reference, robot: Robot) -> Reference:
     return msgspec.structs.replace(reference, robot=robot)
 
 
-def _match(
-    reference: Reference, model: Model, joint_map: JointMap | None, tolerance: float
-) -> Match:
-    """Match the joints of two robots: by a map, by name, and what is left by structure."""
-    match = reference.match(reference.robot, model.mbs, joint_map)
+def _complete(reference: Reference, model: Model, match: Match, tolerance: float) -> Match:
+    """Match by structure the joints that a map and names have left."""
     if not has_unmatched(match, reference.robot, model.mbs):
         return match
     from urdf2mbs.proof.structure.complete import complete_match  # imports scipy
@@ -181,7 +193,7 @@ def _prove(reference: Reference, model: Model, match: Match, tolerance: float) -
     """Compare two robots whose joints are matched."""
     expectation = reference.expect(match, model)
     proof = compare(reference.robot, model.mbs, match, expectation, tolerance)
-    _drop_own_faults(proof, reference, match)
+    proof.drop_differences(reference.own_faults, match.joints)
     proof.but_for |= reference.accepted
     proof.add_differences(reference.undeclared)
     if model.conversion is not None:
@@ -199,26 +211,6 @@ def _compare_lost_numbers(joint: Joint) -> list[Difference]:
         return []
     message = f"joint '{joint.name}' is a cut in the .mbs, without its {', '.join(numbers)}"
     return [Difference("parameter", message, link=joint.child, joint=joint.name)]
-
-
-def _drop_own_faults(proof: Proof, reference: Reference, match: Match) -> None:
-    """Drop differences that the first .mbs has from itself, such as joints that nothing moves."""
-    if reference.mbs is None:
-        return
-    same = match_by_name(reference.robot, reference.mbs)
-    faults = compare(reference.robot, reference.mbs, same).differences
-    keys = {(each.kind, each.joint, each.mbs) for each in faults}
-    keys |= {
-        (each.kind, match.joints[each.joint][0], each.mbs)
-        for each in faults
-        if each.joint in match.joints
-    }
-    proof.differences = [
-        each
-        for each in proof.differences
-        if each.kind not in OF_ONE_FILE or (each.kind, each.joint, each.mbs) not in keys
-    ]
-    proof.same = not proof.differences
 
 
 def _compare_followers(robot: Robot, model: Model, match: Match, proof: Proof) -> None:

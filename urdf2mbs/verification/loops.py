@@ -19,8 +19,7 @@ from typing import NamedTuple
 import msgspec
 
 from urdf2mbs.mbs.model import Mbs
-from urdf2mbs.proof.mbs_side import build_mbs_side
-from urdf2mbs.proof.rigid import transform_point
+from urdf2mbs.proof.mbs_as_robot import convert_to_robot
 from urdf2mbs.proof.verdict import Difference
 from urdf2mbs.spatial import ZERO, Pose, Vec, compose, cross, inverse, rotate, transpose, unit
 from urdf2mbs.urdf.model import Joint, Robot
@@ -99,7 +98,8 @@ def compare_closures(closures: list[Closure], mbs: Mbs, tolerance: float) -> Clo
         mbs: The second one.
         tolerance: The largest relative deviation that is no difference.
     """
-    cuts = {closure.name: closure for closure in _list_cuts(mbs)}
+    robot = convert_to_robot(mbs, "")
+    cuts = {closure.name: closure for closure in list_closures(robot, mbs)}
     comparison = ClosureComparison([], [])
     for closure in closures:
         scale = max((abs(c) for end in closure.ends for c in end), default=0.0) or 1.0
@@ -131,26 +131,6 @@ def _compute_distance(a: Closure, b: Closure) -> float:
             max(dist(second, a.ends[0]), dist(first, a.ends[1])),
         ),
     )
-
-
-def _list_cuts(mbs: Mbs) -> list[Closure]:
-    """List the cuts of a model, all joints at zero, in the ground (m)."""
-    joints = mbs.joints().values()
-    side = build_mbs_side(mbs, {joint.name for joint in joints if joint.nature != "driven"})
-    poses, points = side.compute_zero_poses(), mbs.points()
-    cuts = []
-    for cut in mbs.cuts:
-        if cut.is_draft:
-            continue
-        ends: list[Vec] = []
-        for body, point in (cut.endpoint1, cut.endpoint2):
-            frame = side.frames[body or ""]
-            place = points[body, point].coordinates if point else ZERO
-            in_group = transform_point(frame.pose, place)
-            ends.append(transform_point(poses[frame.group], in_group))
-        links = (cut.endpoint1[0] or "", cut.endpoint2[0] or "")
-        cuts.append(Closure(cut.name, links, (ends[0], ends[1]), cut.kind, cut.length or 0.0))
-    return cuts
 
 
 def recut(robot: Robot, closures: list[Closure]) -> Iterator[Recut]:

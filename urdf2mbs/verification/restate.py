@@ -16,9 +16,8 @@ from numpy.typing import NDArray
 
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.proof.causes import describe_displacement
-from urdf2mbs.proof.mbs_side import build_mbs_side
-from urdf2mbs.proof.rigid import transform_point
-from urdf2mbs.spatial import HERE, Pose, Rot, Vec, add, compose
+from urdf2mbs.proof.mbs_as_robot import convert_to_robot
+from urdf2mbs.spatial import HERE, Pose, Rot, Vec, compose
 from urdf2mbs.urdf.model import Inertial, Link, Origin, Robot
 
 #: The lengths that people write for 1 m, and their names.
@@ -64,7 +63,7 @@ def restate_lengths(robot: Robot, mbs: Mbs) -> Iterator[Restatement]:
         robot: The first robot.
         mbs: The second one.
     """
-    extent, mbs_extent = _measure_robot(robot), _measure_model(mbs)
+    extent, mbs_extent = _measure(robot), _measure(convert_to_robot(mbs, ""))
     if not extent > 0.0 or not mbs_extent > 0.0:
         return
     for number, words in LENGTHS.items():
@@ -84,30 +83,16 @@ def _exchange(words: str) -> str:
     return f"{second} for {first}"
 
 
-def _measure_robot(robot: Robot) -> float:
-    """Return the largest distance (m) of a link, or its centre of mass, from the root."""
+def _measure(robot: Robot) -> float:
+    """Return the largest coordinate (m) of a link, or of its centre of mass, from the root."""
     poses = robot.poses()
     points = [pose.xyz for pose in poses.values()]
     points += [
-        add(poses[name].xyz, link.inertial.origin.xyz)
+        compose(poses[name], Pose(link.inertial.origin.xyz)).xyz
         for name, link in robot.links.items()
         if link.inertial is not None
     ]
-    return max((max(map(abs, point)) for point in points), default=0.0)
-
-
-def _measure_model(mbs: Mbs) -> float:
-    """Return the largest distance (m) of a body, or its centre of mass, from the ground."""
-    joints = mbs.joints().values()
-    side = build_mbs_side(mbs, {joint.name for joint in joints if joint.nature != "driven"})
-    poses = side.compute_zero_poses()
-    points: list[Vec] = [pose[9:] for pose in poses]
-    points += [
-        transform_point(pose, inertia.centre)
-        for group, pose in zip(side.groups, poses, strict=True)
-        for inertia in group.inertias.values()
-    ]
-    return max((max(map(abs, point)) for point in points), default=0.0)
+    return max(max(map(abs, point)) for point in points)
 
 
 def _scale(robot: Robot, length: float, inertia: float) -> Robot:

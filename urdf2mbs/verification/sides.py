@@ -24,21 +24,21 @@ from urdf2mbs.engine.plugins import load_plugins
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.messages.diagnostics import ConfigError, Diagnostic
-from urdf2mbs.proof.compare import Expectation
+from urdf2mbs.proof.compare import Expectation, compare
 from urdf2mbs.proof.match import Match, find_floating_joints, match_by_name
 from urdf2mbs.proof.mbs_as_robot import convert_to_robot
 from urdf2mbs.proof.parameters import PARAMETERS
 from urdf2mbs.proof.verdict import Difference
 from urdf2mbs.states import OnPurpose
 from urdf2mbs.urdf.model import Robot
-from urdf2mbs.urdf.reader import is_name
+from urdf2mbs.urdf.reader import ROBOT_ENDINGS, is_name
 from urdf2mbs.verification.joint_map import JointMap
 from urdf2mbs.verification.loops import Closure
 
 #: The passes that read the robot.  Passes of plugins that change the robot join them.
 _ROBOT_PASSES = ("expand", "insert-base")
-#: The endings of files that state a robot; an .mbs may have any other ending.
-_ROBOT_ENDINGS = (".urdf", ".xacro", ".xml", ".mjcf")
+#: The kinds of differences that are faults of one file alone.
+_FAULTS_OF_ONE_FILE = ("nature", "cut", "symbols")
 
 
 class Source(msgspec.Struct, kw_only=True):
@@ -52,6 +52,17 @@ class Source(msgspec.Struct, kw_only=True):
     """The config, if its passes make the robot."""
     lines: Lines = msgspec.field(default_factory=Lines)
     installed_plugins: bool = True
+    pipeline: Pipeline | None = None
+    """The passes of the config, once they are resolved."""
+
+    def resolve(self) -> Pipeline:
+        """Return the passes of the config, which start over."""
+        assert self.config is not None
+        if self.pipeline is None:
+            self.pipeline = Pipeline(
+                self.config, self.lines, installed_plugins=self.installed_plugins, fresh=True
+            )
+        return self.pipeline
 
 
 class Model(msgspec.Struct, kw_only=True):
@@ -83,13 +94,15 @@ class Reference(msgspec.Struct, kw_only=True):
     conversion: Conversion | None = None
     mbs: Mbs | None = None
     """The model, if the first robot is an .mbs."""
+    own_faults: list[Difference] = []
+    """Its differences from itself, such as dependent joints that nothing moves."""
     closures: list[Closure] = []
     """What closes its loops, if they are cut elsewhere than in its file."""
 
 
 def is_robot(name: str) -> bool:
     """Return whether a name is that of a robot's file; an .mbs may have any other ending."""
-    return is_name(name) or Path(name).suffix.lower() in _ROBOT_ENDINGS
+    return is_name(name) or Path(name).suffix.lower() in ROBOT_ENDINGS
 
 
 def is_config(name: str | os.PathLike[str]) -> bool:
@@ -125,11 +138,7 @@ def find_output(source: Source) -> Source:
     Raises:
         ConfigError: ``usage``, there is none.
     """
-    assert source.config is not None
-    pipeline = Pipeline(
-        source.config, source.lines, installed_plugins=source.installed_plugins, fresh=True
-    )
-    output = pipeline.settings.output
+    output = source.resolve().settings.output
     if not files.is_file(output):
         message = f"no model to compare: '{output}' does not exist"
         name = source.lines.file or "CONFIG.yaml"
@@ -162,9 +171,7 @@ def _convert(source: Source, fields: dict[str, Any]) -> Conversion:
     if source.config is None:
         pipeline = Pipeline(*config_of(source.name, **fields))
     else:
-        pipeline = Pipeline(
-            source.config, source.lines, installed_plugins=source.installed_plugins, fresh=True
-        )
+        pipeline = source.resolve()
     names = [step.name for step in pipeline.passes]
     return pipeline.run(stop_after="emit" if "emit" in names else None)
 
@@ -200,11 +207,13 @@ def _refer_to_model(source: Source, fields: dict[str, Any]) -> Reference:
             user_models=compared_models,
         )
 
+    faults = compare(robot, mbs, match_by_name(robot, mbs)).differences
     return Reference(
         robot=robot,
         match=_match_by_name,
         expect=expect,
         mbs=mbs,
+        own_faults=[each for each in faults if each.kind in _FAULTS_OF_ONE_FILE],
     )
 
 
