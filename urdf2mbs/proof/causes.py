@@ -152,7 +152,7 @@ class BodyPair(NamedTuple):
     urdf: Inertia
     mbs: Inertia
     extra_body: str = ""
-    """The name of a body that is none of the links."""
+    """The name of a body that has no link; empty for other bodies."""
 
 
 def explain_inertia(
@@ -214,7 +214,7 @@ def _pair_bodies(
     frames: Mapping[str, LinkFrame],
     lost_links: list[str],
 ) -> list[BodyPair]:
-    """Pair the bodies of a group with their links: by name, or else by what they weigh."""
+    """Pair the bodies of a group with their links: by name, or else by inertia."""
     inertias = {
         name: inertia for name, inertia in pair.urdf.inertias.items() if name not in lost_links
     }

@@ -19,7 +19,7 @@ from urdf2mbs.urdf.model import Robot
 
 #: What makes the whole robot another one.
 OF_ROBOT = ("units", "root", "gravity", "base")
-#: What lets the robot move in other ways.
+#: Differences of the mechanism: the robot can move in other ways.
 OF_MECHANISM = ("joint-missing", "joint-extra", "type", "parent", "nature", "symbols", "cut")
 #: What places a link elsewhere, or moves it otherwise.
 OF_MOTION = ("frame", "zero", "axis")
@@ -67,7 +67,7 @@ def find_causes(
         robot: The robot that they are of.
 
     Returns:
-        The differences, first that which stands for each cause, and the causes in this order.
+        The differences, the leading one of each cause first, and the causes in this order.
     """
     if not differences:
         return [], []
@@ -92,7 +92,7 @@ def find_causes(
 
 
 def _group_by_link(differences: Sequence[Difference]) -> list[_Group]:
-    """Group what is wrong with the inertia of a link, and with the numbers of a joint."""
+    """Group the differences of the inertia of a link, and of the numbers of a joint."""
     groups: dict[Any, _Group] = {}
     for number, difference in enumerate(differences):
         key: Any = number
@@ -112,7 +112,7 @@ def _group_by_link(differences: Sequence[Difference]) -> list[_Group]:
 
 
 def _fold_into_missing_joints(groups: list[_Group], robot: Robot) -> list[_Group]:
-    """Let a joint that the .mbs lacks explain what is missing of all that it carries."""
+    """Let a joint that the .mbs lacks explain the missing links of its subtree."""
     missing = {group.first.link: group for group in groups if group.first.kind == "joint-missing"}
     parents = {joint.child: joint.parent for joint in robot.joints.values()}
     kept = []
@@ -178,7 +178,7 @@ def _are_alike(a: _Group, b: _Group) -> bool:
 
 
 def _name(difference: Difference) -> str:
-    """Return the name of what has a difference, as a message shows it."""
+    """Return the name of the link or joint that has a difference, as a message shows it."""
     if difference.kind in (*OF_INERTIA, *OF_MOTION) and difference.link:
         return f"'{difference.link}'"
     return f"'{difference.joint or difference.link or ''}'"

@@ -1,4 +1,4 @@
-"""Two joints whose order does not matter, as the shifts along x and z by which a robot hangs.
+"""Two joints whose order does not matter, such as the shifts along x and z of a planar robot.
 
 Motions T_a and T_b commute if both shift, or if one shifts along the axis about which the other
 rotates.  With nothing but a frame between them, ``T_a B T_b X = B' T_b T_a X'`` for each position:

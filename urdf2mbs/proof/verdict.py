@@ -31,7 +31,7 @@ class Difference(msgspec.Struct, omit_defaults=True):
     mbs: Any = None
     """The value that the .mbs has."""
     body: str | None = None
-    """The body of the .mbs, if it is none of the URDF's links."""
+    """The body of the .mbs, if no link of the URDF is its counterpart."""
 
     def __post_init__(self) -> None:
         self.size = min(self.size, 1.0)

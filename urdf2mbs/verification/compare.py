@@ -52,8 +52,8 @@ def verify(
 ) -> Verdict:
     """Compare two robots: is the second the same as the first?
 
-    Joints are matched by name; those that have no partner of their name, by their place, their
-    mass and what they carry.
+    Joints are matched by name; those that have no partner of their name, by their place and
+    the masses of their subtrees.
 
     Args:
         source: The first robot: a URDF or xacro file; an .mbs; or a config, whose passes make it.

@@ -172,7 +172,7 @@ def _list_path(joint_of_child: dict[str, Joint], link: str) -> list[Joint]:
 
 
 class _Chain(NamedTuple):
-    """The part of a robot that hangs on the old cut when the loop is cut elsewhere."""
+    """The part of a robot that is attached at the old cut when the loop is cut elsewhere."""
 
     closure: Closure
     end: int
@@ -188,7 +188,7 @@ def _cut(robot: Robot, chain: _Chain, axis: Vec) -> Robot:
 
     Args:
         robot: The robot.
-        chain: The part that hangs on the cut now.
+        chain: The part that is attached at the old cut now.
         axis: The axis of the loop, in the frame of the root link.
     """
     poses = robot.poses()

@@ -28,8 +28,8 @@ SAME_DECADE = 0.5
 SMALL = 1e-3
 #: A cosine of the pitch below which roll and yaw are about the same axis.
 GIMBAL_LOCK = 1e-12
-#: A restatement is taken if so many fewer joints differ; to agree by chance, numbers have too many
-#: digits.
+#: A restatement is taken if at least this number of joints differ no more.  Numbers of many digits
+#: do not agree by chance.
 CLEARLY_FEWER = 2
 
 
@@ -40,7 +40,7 @@ class Restatement(NamedTuple):
     kind: str
     """The kind of the difference that it explains: ``units`` or ``root``."""
     message: str
-    """What is different of the other robot, which the messages call the .mbs."""
+    """The difference of the second robot, which the messages call the .mbs."""
 
 
 def is_explained(before: int, after: int) -> bool:

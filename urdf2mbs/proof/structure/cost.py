@@ -34,7 +34,7 @@ WEIGHTS = {
 }
 #: The terms that say how well a pose of the robot fits: all but the name.
 PHYSICAL = tuple(term for term in WEIGHTS if term != "name")
-#: The terms of a joint that the other robot holds: what it carries is in the group before it.
+#: The terms of a joint that the other robot holds: its links are in the parent group there.
 OF_HELD = ("axis", "line", "kind", "carried centre", "carried mass")
 #: The distance, relative to the robot's size, that costs half of the weight of a term.
 NEAR = 0.1

@@ -5,8 +5,8 @@ laid over a branch, so that what one joint carries stays together.  At each leve
 assigned to each other by the Hungarian algorithm.  A joint that the other robot lacks is left out:
 
 * with all that it carries, or
-* alone, as what it carries hangs on the joint before it; then all of the other robot's branches
-  there are laid over what it carries.
+* alone, its children attached to its parent; then all branches of the other robot at this place are
+  laid over these children.
 """
 
 from __future__ import annotations

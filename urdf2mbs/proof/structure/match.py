@@ -4,7 +4,7 @@ Two trees of rigid groups are laid over each other at the least cost: joints tur
 lines that may coincide, and carry masses that may be equal (``cost``, ``edit_distance``).  The
 robot may stand elsewhere, and its joints may have other zeros (``placing``).  Of layouts that cost
 nearly the same, the *judge* decides, which is the comparison of the two robots itself: the one with
-the fewest joints that differ.  What the judge cannot tell apart is said.
+the fewest joints that differ.  Joints that it cannot tell apart are listed as equal.
 """
 
 from __future__ import annotations
@@ -134,7 +134,7 @@ class _Matcher:
         self._name_costs = compute_costs(a, b, poses, ["name"]) / WEIGHTS["name"]
 
     def match(self, whole_b: Tree) -> StructureMatch:
-        """Find the best layout, and what is as good."""
+        """Find the best layout, and those that are as good."""
         layouts = self._find_layouts()
         layout = self._choose(layouts)
         turned = any(
@@ -199,7 +199,7 @@ class _Matcher:
         return _Layout(self._ask(pairs), pairs, distance, costs, poses, name_cost)
 
     def _pair_elsewhere(self, costs: Floats, pairs: Mapping[int, int]) -> dict[int, int]:
-        """Pair what is left on both sides and alike, though it hangs elsewhere."""
+        """Pair the remaining joints that are alike, though their parents are not paired."""
         a_joints = self.a.list_joints(without=pairs)
         b_joints = self.b.list_joints(without=[*pairs.values()])
         rows, columns = linear_sum_assignment(costs[np.ix_(a_joints, b_joints)])
@@ -211,8 +211,8 @@ class _Matcher:
     def _choose(self, layouts: list[_Layout]) -> _Layout:
         """Choose a layout by the joints that differ, and by its cost.
 
-        If most joints differ in each of them, their number says nothing: then only what is alike
-        decides, and the names.
+        If most joints differ in each of them, their number says nothing: then the cost and the
+        names decide.
         """
         count = len(self.a)
         if all(layout.score.joints > count / 2 for layout in layouts):
@@ -225,7 +225,7 @@ class _Matcher:
         """Exchange joints of a layout as long as fewer differ.
 
         Returns:
-            The pairs that the judge prefers, and what it said of the others.
+            The pairs that the judge prefers, and the scores of the others.
         """
         pairs = dict(layout.pairs)
         trials: list[_Trial] = []

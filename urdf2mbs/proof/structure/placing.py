@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from urdf2mbs.proof.structure.cost import PHYSICAL, compute_costs
 from urdf2mbs.proof.structure.tree import LEAVE_OUT, Floats, Tree
 
-#: The pose of a robot that stands where the other one does, (3, 4).
+#: The pose of a robot in the same place as the other one, (3, 4).
 SAME_PLACE = np.eye(3, 4)
 #: The number of root poses that are tried beside it.
 POSE_COUNT = 4
@@ -20,7 +20,7 @@ POSE_COUNT = 4
 FIT_ROUNDS = 4
 #: The cosine between the axes of joints that can be turned to each other.
 PARALLEL = 0.95
-#: A joint is turned if what it carries is off by more than this, relative to the robot's size, ...
+#: A joint is turned if its subtree is off by more than this, relative to the robot's size, ...
 OFF = 0.02
 #: ... and less than this of it is left when it is turned.
 REMAINDER = 0.6
@@ -30,7 +30,7 @@ class _Fit(NamedTuple):
     """How well a pose of the root fits."""
 
     cost: float
-    """The mean cost of the cheapest pairs of joints, wherever they hang."""
+    """The mean cost of the cheapest pairs of joints, whatever their parents are."""
     pose: Floats
     a_numbers: list[int]
     b_numbers: list[int]
@@ -86,9 +86,9 @@ def _fit_pose(a: Tree, b: Tree, fit: _Fit) -> Floats:
 
 
 def turn_joints(a: Tree, b: Tree, pairs: Mapping[int, int], root_pose: Floats) -> Floats:
-    """Move each joint to where what it carries lies on its counterpart, if it is far from it.
+    """Move each joint to where its subtree lies on its counterpart, if it is far from it.
 
-    So a joint that has its zero elsewhere does not hide what it carries.
+    So a joint with another zero does not hide the joints of its subtree.
 
     Args:
         a: The robot that is placed.

@@ -103,7 +103,7 @@ class Tree:
         return [number for number in range(1, len(self)) if number not in without]
 
     def _sum(self, parts: Sequence[Sequence[Inertia]]) -> tuple[Floats, Floats, Floats]:
-        """Sum inertias: masses, centres (of what has no mass, its joint), principal moments."""
+        """Sum inertias: masses, centres (the joint of a group without mass), principal moments."""
         sums = [sum_inertias(inertias) for inertias in parts]
         masses = np.array([inertia.mass for inertia in sums])
         centres = np.array([inertia.centre for inertia in sums])
