@@ -1,4 +1,4 @@
-"""How fast robots move: the table of ``docs/simulate.md``.
+"""How fast robots move: the table of ``docs/speed.md``.
 
     python benchmarks/simulate.py [ROBOT ...]
 

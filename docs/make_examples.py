@@ -1,10 +1,10 @@
-"""Write the plugins of tests/door into docs/passes.md: python docs/make_examples.py."""
+"""Write the plugins of tests/door into the pages of docs: python docs/make_examples.py."""
 
 import re
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-PAGE = ROOT / "docs" / "passes.md"
+PAGES = [ROOT / "docs" / name for name in ("write-a-pass.md", "hooks.md")]
 
 
 def show_examples(page: str) -> str:
@@ -20,4 +20,5 @@ def show_examples(page: str) -> str:
 
 
 if __name__ == "__main__":
-    PAGE.write_text(show_examples(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
+    for page in PAGES:
+        page.write_text(show_examples(page.read_text(encoding="utf-8")), encoding="utf-8")

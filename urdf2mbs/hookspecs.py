@@ -1,6 +1,6 @@
 """The hooks of plugins, and what plugins bring through them: passes and commands.
 
-docs/passes.md shows each hook at work.  A plugin is any module with functions of these names,
+docs/hooks.md shows hooks at work.  A plugin is any module with functions of these names,
 marked with ``hookimpl`` of ``urdf2mbs.plugin``.
 """
 

@@ -1,4 +1,4 @@
-"""Each task of a lab is solved by the door alone, in few lines, and stands so in docs/passes.md."""
+"""Each task of a lab is solved by the door alone, in few lines, and stands so in the docs."""
 
 import ast
 import re
@@ -9,9 +9,13 @@ import pytest
 from urdf2mbs import plugin
 
 FOLDER = Path(__file__).resolve().parent
-PAGE = FOLDER.parents[1] / "docs" / "passes.md"
+PAGES = [FOLDER.parents[1] / "docs" / name for name in ("write-a-pass.md", "hooks.md")]
 PLUGINS = sorted(file for file in FOLDER.glob("*.py") if not file.name.startswith("test_"))
-BLOCKS = dict(re.findall(r"(?sm)^```python file=([\w.]+)\n(.*?)^```", PAGE.read_text()))
+BLOCKS = {
+    file: text
+    for page in PAGES
+    for file, text in re.findall(r"(?sm)^```python file=([\w.]+)\n(.*?)^```", page.read_text())
+}
 
 
 def test_the_ten_tasks_are_there() -> None:
