@@ -28,7 +28,7 @@ from urdf2mbs import convert
 from urdf2mbs.mbs.model import Mbs
 
 sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))
-from oracle.pin import to_pinocchio
+from support.oracle.pin import to_pinocchio
 
 SHARED = Path(__file__).resolve().parents[2] / "shared" / "robots"
 

@@ -39,7 +39,7 @@ from unittest.mock import patch
 import numpy as np
 import pinocchio as pin
 
-from robots import ARMS, DH, REAL, by_dh, real, without_meshes
+from support.real_robots import ARMS, DH, REAL, by_dh, real, without_meshes
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.testing import convert_text
@@ -51,7 +51,7 @@ from urdf2mbs_equations.tree import Tree
 from urdf2mbs_equations.vectors import ZERO_SPATIAL
 
 sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))
-from oracle.generated import HEADER, TABLES, VECTORS, Data, random_state
+from support.oracle.generated import HEADER, TABLES, VECTORS, Data, random_state
 
 TESTS = Path(__file__).resolve().parents[1] / "tests"
 FLAGS = {"-O2": ["-O2"], "-O3 native": ["-O3", "-march=native"]}

@@ -26,7 +26,7 @@ from sympy.physics import mechanics
 sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))
 
 from plugins.equations.test_symbolic import convert, count_signs, write_python
-from plugins.equations.textbook import TEXTBOOKS
+from support.textbook import TEXTBOOKS
 from urdf2mbs_equations.symbolic import make_symbolic_equations
 
 MOMENTS = ("ixx", "iyy", "izz")

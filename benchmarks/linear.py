@@ -19,7 +19,7 @@ import tempfile
 from pathlib import Path
 from time import process_time
 
-from robots import generated
+from support.real_robots import generated
 
 SHAPES = ("chain", "tree", "star", "mixed")
 

@@ -27,7 +27,7 @@ with atheris.instrument_imports(include=["urdf2mbs", "xacro"]):
     for module in walk_packages(urdf2mbs.__path__, "urdf2mbs."):
         if not module.name.endswith("__main__"):
             import_module(module.name)
-    from broken import CORPUS, KINDS, attempt, files_of, prepare
+    from support.broken import CORPUS, KINDS, attempt, files_of, prepare
 
 TOKEN = re.compile(rb'"[^"\n]*"|<[^<>]*>|[-+\w.]+|[<>{}\[\]:,]')
 WORDS = [*(CORPUS / "words").read_bytes().splitlines(), b"", b"\0", b"[" * 300, b"<a>" * 300]

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from conftest import reproducible
+from support.examples import reproducible
 from urdf2mbs import spatial
 from urdf2mbs.spatial import IDENTITY, ZERO, Pose, direction, lump, unit
 

@@ -22,8 +22,6 @@ from urdf2mbs.hookspecs import hookimpl
 from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.testing import TINY
 
-ROOT = Path(__file__).resolve().parents[2]
-
 
 @pytest.fixture
 def robot(here: Path) -> Path:

@@ -11,7 +11,6 @@ from urdf2mbs.testing import TINY
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 
-CONFIGS = Path(__file__).parents[2] / "configs"
 
 #: Runs the command line, and sends a signal at an event of Python: the import of a module.
 AT_IMPORT = """

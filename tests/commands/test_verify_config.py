@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from presets import PRESETS
+from support.presets import PRESETS
 from urdf2mbs import Config, convert, verify
 from urdf2mbs.cli import main
 from urdf2mbs.messages.diagnostics import ConfigError

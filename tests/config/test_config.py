@@ -7,7 +7,7 @@ import msgspec
 import pytest
 import yaml
 
-from presets import PRESETS
+from support.presets import PRESETS
 from urdf2mbs import convert
 from urdf2mbs.commands import parse as read_words
 from urdf2mbs.commands import parser
@@ -20,7 +20,6 @@ from urdf2mbs.config.yaml_text import parse_value
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY
 
-ROOT = Path(__file__).resolve().parents[2]
 FILE = Path("robot.yaml")
 
 

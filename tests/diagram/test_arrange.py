@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from conftest import reproducible
-from diagram.faults import boxes, dots, faults
-from diagram.trees import LENGTHS, trees
+from support.diagram_faults import boxes, dots, faults
+from support.diagram_trees import LENGTHS, trees
+from support.examples import reproducible
 from urdf2mbs.diagram import arrange
 from urdf2mbs.mbs.model import Body, Joint, Mbs, Point, Sensor
 from urdf2mbs.spatial import Vec

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from installed import install_file
+from support.installed import install_file
 from urdf2mbs.cli import main
 
 PLUGIN = Path(__file__).with_name("list_masses.py")

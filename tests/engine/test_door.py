@@ -7,7 +7,8 @@ from typing import Any
 import pytest
 
 import urdf2mbs
-from presets import PRESETS
+from support.folders import ROOT
+from support.presets import PRESETS
 from urdf2mbs import convert, plugin
 from urdf2mbs.cli import main
 from urdf2mbs.config.load import config_of
@@ -15,8 +16,6 @@ from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
 from urdf2mbs.testing import convert_text
-
-ROOT = Path(__file__).resolve().parents[2]
 
 
 def write(folder: Path, text: str) -> Path:

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from codes import CATALOGUE, DEFAULTS
+from support.codes import CATALOGUE, DEFAULTS
 from urdf2mbs import convert
 from urdf2mbs.cli import main
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError

@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from making import make, passes_of
-from presets import PRESETS
+from support.plugin_files import make, passes_of
+from support.presets import PRESETS
 from urdf2mbs.config.lines import Lines
 from urdf2mbs.config.model import Config
 from urdf2mbs.engine.order import ConfiguredPass, check_order
@@ -18,7 +18,6 @@ from urdf2mbs.hookspecs import Pass, PassEntry
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
 from urdf2mbs.testing import convert_text, run_pass
 
-CONFIGS = Path(__file__).resolve().parents[2] / "configs"
 BUILT_IN = {name: found[0].load() for name, found in Plugins(installed=False).passes.items()}
 
 

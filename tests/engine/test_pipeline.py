@@ -7,7 +7,7 @@ from typing import Any
 import msgspec
 import pytest
 
-from making import passes_of, write_plugin
+from support.plugin_files import passes_of, write_plugin
 from urdf2mbs import convert
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.pipeline import Pipeline
@@ -33,7 +33,7 @@ def marks(tmp_path: Path, *names: str) -> Path:
     """A plugin whose passes write their names into the report."""
     file = tmp_path / "marks.py"
     file.write_text(
-        "from making import hookimpl, make\n"
+        "from support.plugin_files import hookimpl, make\n"
         "def marker(name):\n"
         "  def run(conversion, options): conversion.report.setdefault('ran', []).append(name)\n"
         "  return make(name, run)\n"

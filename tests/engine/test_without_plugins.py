@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pytest
 
+from support.folders import TESTS
 from urdf2mbs.engine.entry_points import find_own_plugins
 from urdf2mbs.testing import TINY
 
 #: The names of our own plugins.
 OWN = sorted(find_own_plugins(tuple(sys.path)))
-TESTS = Path(__file__).resolve().parents[1]
 
 #: Calls the commands of the core, without the plugins that are named.
 PROGRAM = """
@@ -25,7 +25,9 @@ main(["--help"])
 
 
 def environment(away: str) -> dict[str, str]:
-    return {**os.environ, "PYTHONPATH": str(TESTS), "URDF2MBS_WITHOUT": away}
+    start = str(TESTS / "support" / "start")
+    folders = os.pathsep.join([start, os.environ["PYTHONPATH"]])
+    return {**os.environ, "PYTHONPATH": folders, "URDF2MBS_WITHOUT": away}
 
 
 def files_of(folder: Path, away: str) -> tuple[dict[str, bytes], str]:

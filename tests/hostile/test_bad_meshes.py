@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from plugins.meshes.samples import dae_text
+from support.meshes.samples import dae_text
 from urdf2mbs.api import Result, convert
 from urdf2mbs_meshes import model, vrml
 from urdf2mbs_meshes.model import MeshError
@@ -337,7 +337,7 @@ def test_a_mesh_has_so_many_triangles(tmp_path: Path, monkeypatch: pytest.Monkey
 
 
 def test_a_texture_of_too_many_pixels(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from plugins.meshes.samples import image
+    from support.meshes.samples import image
 
     mesh = model.Mesh(tmp_path / "a.obj")
     assert mesh.add_texture(image("PNG"), "a.png")

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from codes import CATALOGUE
+from support.codes import CATALOGUE
 from urdf2mbs.api import convert
 from urdf2mbs.cli import main
 from urdf2mbs.config.load import load

@@ -16,7 +16,7 @@ from unittest.mock import patch
 
 import pytest
 
-from plugins.edits.edits import as_saved
+from support.edits import as_saved
 from urdf2mbs import Result, convert
 from urdf2mbs.disk.record import RECORD
 from urdf2mbs.mbs.model import Point

@@ -9,12 +9,13 @@ from xml.sax.saxutils import quoteattr
 
 import pytest
 
+from support.folders import ROOT
 from urdf2mbs.api import convert
 from urdf2mbs.mbs.reader import read_mbs
 
 pytestmark = pytest.mark.slow
 
-HEADERS = Path(__file__).parents[2] / "plugins" / "urdf2mbs_simulate" / "mbsysc"
+HEADERS = ROOT / "plugins" / "urdf2mbs_simulate" / "mbsysc"
 
 #: Names that XML permits and that something else may stumble on.
 NAMES = {

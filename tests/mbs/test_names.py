@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mbs.models import everything, few, models
+from support.mbs_models import everything, few, models
 from urdf2mbs.mbs.model import (
     Body,
     Connection,

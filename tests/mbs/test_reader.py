@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from lxml import etree
 
-from mbs.models import everything, few, models
+from support.mbs_models import everything, few, models
 from urdf2mbs.mbs.model import (
     Base,
     Body,

@@ -12,8 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from lxml import etree
 
-from conftest import SHARED
-from mbs.models import everything, few, models
+from support.folders import SHARED
+from support.mbs_models import everything, few, models
 from urdf2mbs.mbs.model import (
     Base,
     Body,

@@ -5,10 +5,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from oracle.generated import random_state
-from oracle.mbs import Evaluator
-from oracle.multibody import State, opening, translation
-from oracle.pin import Truth
+from support.oracle.generated import random_state
+from support.oracle.mbs import Evaluator
+from support.oracle.multibody import State, opening, translation
+from support.oracle.pin import Truth
 from urdf2mbs.mbs.reader import read_mbs
 
 VECTOR = "<coordinates><x>{}</x><y>{}</y><z>{}</z></coordinates>"

@@ -4,9 +4,9 @@ from typing import Any
 
 import pytest
 
-from making import passes_of
-from presets import PRESETS
-from proving import SOLID, codes, joint, link, robot
+from support.plugin_files import passes_of
+from support.presets import PRESETS
+from support.proving import SOLID, codes, joint, link, robot
 from urdf2mbs import Result
 from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.testing import convert_text

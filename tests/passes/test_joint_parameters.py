@@ -1,7 +1,7 @@
 """Joint parameters: numbers of the URDF, and of soft stops; the oracle proves the laws."""
 
-from presets import PRESETS
-from proving import codes, models
+from support.presets import PRESETS
+from support.proving import codes, models
 from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.testing import TINY, convert_text
 

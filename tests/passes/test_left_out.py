@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from presets import PRESETS
-from proving import SOLID, codes, joint, link, robot
+from support.presets import PRESETS
+from support.proving import SOLID, codes, joint, link, robot
 from urdf2mbs import convert
 from urdf2mbs.testing import convert_text
 

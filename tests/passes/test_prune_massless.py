@@ -2,7 +2,7 @@
 
 import pytest
 
-from proving import BOX, SOLID, joint, link, prove, robot
+from support.proving import BOX, SOLID, joint, link, prove, robot
 from urdf2mbs import Result
 from urdf2mbs.testing import convert_text
 

@@ -5,8 +5,7 @@ from typing import Any
 
 import pytest
 
-from presets import PRESETS
-from proof.planted import (
+from support.planted import (
     PLANTED,
     Plant,
     change_tensor,
@@ -16,7 +15,8 @@ from proof.planted import (
     set_body,
     set_joint,
 )
-from proving import SOLID, joint, link, robot
+from support.presets import PRESETS
+from support.proving import SOLID, joint, link, robot
 from urdf2mbs import Result
 from urdf2mbs.mbs.model import Connection, Joint, LinkFrame, Mbs, Parameter, Point
 from urdf2mbs.mbs.reader import read_mbs

@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
-from making import write_plugin
-from presets import PRESETS
-from proof.planted import MIMIC, NUMBERS
+from support.planted import MIMIC, NUMBERS
+from support.plugin_files import write_plugin
+from support.presets import PRESETS
 from urdf2mbs import convert
 from urdf2mbs.cli import main
 from urdf2mbs.conversion import Conversion

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from proof.planted import (
+from support.planted import (
     MIMIC,
     NATURE_FAULTS,
     WORLD,

@@ -4,7 +4,7 @@ import csv
 from pathlib import Path
 from typing import Any
 
-from making import write_plugin
+from support.plugin_files import write_plugin
 from urdf2mbs.cli import main
 
 PLUGIN = Path(__file__).with_name("samples") / "csv_table.py"

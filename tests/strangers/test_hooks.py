@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 import urdf2mbs
-from installed import install_file
+from support.installed import install_file
 from urdf2mbs.cli import main
 from urdf2mbs.engine.plugins import _load_shared
 from urdf2mbs.testing import TINY

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from installed import install
+from support.installed import install
 from urdf2mbs.cli import main
 from urdf2mbs.engine.entry_points import find_installed_plugins
 from urdf2mbs.engine.plugins import Plugins

@@ -7,14 +7,15 @@ from typing import Any
 
 import pytest
 
-from making import passes_of
+from support.folders import CONFIGS
+from support.plugin_files import passes_of
 from urdf2mbs import convert
 from urdf2mbs.cli import main
 from urdf2mbs.engine.plugins import Plugins
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
 from urdf2mbs.testing import convert_text
 
-BIPED = Path(__file__).resolve().parents[2] / "configs" / "biped.urdf.xacro"
+BIPED = CONFIGS / "biped.urdf.xacro"
 #: All but check: the verdict is nobody else's.
 BUILT_IN = [name for name in passes_of("faithful") if name != "check"]
 

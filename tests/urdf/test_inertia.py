@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from conftest import reproducible
-from presets import PRESETS
+from support.examples import reproducible
+from support.presets import PRESETS
 from urdf2mbs.spatial import Sym
 from urdf2mbs.testing import assert_same_robot, convert_text
 from urdf2mbs.urdf.inertia import find_fault, moments, principal

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from codes import DEFAULTS
-from making import read_robot
+from support.codes import DEFAULTS
+from support.plugin_files import read_robot
 from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic
 from urdf2mbs.testing import convert_text
 from urdf2mbs.urdf.model import (

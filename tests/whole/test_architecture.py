@@ -4,17 +4,16 @@ import ast
 import re
 import sys
 from importlib import import_module
-from pathlib import Path
 
 import pytest
 
+from support.folders import ROOT
 from urdf2mbs import hookspecs
 from urdf2mbs.engine.entry_points import find_own_plugins
 from urdf2mbs.engine.plugins import Plugins
 
 #: The names of our own plugins.
 OWN = sorted(find_own_plugins(tuple(sys.path)))
-ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "urdf2mbs"
 
 

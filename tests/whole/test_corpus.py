@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from broken import KINDS, Finding, attempt, files_of, prepare
+from support.broken import KINDS, Finding, attempt, files_of, prepare
 
 FILES = [(kind, file) for kind in KINDS for file in files_of(kind)]
 

@@ -20,10 +20,11 @@ import pytest
 import yaml
 from lxml import etree
 
-from codes import CATALOGUE, TABLES
-from installed import install_file
-from making import passes_of
-from robots import FOLDER
+from support.codes import CATALOGUE, TABLES
+from support.folders import ROOT
+from support.installed import install_file
+from support.plugin_files import passes_of
+from support.real_robots import FOLDER
 from urdf2mbs import hookspecs
 from urdf2mbs.cli import main
 from urdf2mbs.commands import list_commands
@@ -40,7 +41,6 @@ from urdf2mbs.urdf.elements import ELEMENTS
 from urdf2mbs_many.sweep import list_members
 from urdf2mbs_setup.dump import make_state
 
-ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
 PAGES = [
     ROOT / "README.md",

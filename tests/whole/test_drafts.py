@@ -2,7 +2,7 @@
 
 import pytest
 
-from mbs.models import everything
+from support.mbs_models import everything
 from urdf2mbs.mbs.model import Point, Sensor
 from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.mbs.writer import write

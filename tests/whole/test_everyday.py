@@ -13,6 +13,7 @@ import pytest
 
 import urdf2mbs
 from commands.test_cli import loaded
+from support.folders import ROOT
 from urdf2mbs.cli import main
 from urdf2mbs.commands import list_commands, parser
 from urdf2mbs.mbs.reader import read_mbs
@@ -205,9 +206,6 @@ def test_a_missing_extra_says_what_to_install(
     said = capsys.readouterr().err
     assert "error[extra-missing]" in said
     assert f"pip install {package}\n" in said
-
-
-ROOT = Path(__file__).resolve().parents[2]
 
 
 def test_the_package_imports_what_is_asked_for() -> None:

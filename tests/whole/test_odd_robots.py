@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from conftest import SHARED
+from support.folders import SHARED
 from urdf2mbs.cli import main
 from urdf2mbs.mbs.reader import read_mbs
 

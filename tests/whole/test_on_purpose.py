@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from making import write_plugin
-from proof.planted import MIMIC
+from support.planted import MIMIC
+from support.plugin_files import write_plugin
 from urdf2mbs import convert
 from urdf2mbs.cli import main
 from urdf2mbs.testing import TINY, convert_text

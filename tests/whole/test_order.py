@@ -5,9 +5,10 @@ from typing import Any
 
 import pytest
 
-from making import passes_of
-from oracle.rich import PASSES, RICH
-from touches import NAME, record
+from support.folders import CONFIGS
+from support.oracle.rich import PASSES, RICH
+from support.plugin_files import passes_of
+from support.touches import NAME, record
 from urdf2mbs.config.lines import Lines
 from urdf2mbs.config.load import typed
 from urdf2mbs.config.model import Config
@@ -17,9 +18,6 @@ from urdf2mbs.engine.plugins import Plugins
 from urdf2mbs.engine.sections import IMPLIED, compare, take_snapshot
 from urdf2mbs.hookspecs import Pass, hookimpl
 from urdf2mbs.messages.diagnostics import ConfigError
-
-CONFIGS = Path(__file__).resolve().parents[2] / "configs"
-
 
 BUILT_IN = {name: found[0].load() for name, found in Plugins(installed=False).passes.items()}
 

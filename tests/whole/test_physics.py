@@ -11,10 +11,10 @@ from pathlib import Path
 
 import pytest
 
-from oracle.compare import beside_its_urdf, lost_shapes, structure_faults
-from oracle.mbs import Evaluator
-from oracle.urdf import Urdf
-from robots import BROKEN, CONVERTIBLE, RealRobot
+from support.oracle.compare import beside_its_urdf, lost_shapes, structure_faults
+from support.oracle.mbs import Evaluator
+from support.oracle.urdf import Urdf
+from support.real_robots import BROKEN, CONVERTIBLE, RealRobot
 from urdf2mbs.messages.diagnostics import ConversionError
 
 #: 1e-10 is promised; what is found is 100 times less than this.

@@ -6,11 +6,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from conftest import reproducible
-from oracle.compare import beside_its_urdf, lost_shapes, structure_faults
-from oracle.urdf import Urdf
-from proving import SOLID, joint, link, robot
-from strategies import robots, snapped
+from support.examples import reproducible
+from support.oracle.compare import beside_its_urdf, lost_shapes, structure_faults
+from support.oracle.urdf import Urdf
+from support.proving import SOLID, joint, link, robot
+from support.strategies import robots, snapped
 from urdf2mbs import convert
 
 TOLERANCE = 1e-11

@@ -4,8 +4,8 @@ from statistics import median
 
 import pytest
 
-from diagram.faults import boxes, faults, wires
-from robots import CONVERTIBLE, RealRobot
+from support.diagram_faults import boxes, faults, wires
+from support.real_robots import CONVERTIBLE, RealRobot
 
 
 @pytest.mark.parametrize("robot", CONVERTIBLE)

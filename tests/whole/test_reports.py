@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from conftest import SHARED
+from support.folders import SHARED
 from urdf2mbs import Result, convert, verify
 from urdf2mbs.disk import files
 

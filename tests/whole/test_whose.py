@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from making import write_plugin
+from support.plugin_files import write_plugin
 from urdf2mbs import convert
 from urdf2mbs.cli import main
 from urdf2mbs.testing import TINY
@@ -134,7 +134,7 @@ def test_main_asks_whether_the_equations_fit(here: Path, fits: bool) -> None:
     )
     done = subprocess.run(
         [sys.executable, "lamp/workR/main.py"], capture_output=True, text=True, check=False,
-        env={**os.environ, "PYTHONPATH": str(library)},
+        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(library), os.environ["PYTHONPATH"]])},
     )  # fmt: skip
     assert done.returncode == 1
     assert ("loaded" in done.stderr) is fits

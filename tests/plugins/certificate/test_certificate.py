@@ -11,9 +11,10 @@ from typing import Any
 
 import pytest
 
-from proof.planted import MIMIC, NATURE_FAULTS, NUMBERS, PLANTED, WORLD
-from proving import SOLID, joint, link, robot
-from robots import CONVERTIBLE, RealRobot
+from support.folders import CONFIGS
+from support.planted import MIMIC, NATURE_FAULTS, NUMBERS, PLANTED, WORLD
+from support.proving import SOLID, joint, link, robot
+from support.real_robots import CONVERTIBLE, RealRobot
 from urdf2mbs import Result, convert, verify
 from urdf2mbs.mbs.model import Joint, Mbs
 from urdf2mbs.mbs.reader import read_mbs
@@ -22,7 +23,6 @@ from urdf2mbs.testing import TINY
 from urdf2mbs_certificate import certificate as checker
 
 CHECKER = Path(checker.__file__)
-CONFIGS = Path(__file__).parents[3] / "configs"
 ALWAYS = {"certificate": {"write": "always"}}
 FILES = ("robot.urdf", "model.mbs", "model.proof.json")
 

@@ -12,12 +12,12 @@ from typing import Any
 import pytest
 import yaml
 
+from support.folders import ROOT
 from urdf2mbs import convert
 from urdf2mbs.cli import main
 from urdf2mbs.commands import list_commands
 from urdf2mbs.testing import TINY
 
-ROOT = Path(__file__).resolve().parents[3]
 #: A xacro robot in two files, with a fault in a link of the second.
 MAIN = """<robot name="two" xmlns:xacro="http://www.ros.org/wiki/xacro">
   <xacro:include filename="arm.xacro"/>

@@ -8,10 +8,10 @@ from typing import Any
 import pytest
 import yaml
 
+from support.folders import ROOT
 from urdf2mbs.cli import main
 from urdf2mbs.testing import TINY
 
-ROOT = Path(__file__).resolve().parents[3]
 HOOKS: dict[str, dict[str, Any]] = {
     hook["id"]: hook for hook in yaml.safe_load((ROOT / ".pre-commit-hooks.yaml").read_text())
 }

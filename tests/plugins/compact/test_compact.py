@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from conftest import reproducible
-from oracle.urdf import Urdf
-from proving import SOLID, assert_same, driven, joint, link, prove, robot
-from robots import CONVERTIBLE, RealRobot
-from strategies import LINK_NAMES, robots, snapped
+from support.examples import reproducible
+from support.oracle.urdf import Urdf
+from support.proving import SOLID, assert_same, driven, joint, link, prove, robot
+from support.real_robots import CONVERTIBLE, RealRobot
+from support.strategies import LINK_NAMES, robots, snapped
 from urdf2mbs.testing import convert_text
 
 KEEP_ALL = {"prune-massless": {"keep": ["*"]}}

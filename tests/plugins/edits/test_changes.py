@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable
 from copy import deepcopy
-from pathlib import Path
 from typing import Any
 
 import msgspec
@@ -11,15 +10,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 from lxml import etree
 
-from mbs.models import everything, few
-from plugins.edits.edits import Edit, add, all_of, call, drop, move, put
+from support.edits import Edit, add, all_of, call, drop, move, put
+from support.folders import SHARED
+from support.mbs_models import everything, few
 from urdf2mbs.mbs.model import Body, Connection, Joint, Mbs, Parameter, Point, Sensor, Shape, View
 from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.mbs.writer import write
 from urdf2mbs_edits.diff.changes import Change, Differences, find_differences
 from urdf2mbs_edits.diff.wording import describe_change, describe_changes
 
-SHARED = Path(__file__).resolve().parents[4] / "shared" / "mbs-samples"
+SAMPLES = SHARED / "mbs-samples"
 real = pytest.mark.skipif(not SHARED.exists(), reason=f"the real files are not here: {SHARED}")
 
 #: What an edit must be found as: change, kind, name, field.

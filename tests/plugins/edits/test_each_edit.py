@@ -4,8 +4,8 @@ from typing import Any
 
 import pytest
 
-from mbs.models import everything
-from plugins.edits.edits import Edit, add, all_of, drop, get, move, put
+from support.edits import Edit, add, all_of, drop, get, move, put
+from support.mbs_models import everything
 from urdf2mbs.mbs.model import (
     Body,
     Connection,

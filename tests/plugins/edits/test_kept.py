@@ -12,9 +12,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from lxml import etree
 
-from conftest import SHARED
-from mbs.models import everything, few
-from plugins.edits.edits import rename_part
+from support.edits import rename_part
+from support.folders import SHARED
+from support.mbs_models import everything, few
 from urdf2mbs.mbs import writer
 from urdf2mbs.mbs.model import Body, Joint, Mbs, Parameter, Point, Sensor
 from urdf2mbs.mbs.reader import read_mbs

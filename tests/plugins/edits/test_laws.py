@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from conftest import SHARED
-from mbs.models import everything, few, models
-from plugins.edits.edits import edited
+from support.edits import edited
+from support.folders import SHARED
+from support.mbs_models import everything, few, models
 from urdf2mbs.mbs import model as m
 from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.mbs.writer import write

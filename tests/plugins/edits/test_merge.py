@@ -10,9 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from lxml import etree
 
-from mbs.models import few
-from plugins.edits import edits as made
-from plugins.edits.edits import CHANGES, as_saved, no_leaf, renamed_joint
+from support import edits as made
+from support.edits import CHANGES, as_saved, no_leaf, renamed_joint
+from support.folders import CONFIGS
+from support.mbs_models import few
 from urdf2mbs import convert
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.reader import read_mbs, read_mbs_again
@@ -22,7 +23,6 @@ from urdf2mbs_edits.diff.changes import compare_tables, find_differences
 from urdf2mbs_edits.diff.table import is_diagram_position, list_entities
 from urdf2mbs_edits.merge.merge import Merged, make_tables, merge
 
-CONFIGS = Path(__file__).resolve().parents[3] / "configs"
 ROBOTS = ("lamp.urdf", "biped.urdf.xacro", "arm.urdf.xacro", "hexapod.urdf.xacro")
 
 BESIDE: list[Any] = [

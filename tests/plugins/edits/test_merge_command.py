@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
-from conftest import SHARED
-from plugins.edits.edits import body_on_a_new_point, mass, no_leaf, renamed_body
+from support.edits import body_on_a_new_point, mass, no_leaf, renamed_body
+from support.folders import SHARED
 from urdf2mbs.cli import main
 from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.mbs.writer import write
@@ -85,7 +85,7 @@ def test_the_next_version_of_students_on_a_base_that_changed(pair: str) -> None:
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    from mbs.models import everything
+    from support.mbs_models import everything
 
     monkeypatch.chdir(tmp_path)
     for side in ("base", "ours", "theirs"):

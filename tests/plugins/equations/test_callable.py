@@ -10,17 +10,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from conftest import SHARED
-from oracle.generated import Data, error, random_state
-from oracle.pin import Truth, pin
 from plugins.equations.test_loops import few, trees, write_equations
 from plugins.simulate.test_partition import FOLLOWS, FREE, four_bar
-from robots import CONVERTIBLE
+from support.folders import CONFIGS, SHARED
+from support.oracle.generated import Data, error, random_state
+from support.oracle.pin import Truth, pin
+from support.real_robots import CONVERTIBLE
 from urdf2mbs import Robot, load_equations
 from urdf2mbs.mbs.model import BASE, Mbs
 from urdf2mbs.mbs.reader import read_mbs
 
-CONFIGS = Path(__file__).resolve().parents[3] / "configs"
 TOLERANCE = 1e-10
 #: Robots, and the languages of their equations; Cassie's in C are in pieces.
 NAMES = {"ur-ur10e": ("c", "python"), "cassie-cassie_v4": ("c",)}

@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from conftest import SHARED
-from oracle.generated import CEquations, PythonEquations, error, random_state
-from oracle.pin import TOLERANCE, Truth
-from robots import CONVERTIBLE, RealRobot
+from support.folders import CONFIGS, SHARED
+from support.oracle.generated import CEquations, PythonEquations, error, random_state
+from support.oracle.pin import TOLERANCE, Truth
+from support.real_robots import CONVERTIBLE, RealRobot
 from urdf2mbs import convert
 from urdf2mbs.mbs.model import Connection, Mbs, Sensor
 from urdf2mbs.mbs.reader import read_mbs
@@ -18,7 +18,6 @@ from urdf2mbs_equations.files import generate
 from urdf2mbs_equations.options import EquationOptions
 from urdf2mbs_equations.python import PythonWriter
 
-CONFIGS = Path(__file__).resolve().parents[3] / "configs"
 WALKMAN = SHARED / "mbs-samples" / "walkman_robotran.mbs"
 
 

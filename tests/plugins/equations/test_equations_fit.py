@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from mbs.models import everything
+from support.mbs_models import everything
 from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.mbs.writer import write
 from urdf2mbs.testing import TINY, convert_text

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from conftest import SHARED
-from oracle.generated import error
+from support.folders import SHARED
+from support.oracle.generated import error
 from urdf2mbs import Robot, convert, load_equations
 from urdf2mbs_simulate.compiler import compiler
 

@@ -11,10 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from conftest import reproducible
-from oracle.generated import CEquations, Data, PythonEquations, error, random_state
-from oracle.generated import Sensor as Measured
-from oracle.pin import TOLERANCE, Truth, pin
+from support.examples import reproducible
+from support.oracle.generated import CEquations, Data, PythonEquations, error, random_state
+from support.oracle.generated import Sensor as Measured
+from support.oracle.pin import TOLERANCE, Truth, pin
 from urdf2mbs.mbs.model import Base, Body, Connection, Joint, Mbs, Point, Sensor
 from urdf2mbs_equations.constraints import iterate_constraints
 from urdf2mbs_equations.files import FUNCTIONS, generate

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from conftest import SHARED
-from oracle.generated import TABLES, Data, PythonEquations, error, random_state
+from support.folders import CONFIGS, SHARED
+from support.oracle.generated import TABLES, Data, PythonEquations, error, random_state
 from urdf2mbs.mbs.model import Body, Connection, Joint, Mbs, Point, Sensor
 from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.testing import TINY, convert_text
@@ -19,7 +19,6 @@ from urdf2mbs_equations.files import generate
 from urdf2mbs_equations.options import EquationOptions
 from urdf2mbs_equations.tree import is_fixed
 
-CONFIGS = Path(__file__).resolve().parents[3] / "configs"
 needs_octave = pytest.mark.skipif(
     shutil.which("octave-cli") is None, reason="GNU Octave is not installed (octave-cli)"
 )

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from oracle.generated import CEquations, PythonEquations, random_state
+from support.oracle.generated import CEquations, PythonEquations, random_state
 from urdf2mbs.cli import main
 from urdf2mbs.mbs.model import Body, Connection, Joint, Mbs, Point, Sensor
 from urdf2mbs.mbs.writer import write

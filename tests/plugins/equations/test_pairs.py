@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from conftest import reproducible
-from oracle.generated import CEquations, error, random_state
-from oracle.pin import Truth
 from plugins.equations.test_dynamics import convert_robot
+from support.examples import reproducible
+from support.oracle.generated import CEquations, error, random_state
+from support.oracle.pin import Truth
 from urdf2mbs.mbs.model import Base, Body, Joint, Mbs, Point
 from urdf2mbs_equations.files import generate
 from urdf2mbs_equations.graph import Expr, Graph, Op

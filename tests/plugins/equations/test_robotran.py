@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from oracle.generated import HEADER, Data, PythonEquations
 from plugins.equations.test_loops import write_equations
 from plugins.project.passes.test_loops import BALL, FOUR_BAR, link, origin_at
+from support.folders import SHARED
+from support.oracle.generated import HEADER, Data, PythonEquations
 from urdf2mbs.cli import main
 from urdf2mbs.mbs.model import Body, Connection, Joint, Mbs, Point
 from urdf2mbs.mbs.model import Sensor as Measures
@@ -24,7 +25,7 @@ from urdf2mbs_equations.constraints import find_constant_gaps
 from urdf2mbs_equations.files import generate
 from urdf2mbs_equations.options import EquationOptions
 
-SAMPLES = Path(__file__).resolve().parents[4] / "shared" / "mbs-samples"
+SAMPLES = SHARED / "mbs-samples"
 #: Functions that differ by definition: the generator of 2008 gives Z of a link a sign.
 DIFFERENT = {"mharding01-coman_flex_feet": {"link"}}
 REFERENCES = sorted(SAMPLES.glob("*.reference.json"))

@@ -14,9 +14,9 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from oracle.generated import random_state
 from plugins.equations.test_loops import few, trees, write_equations
-from plugins.equations.textbook import (
+from support.oracle.generated import random_state
+from support.textbook import (
     DOUBLE_PENDULUM,
     ORIGIN,
     PUMA,

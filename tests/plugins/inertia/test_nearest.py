@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from conftest import reproducible
+from support.examples import reproducible
 from urdf.test_inertia import matrix, second_moment, tensors
 from urdf2mbs.spatial import Sym
 from urdf2mbs.urdf.inertia import find_fault

@@ -11,13 +11,12 @@ from typing import Any
 
 import pytest
 
-from making import write_plugin
+from support.folders import CONFIGS
+from support.plugin_files import write_plugin
 from urdf2mbs import convert, convert_many
 from urdf2mbs.cli import main
 from urdf2mbs.testing import TINY
 from urdf2mbs_many.job import Outcome
-
-CONFIGS = Path(__file__).parents[3] / "configs"
 
 SWEEP = """\
 source: biped.urdf.xacro

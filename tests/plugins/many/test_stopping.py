@@ -9,12 +9,10 @@ from pathlib import Path
 import pytest
 
 from commands.test_stopping import run
+from support.folders import CONFIGS
 from urdf2mbs.disk.record import is_ours
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
-
-
-CONFIGS = Path(__file__).parents[3] / "configs"
 
 
 #: A pass that sends a signal where one robot of a sweep comes by, and then waits to be ended.

@@ -15,10 +15,9 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from plugins.meshes import wrl
-from plugins.meshes.robot import convert, visual
-from plugins.meshes.samples import SAMPLES, TRIANGLES
-from plugins.report.conftest import browser as browser
+from support.meshes import wrl
+from support.meshes.robot import convert, visual
+from support.meshes.samples import SAMPLES, TRIANGLES
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Route

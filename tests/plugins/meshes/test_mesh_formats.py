@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from plugins.meshes import wrl
-from plugins.meshes.samples import (
+from support.meshes import wrl
+from support.meshes.samples import (
     HIGH,
     LOW,
     OBJ_FACES,
@@ -24,7 +24,7 @@ from plugins.meshes.samples import (
     obj_lines,
     stl_ascii_text,
 )
-from plugins.meshes.samples import write as write_sample
+from support.meshes.samples import write as write_sample
 from urdf2mbs_meshes.model import NO_PILLOW, Mesh, MeshError
 from urdf2mbs_meshes.reader import read_mesh
 from urdf2mbs_meshes.vrml import write_vrml

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from plugins.meshes import wrl
+from support.meshes import wrl
 from urdf2mbs_meshes.reader import FORMATS, read_mesh
 from urdf2mbs_meshes.vrml import write_vrml
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from plugins.meshes.wrl import HEAD, SQUARE, of
+from support.meshes.wrl import HEAD, SQUARE, of
 from urdf2mbs_meshes.model import MeshError, Part
 from urdf2mbs_meshes.vrml_reader import read_vrml
 

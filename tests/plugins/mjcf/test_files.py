@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from mjcf import ARM, with_parts
+from support.mjcf import ARM, with_parts
 from urdf2mbs import convert
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs_mjcf import process

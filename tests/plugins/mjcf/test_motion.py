@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mjcf import with_parts
+from support.mjcf import with_parts
 from urdf2mbs import convert
 from urdf2mbs_simulate.runtime import MbsData, MbsDirdyn
 

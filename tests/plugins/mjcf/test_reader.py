@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from mjcf import ARM, with_parts
+from support.mjcf import ARM, with_parts
 from urdf2mbs import convert
 from urdf2mbs.api import Result
 from urdf2mbs.cli import main

@@ -8,16 +8,15 @@ from typing import Any
 
 import pytest
 
-from conftest import SHARED
-from oracle.code import code_of, prove_code
-from oracle.rich import PASSES, RICH, convert
 from plugins.project.passes.test_mimic import CHAIN
-from plugins.project.standin import make, without_meshes
+from support.folders import ROOT, SHARED
+from support.oracle.code import code_of, prove_code
+from support.oracle.rich import PASSES, RICH, convert
+from support.standin import make, without_meshes
 from urdf2mbs.cli import main
 from urdf2mbs.engine.output import write
 from urdf2mbs.mbs.reader import read_mbs
 
-ROOT = Path(__file__).resolve().parents[3]
 HEADERS = ROOT / "plugins" / "urdf2mbs_simulate" / "mbsysc"
 GRIPPER = SHARED / "robots/robotiq_2f_140/expanded/robotiq_arg2f_140_model.urdf"
 #: All warnings are errors; the headers of Robotran have comments inside comments.

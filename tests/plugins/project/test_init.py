@@ -8,8 +8,9 @@ import msgspec
 import pytest
 import yaml
 
-from proving import SOLID, joint, link, robot
-from robots import BROKEN, CONVERTIBLE, RealRobot
+from support.folders import ROOT
+from support.proving import SOLID, joint, link, robot
+from support.real_robots import BROKEN, CONVERTIBLE, RealRobot
 from urdf2mbs import convert
 from urdf2mbs.cli import main
 from urdf2mbs.config.load import load
@@ -18,7 +19,6 @@ from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.testing import TINY
 from urdf2mbs_project.commands.init import describe_facts, init
 
-ROOT = Path(__file__).resolve().parents[3]
 ENTRY = [robot for robot in CONVERTIBLE if robot.values[0].listed]
 
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from plugins.project.standin import make
+from support.standin import make
 from urdf2mbs import ConversionError
 from urdf2mbs.mbs.model import (
     BASE,

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from oracle.pin import to_pinocchio
+from support.oracle.pin import to_pinocchio
 from urdf2mbs.mbs.model import Body, Joint, Mbs, Point
 from urdf2mbs_project.singular import FollowerRule, find_singular_joints
 

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from conftest import SHARED
-from oracle.mbs import Evaluator
-from plugins.report.opened import Opened, open_report
-from plugins.report.shown import SHOWN, data, shown
+from support.folders import SHARED
+from support.oracle.mbs import Evaluator
+from support.pages.opened import Opened, open_report
+from support.pages.shown import SHOWN, data, shown
 from urdf2mbs.conversion import Conversion
 
 if TYPE_CHECKING:

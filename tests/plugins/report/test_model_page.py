@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from plugins.meshes import wrl
 from plugins.report.test_page import Html
+from support.meshes import wrl
 from urdf2mbs.cli import main
 from urdf2mbs.mbs.model import (
     Base,

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from plugins.report.opened import wait_until
-from plugins.report.shown import CONFIGS, run
+from support.pages.opened import wait_until
+from support.pages.shown import CONFIGS, run
 from urdf2mbs.mbs.model import Base, Body, Connection, Joint, Mbs, Parameter, Point, UserModel
 from urdf2mbs_report.motion import stack_columns
 from urdf2mbs_report.page import Page as Report

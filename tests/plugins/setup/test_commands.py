@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from installed import install
+from support.installed import install
 from urdf2mbs.cli import main
 
 

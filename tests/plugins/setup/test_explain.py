@@ -5,13 +5,13 @@ from pathlib import Path
 
 import pytest
 
-from making import passes_of
-from presets import PRESETS
+from support.folders import ROOT
+from support.plugin_files import passes_of
+from support.presets import PRESETS
 from urdf2mbs.cli import main
 from urdf2mbs.commands.printing import near
 from urdf2mbs.engine.plugins import Plugins
 
-ROOT = Path(__file__).resolve().parents[3]
 RENAME = ROOT / "tests" / "door" / "rename_links.py"
 LAB = '''
 import msgspec

@@ -7,10 +7,9 @@ from typing import Any
 
 import pytest
 
+from support.folders import ROOT
 from urdf2mbs.cli import main
 from urdf2mbs_setup.commands.new_pass import new_pass
-
-ROOT = Path(__file__).resolve().parents[3]
 
 
 def test_new_pass_is_typed(tmp_path: Path) -> None:

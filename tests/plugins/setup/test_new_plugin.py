@@ -10,11 +10,11 @@ from pathlib import Path
 import pytest
 import yaml
 
-from presets import PRESETS
+from support.folders import ROOT
+from support.presets import PRESETS
 from urdf2mbs.cli import main
 from urdf2mbs_setup.commands.new_plugin import FILES, new_plugin
 
-ROOT = Path(__file__).resolve().parents[3]
 Capture = pytest.CaptureFixture[str]
 pytestmark = pytest.mark.skipif("compact" not in PRESETS, reason="the plugin compact is away")
 

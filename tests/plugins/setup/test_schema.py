@@ -7,15 +7,13 @@ import pytest
 import yaml
 from jsonschema import Draft202012Validator
 
+from support.folders import ROOT
 from urdf2mbs.config.load import parse
 from urdf2mbs.config.model import Config
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.engine.plugins import Plugins
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs_setup.commands.schema import make_schema
-
-ROOT = Path(__file__).resolve().parents[3]
-
 
 FILE = Path("robot.yaml")
 

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from plugins.project.passes.test_time_step import joint, link
-from plugins.project.standin import make, user_functions
+from support.standin import make, user_functions
 from urdf2mbs import simulate
 from urdf2mbs.testing import TINY, convert_text
 from urdf2mbs_simulate.dirdyn import load_code

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from plugins.report.conftest import browser as browser
+from support.folders import CONFIGS
 from urdf2mbs.cli import main
 from urdf2mbs_report import page as report
 from urdf2mbs_simulate import live
@@ -23,7 +23,7 @@ from urdf2mbs_simulate.runtime import MbsData
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
-BIPED = Path(__file__).parents[3] / "configs/biped.urdf.xacro"
+BIPED = CONFIGS / "biped.urdf.xacro"
 STEP = 1e-3
 #: A gripper with a follower, which a constraint rules.
 GRIPPER = """<robot name="gripper">

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from oracle.mjcf import TIME_STEP, write_mjcf
+from support.oracle.mjcf import TIME_STEP, write_mjcf
 from urdf2mbs.mbs.model import Base, Body, Connection, Joint, Mbs, Point
 from urdf2mbs.mbs.writer import write
 from urdf2mbs_simulate.runtime import MbsData, MbsDirdyn

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from oracle.rich import PASSES, convert
-from plugins.project.standin import make
+from support.oracle.rich import PASSES, convert
+from support.standin import make
 from urdf2mbs import ConversionError, Push, load_equations, simulate
 from urdf2mbs.engine.output import write
 from urdf2mbs.mbs.model import (

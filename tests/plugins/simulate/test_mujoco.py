@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from lxml import etree
 
-from conftest import SHARED
 from plugins.project.passes.test_time_step import joint, link
-from plugins.project.standin import make, without_meshes
+from support.folders import SHARED
+from support.standin import make, without_meshes
 from urdf2mbs_simulate.runtime import MbsData, MbsDirdyn
 
 mujoco = pytest.importorskip("mujoco")

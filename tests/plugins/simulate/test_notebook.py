@@ -7,13 +7,11 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from plugins.report.conftest import browser as browser
+from support.folders import CONFIGS
 from urdf2mbs import modes, simulate
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
-
-CONFIGS = Path(__file__).parents[3] / "configs"
 
 
 @pytest.mark.slow

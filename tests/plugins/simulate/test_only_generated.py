@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import urdf2mbs
-from conftest import SHARED
-from oracle.pin import to_pinocchio
-from plugins.project.standin import make, without_meshes
+from support.folders import ROOT, SHARED
+from support.oracle.pin import to_pinocchio
+from support.standin import make, without_meshes
 from urdf2mbs import ConversionError, Push, simulate
 from urdf2mbs.cli import main
 from urdf2mbs.config.load import parse
@@ -24,7 +24,6 @@ from urdf2mbs_simulate.python_code import has_user_changes, user_code
 from urdf2mbs_simulate.runtime import MbsData, MbsDirdyn, Results
 
 pin = pytest.importorskip("pinocchio")
-ROOT = Path(__file__).resolve().parents[3]
 GRIPPER = SHARED / "robots/robotiq_2f_140/expanded/robotiq_arg2f_140_model.urdf"
 TINY_FILE = Path(urdf2mbs.__file__).with_name("tiny.urdf")
 LAMP = ROOT / "configs" / "lamp.urdf"

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from plugins.project.standin import make
+from support.standin import make
 from urdf2mbs import ConversionError, load_equations, simulate
 from urdf2mbs_simulate.steps import Rosenbrock
 

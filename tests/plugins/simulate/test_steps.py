@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from oracle.rich import PASSES, convert
-from plugins.project.standin import make
 from plugins.simulate.test_motions import DAMPING, MASS, SLIDER, STIFFNESS, falls
+from support.folders import CONFIGS
+from support.oracle.rich import PASSES, convert
+from support.standin import make
 from urdf2mbs import ConversionError, simulate
 from urdf2mbs.engine.output import write
 from urdf2mbs_simulate.c_code import CCode
@@ -22,7 +23,7 @@ from urdf2mbs_simulate.runtime import MbsData, MbsDirdyn
 from urdf2mbs_simulate.steps import Rosenbrock
 
 pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="there is no C compiler")
-LAMP = Path(__file__).resolve().parents[3] / "configs" / "lamp.urdf"
+LAMP = CONFIGS / "lamp.urdf"
 #: So far off may a run of the tolerance 1e-6 be: steps add up, and friction and stops have kinks.
 ADDED = 100
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from plugins.project.standin import make
+from support.standin import make
 from urdf2mbs.cli import main
 from urdf2mbs_simulate.project import simulate
 from urdf2mbs_simulate.story import _Motion

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from plugins.project.standin import make
+from support.standin import make
 from urdf2mbs_simulate.runtime import MbsData, MbsDirdyn
 
 pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="there is no C compiler")

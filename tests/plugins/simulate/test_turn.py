@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from plugins.project.standin import make
+from support.standin import make
 from urdf2mbs.mbs.model import Connection
 from urdf2mbs.mbs.reader import read_mbs_file
 from urdf2mbs.mbs.writer import write

@@ -10,7 +10,7 @@ import pytest
 
 import urdf2mbs
 from plugins.project.passes.test_mimic import CHAIN
-from plugins.project.standin import make
+from support.standin import make
 from urdf2mbs import ConversionError, load_equations, simulate
 from urdf2mbs.cli import main
 from urdf2mbs.mbs.model import Mbs

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from making import read_robot
+from support.plugin_files import read_robot
 from urdf.test_fuzz import WORDS
 from urdf2mbs import Result, convert
 from urdf2mbs.cli import main

@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from descriptions import offline, stand_in
+from support.descriptions import offline, stand_in
+from support.folders import CONFIGS
 from urdf2mbs import convert
 from urdf2mbs.cli import main
 from urdf2mbs.config.load import load
@@ -14,7 +15,6 @@ from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY
 from urdf2mbs_xacro import descriptions
 
-CONFIGS = Path(__file__).resolve().parents[3] / "configs"
 XACRO = """<robot name="tiny" xmlns:xacro="http://www.ros.org/wiki/xacro">
   <xacro:arg name="ur_type" default=""/>
   <link name="$(arg ur_type)"><inertial><mass value="1"/>

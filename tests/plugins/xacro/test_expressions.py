@@ -11,7 +11,7 @@ from xml.sax.saxutils import quoteattr
 
 import pytest
 
-from making import read_robot
+from support.plugin_files import read_robot
 from urdf2mbs.api import convert
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.urdf.packages import Packages

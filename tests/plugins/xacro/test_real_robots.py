@@ -6,13 +6,14 @@ from typing import Any
 
 import pytest
 
-from making import read_robot
+from support.folders import SHARED
+from support.plugin_files import read_robot
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.urdf.model import Robot
 from urdf2mbs.urdf.packages import Packages
 from urdf2mbs.urdf.reader import parse_urdf
 
-ROBOTS = Path(__file__).resolve().parents[4] / "shared" / "robots"
+ROBOTS = SHARED / "robots"
 MANIFEST = ROBOTS / "manifest.json"
 ENTRIES: list[tuple[str, dict[str, Any]]] = [
     (robot["robot"], entry)

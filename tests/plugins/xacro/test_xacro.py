@@ -13,7 +13,8 @@ import xacro
 import yaml
 from xacro import substitution_args
 
-from making import read_robot
+from support.folders import CONFIGS
+from support.plugin_files import read_robot
 from urdf2mbs import cli
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, Diagnostic
 from urdf2mbs.urdf.model import Mesh, Robot
@@ -711,7 +712,7 @@ def test_a_robot_is_expanded_once(
 ) -> None:
     """Also where it is converted again, with the feet or the start pose that were found."""
     monkeypatch.chdir(tmp_path)
-    shutil.copy(Path(__file__).parents[3] / "configs" / "biped.urdf.xacro", ".")
+    shutil.copy(CONFIGS / "biped.urdf.xacro", ".")
     if command.startswith("verify"):
         cli.main(["convert", "biped.urdf.xacro"])
     sources: list[Path] = []

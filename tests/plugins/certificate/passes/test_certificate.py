@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from making import write_plugin
+from support.plugin_files import write_plugin
 from urdf2mbs import convert
 from urdf2mbs.engine.output import plan
 from urdf2mbs.testing import TINY

@@ -7,9 +7,9 @@ from random import Random
 import numpy as np
 import pytest
 
-from oracle.multibody import Array, rotation
-from oracle.urdf import Urdf
-from proving import SOLID, chains, driven, joint, link, prove, robot
+from support.oracle.multibody import Array, rotation
+from support.oracle.urdf import Urdf
+from support.proving import SOLID, chains, driven, joint, link, prove, robot
 from urdf2mbs.testing import convert_text
 
 

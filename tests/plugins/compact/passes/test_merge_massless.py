@@ -2,7 +2,7 @@
 
 import pytest
 
-from proving import BOX, SOLID, chains, joint, link, prove, robot
+from support.proving import BOX, SOLID, chains, joint, link, prove, robot
 
 
 def wrist(

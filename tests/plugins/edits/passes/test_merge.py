@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from plugins.edits import edits
+from support import edits
 from urdf2mbs.cli import main
 from urdf2mbs.disk.record import is_ours
 from urdf2mbs.mbs.model import Point

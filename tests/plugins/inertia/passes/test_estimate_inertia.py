@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from oracle.multibody import Array, Inertia, lump, rotation, translation
-from proving import SOLID, joint, link, robot
+from support.oracle.multibody import Array, Inertia, lump, rotation, translation
+from support.proving import SOLID, joint, link, robot
 from urdf.test_inertia import robot as two_links
 from urdf2mbs import Result, convert
 from urdf2mbs.messages.diagnostics import ConfigError

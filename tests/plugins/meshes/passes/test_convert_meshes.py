@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import urdf2mbs
-from plugins.meshes import wrl
-from plugins.meshes.robot import codes, convert, visual, write
-from plugins.meshes.samples import (
+from support.meshes import wrl
+from support.meshes.robot import codes, convert, visual, write
+from support.meshes.samples import (
     HIGH,
     LOW,
     SAMPLES,
@@ -20,7 +20,7 @@ from plugins.meshes.samples import (
     obj_lines,
     stl_ascii_text,
 )
-from plugins.meshes.samples import write as write_sample
+from support.meshes.samples import write as write_sample
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.mbs.model import Shape
 from urdf2mbs.testing import TINY

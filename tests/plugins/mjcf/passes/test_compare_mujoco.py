@@ -9,7 +9,8 @@ import msgspec
 import numpy as np
 import pytest
 
-from mjcf import ARM, with_parts
+from support.folders import TESTS
+from support.mjcf import ARM, with_parts
 from urdf2mbs import convert, verify
 from urdf2mbs.cli import main
 from urdf2mbs_mjcf import reader
@@ -94,7 +95,7 @@ def test_verify_says_it_too(robot: Path, capsys: Any) -> None:
 
 
 def test_a_pass_before_it_may_change_the_robot(robot: Path) -> None:
-    drop_links = Path(__file__).parents[3] / "door" / "drop_links.py"
+    drop_links = TESTS / "door" / "drop_links.py"
     result = convert(
         robot,
         plugins=[drop_links],

@@ -10,7 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from proving import SOLID, codes, joint, link, models, robot
+from support.folders import ROOT
+from support.proving import SOLID, codes, joint, link, models, robot
 from urdf2mbs import Result, convert
 from urdf2mbs.mbs.kinematics import compute_placement
 from urdf2mbs.messages.diagnostics import ConfigError
@@ -18,7 +19,6 @@ from urdf2mbs.spatial import Vec, dot
 from urdf2mbs.testing import TINY, convert_text
 from urdf2mbs_project.simulation import Contact, Simulation, Spot
 
-ROOT = Path(__file__).resolve().parents[4]
 BIPED = ROOT / "configs" / "biped.urdf.xacro"
 STANCE = {"*_hip_pitch": -0.3, "*_knee": 0.6, "*_ankle": -0.3}
 HAND = {"points": {"hand": [[0, 0, 0]]}}

@@ -2,7 +2,7 @@
 
 import pytest
 
-from proving import models
+from support.proving import models
 from urdf2mbs.mbs.kinematics import compute_placement
 from urdf2mbs.testing import TINY, convert_text
 from urdf2mbs_project.places import compute_point_position

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from plugins.project.passes.test_time_step import BIPED, WIDE, convert_project, joint, link
-from proving import models
+from support.proving import models
 from urdf2mbs import convert
 from urdf2mbs.testing import TINY, convert_text
 from urdf2mbs_project.mass import MassModel

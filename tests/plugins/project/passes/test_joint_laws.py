@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from proving import models
+from support.proving import models
 from urdf2mbs.testing import TINY, convert_text
 
 

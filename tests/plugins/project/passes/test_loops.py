@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from descriptions import stand_in
 from plugins.project.passes.test_mimic import joint, link
-from proving import codes
+from support.descriptions import stand_in
+from support.folders import ROOT
+from support.proving import codes
 from urdf2mbs.config.load import load
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.mbs.kinematics import compute_placement
@@ -29,8 +30,6 @@ from urdf2mbs_project.passes.loops import (
 )
 from urdf2mbs_project.places import compute_point_position
 from urdf2mbs_project.simulation import Simulation
-
-ROOT = Path(__file__).resolve().parents[4]
 
 
 def origin_at(x: float, y: float, z: float) -> str:

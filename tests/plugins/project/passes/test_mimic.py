@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from proving import codes
+from support.proving import codes
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import convert_text
 from urdf2mbs_project.simulation import Simulation
@@ -142,7 +142,7 @@ def reduced_mass_matrix(model: Any, free: dict[str, float]) -> Any:
 def test_a_leader_without_mass_feels_its_followers(tmp_path: Path, pipeline: str) -> None:
     """The reduced mass matrix is the URDF's, and regular; nothing says that it is singular."""
     pin = pytest.importorskip("pinocchio")
-    from oracle.pin import to_pinocchio
+    from support.oracle.pin import to_pinocchio
 
     project = {"project": tmp_path / "p"}
     result = convert_text(GRIPPER, output=project, base="fixed", pipeline=pipeline)

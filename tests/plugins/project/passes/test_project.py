@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from plugins.project.passes.test_mimic import CHAIN
-from plugins.project.standin import MbsData, make, user_functions
 from plugins.project.test_laws import convert as with_laws
-from proving import codes
+from support.proving import codes
+from support.standin import MbsData, make, user_functions
 from urdf2mbs import convert, simulate
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
@@ -48,7 +48,7 @@ import sys
 from pathlib import Path
 sys.path[:0] = {paths!r}
 import numpy as np
-from plugins.project.standin import MbsData as Data
+from support.standin import MbsData as Data
 
 class MbsData(Data):
     def set_nb_userc(self, count):
@@ -158,7 +158,7 @@ def run_main(project: Path, start: str, more: str = "") -> subprocess.CompletedP
         capture_output=True,
         text=True,
         check=False,
-        env={**os.environ, "PYTHONPATH": str(library)},
+        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(library), os.environ["PYTHONPATH"]])},
     )
 
 
@@ -247,7 +247,7 @@ def test_main_runs_without_robotran(tmp_path: Path) -> None:
     file = project / "userfctR" / "user_JointForces.py"
     file.write_text(file.read_text() + "    mbs_data.Qq[mbs_data.joint_id['one']] += 9.0\n")
     (tmp_path / "matplotlib.py").write_text("raise ImportError('none here')\n")
-    env = {**os.environ, "PYTHONPATH": str(tmp_path)}
+    env = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), os.environ["PYTHONPATH"]])}
     command = [sys.executable, str(project / "workR" / "main.py")]
     done = subprocess.run(command, env=env, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr

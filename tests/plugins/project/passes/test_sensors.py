@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from making import write_plugin
-from plugins.project.standin import MbsData, make
+from support.plugin_files import write_plugin
+from support.standin import MbsData, make
 from urdf2mbs.testing import TINY, convert_text
 
 #: The anchor point of the link ``tool`` gets a force, as a plugin may give it.

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-import proving
-from conftest import SHARED
-from oracle.mbs import Evaluator
-from oracle.multibody import State, opening
-from plugins.project.standin import RungeKutta, make, without_meshes
-from proving import SOLID, models
+from support import proving
+from support.folders import ROOT, SHARED
+from support.oracle.mbs import Evaluator
+from support.oracle.multibody import State, opening
+from support.proving import SOLID, models
+from support.standin import RungeKutta, make, without_meshes
 from urdf2mbs import Result
 from urdf2mbs.mbs.model import Connection
 from urdf2mbs.mbs.reader import read_mbs
@@ -28,7 +28,6 @@ from urdf2mbs_simulate.python_code import user_code
 from urdf2mbs_simulate.runtime import MbsData
 
 pin = pytest.importorskip("pinocchio")
-ROOT = Path(__file__).resolve().parents[4]
 BIPED = ROOT / "configs" / "biped.urdf.xacro"
 needs_gcc = pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not there")
 

@@ -4,8 +4,8 @@ from typing import Any
 
 from lxml import etree
 
-from oracle.compare import beside_its_urdf, lost_shapes, structure_faults
-from oracle.urdf import Urdf
+from support.oracle.compare import beside_its_urdf, lost_shapes, structure_faults
+from support.oracle.urdf import Urdf
 from urdf2mbs import Result
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.testing import convert_text

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from oracle import equations, followers, forces, ground, joints, sensors, start
-from oracle.case import Case
+from support.oracle import equations, followers, forces, ground, joints, sensors, start
+from support.oracle.case import Case
 from urdf2mbs.conversion import Conversion
 from urdf2mbs_project.simulation import CONTACT_STATES, get_force_name
 from urdf2mbs_simulate.c_code import CCode

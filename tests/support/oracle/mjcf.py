@@ -19,8 +19,8 @@ from __future__ import annotations
 import numpy as np
 from lxml import etree
 
-from oracle.mbs import GROUND, Body, Evaluator
-from oracle.multibody import Array, rotation, translation
+from support.oracle.mbs import GROUND, Body, Evaluator
+from support.oracle.multibody import Array, rotation, translation
 
 #: s
 TIME_STEP = 1e-5

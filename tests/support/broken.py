@@ -15,14 +15,15 @@ from pathlib import Path
 
 import numpy as np
 
-from oracle.mbs import Evaluator
-from oracle.multibody import State
+from support.folders import TESTS
+from support.oracle.mbs import Evaluator
+from support.oracle.multibody import State
 from urdf2mbs import convert, load_equations
 from urdf2mbs.cli import main
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.testing import TINY
 
-CORPUS = Path(__file__).resolve().parent / "corpus"
+CORPUS = TESTS / "corpus"
 PATIENCE = 20.0
 """s"""
 CONVERT = (

@@ -56,7 +56,7 @@ def write_plugin(
     """The file NAME.py, a plugin whose one pass, of the same name, does these lines."""
     file = folder / f"{name}.py"
     file.write_text(
-        "from making import hookimpl, make\n"
+        "from support.plugin_files import hookimpl, make\n"
         f"def run(conversion, options):\n{indent(dedent(does), '    ')}\n"
         "@hookimpl\ndef urdf2mbs_passes():\n"
         f"    return [make({name!r}, run, reads={reads}, writes={writes})]\n"

@@ -7,10 +7,10 @@ from functools import cached_property
 
 import numpy as np
 
-from oracle.mbs import GROUND, Evaluator, Shape
-from oracle.multibody import Array, State, lump, translation
-from oracle.pin import Pinocchio
-from oracle.urdf import FLOATING_BASE, GRAVITY, Reference, Urdf, UrdfShape
+from support.oracle.mbs import GROUND, Evaluator, Shape
+from support.oracle.multibody import Array, State, lump, translation
+from support.oracle.pin import Pinocchio
+from support.oracle.urdf import FLOATING_BASE, GRAVITY, Reference, Urdf, UrdfShape
 from urdf2mbs import Result
 from urdf2mbs.spatial import Pose
 

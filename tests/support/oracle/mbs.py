@@ -15,12 +15,20 @@ from typing import TYPE_CHECKING
 import numpy as np
 from lxml import etree
 
-from oracle.multibody import Inertia, Multibody, Node, State, rotation, symmetric, translation
+from support.oracle.multibody import (
+    Inertia,
+    Multibody,
+    Node,
+    State,
+    rotation,
+    symmetric,
+    translation,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from oracle.multibody import Array
+    from support.oracle.multibody import Array
 
 GROUND = "base"
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from lxml import etree
 
-from oracle.generated import Data, PythonEquations, Sensor, error
-from oracle.multibody import Array, Inertia, rotation, symmetric
-from oracle.urdf import FLOATING_BASE, GRAVITY, Urdf, coordinate_names, motions_of
+from support.oracle.generated import Data, PythonEquations, Sensor, error
+from support.oracle.multibody import Array, Inertia, rotation, symmetric
+from support.oracle.urdf import FLOATING_BASE, GRAVITY, Urdf, coordinate_names, motions_of
 from urdf2mbs.mbs.model import Mbs
 
 pin = pytest.importorskip("pinocchio", reason="Pinocchio is not installed")

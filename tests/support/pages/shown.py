@@ -5,13 +5,12 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from conftest import SHARED
-from proving import SOLID, joint, link, robot
+from support.folders import CONFIGS, SHARED
+from support.proving import SOLID, joint, link, robot
 from urdf2mbs import convert
 from urdf2mbs.conversion import Conversion
 
 ROBOTS = SHARED / "robots"
-CONFIGS = Path(__file__).resolve().parents[3] / "configs"
 
 #: Name: source, base, folders of packages.
 SHOWN: dict[str, tuple[Path, str, tuple[str, ...]]] = {

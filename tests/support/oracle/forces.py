@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from oracle.case import Case
+from support.oracle.case import Case
 
 
 def prove(case: Case) -> None:

@@ -9,7 +9,7 @@ from fnmatch import fnmatchcase
 
 import numpy as np
 
-from oracle.case import TOLERANCE, Case
+from support.oracle.case import TOLERANCE, Case
 from urdf2mbs.spatial import HERE, ZERO, Pose
 from urdf2mbs_project.sdf import MOTION
 from urdf2mbs_project.simulation import ForceTorque, PointSensor

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from oracle.mbs import GROUND, Evaluator
-from oracle.multibody import Multibody, Place, State, translation
-from oracle.urdf import FLOATING_BASE, Reference, Urdf
+from support.oracle.mbs import GROUND, Evaluator
+from support.oracle.multibody import Multibody, Place, State, translation
+from support.oracle.urdf import FLOATING_BASE, Reference, Urdf
 from urdf2mbs.spatial import ZERO, Vec
 from urdf2mbs_project.simulation import Simulation
 

@@ -3,9 +3,9 @@
 from fnmatch import fnmatchcase
 from math import inf
 
-from oracle import followers
-from oracle import ground as ground_law
-from oracle.case import Case
+from support.oracle import followers
+from support.oracle import ground as ground_law
+from support.oracle.case import Case
 from urdf2mbs.proof.parameters import list_joint_parameters
 
 

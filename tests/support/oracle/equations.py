@@ -4,9 +4,9 @@ from typing import Any
 
 import numpy as np
 
-from oracle import followers
-from oracle.case import Case
-from oracle.multibody import opening
+from support.oracle import followers
+from support.oracle.case import Case
+from support.oracle.multibody import opening
 
 
 def prove(case: Case) -> None:

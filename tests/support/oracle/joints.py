@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from oracle.case import Case
+from support.oracle.case import Case
 from urdf2mbs.proof.parameters import list_joint_parameters
 from urdf2mbs_project.simulation import JOINT_STATES
 

@@ -12,12 +12,20 @@ from typing import TYPE_CHECKING
 import numpy as np
 from lxml import etree
 
-from oracle.multibody import Inertia, Multibody, Node, State, rotation, symmetric, translation
+from support.oracle.multibody import (
+    Inertia,
+    Multibody,
+    Node,
+    State,
+    rotation,
+    symmetric,
+    translation,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from oracle.multibody import Array
+    from support.oracle.multibody import Array
 
 GRAVITY = (0.0, 0.0, -9.81)
 #: What has no colour.

@@ -26,5 +26,5 @@ class Without:
 if os.environ.get("URDF2MBS_WITHOUT"):
     sys.meta_path.insert(0, Without(os.environ["URDF2MBS_WITHOUT"]))
     # the processes that tests start import sitecustomize.py
-    paths = [str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")]
-    os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, paths))
+    start = str(Path(__file__).with_name("start"))
+    os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [start, os.environ.get("PYTHONPATH")]))

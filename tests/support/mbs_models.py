@@ -6,7 +6,7 @@ from typing import Any
 from hypothesis import settings
 from hypothesis import strategies as st
 
-from conftest import reproducible
+from support.examples import reproducible
 from urdf2mbs.mbs.model import (
     Base,
     Body,

@@ -2,7 +2,9 @@
 
 from pathlib import Path
 
-PLUGIN = Path(__file__).resolve().parent / "door" / "rename_links.py"
+from support.folders import TESTS
+
+PLUGIN = TESTS / "door" / "rename_links.py"
 
 
 def install(site: Path, text: str | None = None) -> Path:

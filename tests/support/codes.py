@@ -2,12 +2,9 @@
 
 from importlib import import_module
 from importlib.util import find_spec
-from pathlib import Path
 
+from support.folders import ROOT
 from urdf2mbs.engine.plugins import Plugins
-
-ROOT = Path(__file__).resolve().parents[1]
-
 
 #: The codes of the plugins that are there: one may be hidden, and with it those that need it.
 _HERE = Plugins(installed=False).codes.keys()

@@ -114,7 +114,7 @@ def user_functions(project: Path) -> Iterator[dict[str, ModuleType]]:
 
 def without_meshes(name: str) -> list[str]:
     """Return a preset's passes without the one that takes long."""
-    from making import passes_of
+    from support.plugin_files import passes_of
 
     return [pass_name for pass_name in passes_of(name) if pass_name != "convert-meshes"]
 

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from oracle.case import Case
+from support.oracle.case import Case
 
 #: Of q, qd and qdd.
 UNIT = "rad or m, and s"

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from oracle.case import Case
+from support.oracle.case import Case
 from urdf2mbs.urdf.model import Box, Cylinder, Sphere
 from urdf2mbs_project.simulation import CONTACT_STATES
 

@@ -11,7 +11,7 @@ import numpy as np
 from hypothesis import strategies as st
 from lxml import etree
 
-from oracle.multibody import Array, rotation
+from support.oracle.multibody import Array, rotation
 
 Draw = Callable[[st.SearchStrategy[Any]], Any]
 

@@ -1,0 +1,1 @@
+"""Meshes of each format, and robots that show them."""

@@ -1,0 +1,1 @@
+"""Pages as a test makes them, and as a browser opens them."""
