@@ -13,6 +13,7 @@ from typing import Any
 
 import pytest
 
+from support.processes import loaded
 from urdf2mbs.cli import main
 from urdf2mbs.commands.progress import Progress, estimate_end
 from urdf2mbs.config.load import load
@@ -81,16 +82,6 @@ def test_run_json(robot: Path, capsys: Any) -> None:
     assert report["numbers"]["floating_base_T1"] == 1
     assert report["left_out"] == {}  # limits and damping are in user models
     assert {found["code"] for found in report["diagnostics"]} >= {"collision", "joint-dynamics"}
-
-
-#: Prints what a program has imported, after it.
-MODULES = "import sys, contextlib\nwith contextlib.suppress(SystemExit):\n  {}\nprint(*sys.modules)"
-
-
-def loaded(program: str) -> set[str]:
-    code = MODULES.format(program)
-    done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
-    return set(done.stdout.splitlines()[-1].split())
 
 
 def test_help_imports_no_heavy_package() -> None:

@@ -1,12 +1,12 @@
 """Ctrl-C and SIGTERM end a command at once: the exit code of the signal, one line, no half file."""
 
 import signal
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
+from support.processes import run
 from urdf2mbs.testing import TINY
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
@@ -23,17 +23,6 @@ sys.addaudithook(hook)
 from urdf2mbs.cli import main
 sys.exit(main())
 """
-
-
-def run(words: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, *words],
-        check=False,
-        capture_output=True,
-        text=True,
-        cwd=folder,
-        timeout=120,
-    )
 
 
 @pytest.mark.parametrize(

@@ -7,24 +7,16 @@ from typing import Any
 import msgspec
 import pytest
 
-from support.plugin_files import passes_of, write_plugin
+from support.pipelines import NINE, RAN, WORK, pipeline_of
+from support.plugin_files import write_plugin
 from urdf2mbs import convert
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.hookspecs import Pass, hookimpl
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY, assert_same_robot, convert_text
 from urdf2mbs.urdf.model import Robot
 
-NINE = passes_of("faithful")
-#: Those that have work with the tiny robot alone, as far as they are here.
-WORK = {
-    "expand", "insert-base", "prune-massless", "reframe-inertia",
-    "decompose-joints", "collect-anchors", "joint-parameters", "convert-visuals",
-    "assign-names", "layout", "fit-view", "left-out", "emit", "merge", "find-singular", "check",
-}  # fmt: skip
-RAN = [name for name in NINE if name in WORK]
 #: Two passes, and those of plugins that say their place behind the two.
 JOINED = {"expand", "snap", "estimate-inertia", "compare-mujoco", "insert-base", "rotors"}
 
@@ -91,14 +83,6 @@ class Watcher:
     def urdf2mbs_after_pass(self, pass_: Pass, conversion: Conversion, seconds: float) -> None:
         assert seconds >= 0.0
         self.seen.append(("after", pass_.name))
-
-
-def pipeline_of(folder: Path, text: str = "") -> Pipeline:
-    from urdf2mbs.config.load import load
-
-    (folder / "tiny.urdf").write_text(TINY)
-    (folder / "c.yaml").write_text(f"source: tiny.urdf\n{text}")
-    return Pipeline(*load(folder / "c.yaml"))
 
 
 def test_a_pass_behind_one_that_is_left_out_keeps_its_line(tmp_path: Path) -> None:

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from diagram.test_arrange import centres, humanoid
+from support.diagram_trees import centres, humanoid
 from urdf2mbs.config.model import Config
 from urdf2mbs.conversion import Conversion, Settings
 from urdf2mbs.mbs.model import Mbs

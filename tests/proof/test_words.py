@@ -185,7 +185,7 @@ OVERREACH = {
 @pytest.mark.parametrize("what", OVERREACH)
 def test_a_plugin_cannot_set(what: str, how: str, tmp_path: Path) -> None:
     plugin = tmp_path / "reach.py"
-    head = "import msgspec\nfrom making import hookimpl, make\n"
+    head = "import msgspec\nfrom support.plugin_files import hookimpl, make\n"
     if how == "pass":
         plugin.write_text(
             f"{head}def run(conversion, options):\n    {OVERREACH[what]}\n"

@@ -12,7 +12,7 @@ from urdf2mbs.engine.plugins import Plugins
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.testing import TINY, convert_text, run_pass
 
-HOOKS = "from making import hookimpl, make\n"
+HOOKS = "from support.plugin_files import hookimpl, make\n"
 CLASS = "from urdf2mbs.plugin import Pass, hookimpl\nclass A(Pass):\n"
 LIST = "@hookimpl\ndef urdf2mbs_passes(): return "
 PASS = HOOKS + "def run(conversion, options): pass\n" + LIST

@@ -39,7 +39,7 @@ def test_every_config_knows_its_passes_unless_asked_not_to(site: Path, capsys: A
     assert "c.yaml:2: error[unknown-pass]" in capsys.readouterr().err
 
 
-HOOK = "from making import hookimpl, make\n"
+HOOK = "from support.plugin_files import hookimpl, make\n"
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,9 @@
 
 from hypothesis import strategies as st
 
+from support.diagram_faults import boxes
 from urdf2mbs.mbs.model import Body, Joint, Mbs, Point
+from urdf2mbs.spatial import Vec
 
 #: Coordinates of points (m).
 LENGTHS = st.sampled_from((0.0, 0.1, -0.1, 0.2, -0.35, 0.5, 1e-6, -0.02))
@@ -29,3 +31,39 @@ def trees(draw: st.DrawFn) -> Mbs:
             )
         )
     return mbs
+
+
+def add_body(
+    mbs: Mbs, parent: Body | None, name: str, at: Vec = (0.0, 0.0, 0.0), joints: int = 1
+) -> Body:
+    """A body at a point of its own on its parent."""
+    point = Point(f"to_{name}", at)
+    (mbs.base.points if parent is None else parent.points).append(point)
+    body = Body(
+        name,
+        None if parent is None else parent.name,
+        point.name,
+        [Joint(f"{name}_j{k}", "R1") for k in range(joints)],
+    )
+    mbs.bodies.append(body)
+    return body
+
+
+def humanoid() -> Mbs:
+    """A pelvis, a chest, a head, two arms of four bodies and two legs of four."""
+    mbs = Mbs("m")
+    pelvis = add_body(mbs, None, "pelvis", joints=6)
+    chest = add_body(mbs, pelvis, "chest", (0.0, 0.0, 0.3))
+    add_body(mbs, chest, "head", (0.0, 0.0, 0.3))
+    for side, sign in (("left", 1.0), ("right", -1.0)):
+        arm = add_body(mbs, chest, f"{side}_shoulder", (0.0, 0.2 * sign, 0.2))
+        for part in ("arm", "forearm", "hand"):
+            arm = add_body(mbs, arm, f"{side}_{part}", (0.0, 0.0, -0.2))
+        leg = add_body(mbs, pelvis, f"{side}_hip", (0.0, 0.1 * sign, -0.1))
+        for part in ("thigh", "shank", "foot"):
+            leg = add_body(mbs, leg, f"{side}_{part}", (0.0, 0.0, -0.3))
+    return mbs
+
+
+def centres(mbs: Mbs) -> dict[str, tuple[float, float]]:
+    return {b.name: ((b.left + b.right) / 2, (b.top + b.bottom) / 2) for b in boxes(mbs)}

@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from support.examples import reproducible
+from support.urdf_files import WORDS
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.urdf.reader import parse_urdf
 
@@ -28,15 +29,6 @@ ROBOT = b"""<?xml version="1.0"?>
   <gazebo reference="a"><b c="d">&lt;</b></gazebo>
 </robot>
 """
-WORDS = [
-    *(
-        b"\" ' < > /> </robot> <!-- --> & &x; &#0; <? <![ \0 \xff \xc3 nan - e ${ $( } xmlns="
-        b" xacro: 1 9e999 { : = a <a:b/> <link/>"
-    ).split(b" "),
-    b" ",
-    b"\n",
-    b"<!DOCTYPE robot [<!ENTITY a 'b'>]>",
-]
 
 few = settings(reproducible, max_examples=150)
 

@@ -1,30 +1,15 @@
 """Inertias that no body can have: found, and moved to the nearest that one can."""
 
-from typing import Any
-
 import numpy as np
 import pytest
 from hypothesis import given
-from hypothesis import strategies as st
 
 from support.examples import reproducible
+from support.inertia import second_moment, tensor_matrix, tensors, two_links
 from support.presets import PRESETS
 from urdf2mbs.spatial import Sym
 from urdf2mbs.testing import assert_same_robot, convert_text
 from urdf2mbs.urdf.inertia import find_fault, moments, principal
-
-numbers = st.floats(-10, 10, allow_subnormal=False)
-tensors = st.tuples(*[numbers] * 6)
-
-
-def matrix(tensor: Sym) -> Any:
-    xx, xy, xz, yy, yz, zz = tensor
-    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-
-
-def second_moment(tensor: Sym) -> Any:
-    full = matrix(tensor)
-    return np.eye(3) * np.trace(full) / 2 - full
 
 
 @reproducible
@@ -34,8 +19,8 @@ def test_principal_moments(tensor: Sym) -> None:
     size = max(map(abs, tensor)) or 1.0
     rows = np.array(axes)
     assert np.abs(rows.T @ rows - np.eye(3)).max() <= 1e-14
-    assert np.abs(rows @ np.diag(values) @ rows.T - matrix(tensor)).max() <= 1e-14 * size
-    assert np.abs(np.linalg.eigvalsh(matrix(tensor)) - moments(tensor)).max() <= 1e-14 * size
+    assert np.abs(rows @ np.diag(values) @ rows.T - tensor_matrix(tensor)).max() <= 1e-14 * size
+    assert np.abs(np.linalg.eigvalsh(tensor_matrix(tensor)) - moments(tensor)).max() <= 1e-14 * size
 
 
 @reproducible
@@ -46,20 +31,10 @@ def test_a_fault_is_a_negative_second_moment(tensor: Sym) -> None:
         assert (find_fault(tensor, 0.0) is None) == (least > 0.0)
 
 
-def robot(mass: str, moments: str) -> str:
-    return (
-        '<robot name="r"><link name="a"><inertial><mass value="1"/><inertia ixx="1" ixy="0" '
-        f'ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link><link name="b"><inertial>'
-        f'<origin xyz="0 0 1" rpy="0 0 1"/><mass value="{mass}"/><inertia {moments}/></inertial>'
-        '</link><joint name="j" type="continuous"><parent link="a"/><child link="b"/></joint>'
-        "</robot>"
-    )
-
-
 @pytest.mark.skipif("compact" not in PRESETS, reason="the plugin compact is away")
 @pytest.mark.parametrize("mass", ["-0.5", "-2"])
 def test_a_negative_mass_is_lumped_as_any_other(mass: str) -> None:
-    text = robot(mass, 'ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"')
+    text = two_links(mass, 'ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"')
     result = convert_text(text.replace("continuous", "fixed"), pipeline="compact")
     assert result.report.mass == 1.0 + float(mass)
     assert_same_robot(result)

@@ -5,28 +5,9 @@ from pathlib import Path
 
 import pytest
 
+from support.packages import package, source
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
 from urdf2mbs.urdf.packages import Packages, workspace
-
-
-@pytest.fixture(autouse=True)
-def no_ros(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delenv("ROS_PACKAGE_PATH", raising=False)
-    monkeypatch.delenv("AMENT_PREFIX_PATH", raising=False)
-
-
-def package(folder: Path, name: str | None = None) -> Path:
-    folder.mkdir(parents=True, exist_ok=True)
-    (folder / "package.xml").write_text(
-        '<?xml version="1.0"?>\n<!-- <name>wrong</name> -->\n<package format="3">\n'
-        f"  <name> {name or folder.name} </name>\n  <maintainer>x</maintainer></package>"
-    )
-    return folder
-
-
-def source(folder: Path) -> Path:
-    folder.mkdir(parents=True, exist_ok=True)
-    return folder / "robot.urdf"
 
 
 def of(folder: Path) -> Packages:

@@ -10,7 +10,8 @@ from scipy.spatial.transform import Rotation
 
 from support.codes import DEFAULTS
 from support.plugin_files import read_robot
-from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic
+from support.urdf_files import XMLNS, read
+from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.testing import convert_text
 from urdf2mbs.urdf.model import (
     Box,
@@ -24,7 +25,6 @@ from urdf2mbs.urdf.model import (
     Mesh,
     Mimic,
     Origin,
-    Robot,
     SafetyController,
     Sphere,
     Visual,
@@ -34,12 +34,6 @@ from urdf2mbs.urdf.reader import parse_urdf
 from urdf2mbs.urdf.xml import fix_slips
 
 UNIT = '<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>'
-
-
-def read(tmp_path: Path, text: str | bytes) -> tuple[Robot, list[Diagnostic]]:
-    source = tmp_path / "robot.urdf"
-    source.write_bytes(text if isinstance(text, bytes) else text.encode())
-    return read_robot(source, Packages({}, source), {})
 
 
 def arm(link: str = "", joint: str = "", *, kind: str = "continuous", robot: str = "") -> str:
@@ -87,7 +81,6 @@ def mimics(*pairs: str) -> str:
     return "\n".join([*lines, "</robot>"])
 
 
-XMLNS = 'xmlns:xacro="http://www.ros.org/wiki/xacro"'
 BOX = '<box size="1 1 1"/>'
 
 

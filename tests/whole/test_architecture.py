@@ -2,8 +2,10 @@
 
 import ast
 import re
+import subprocess
 import sys
 from importlib import import_module
+from pathlib import Path
 
 import pytest
 
@@ -84,5 +86,28 @@ def test_every_pass_has_its_tests() -> None:
 
 
 def test_tests_have_a_folder_for_each_room_and_plugin() -> None:
-    folders = {file.name for file in (ROOT / "tests" / "plugins").iterdir()} - {"__pycache__"}
-    assert folders == {*OWN}
+    folders = {file.name for file in (ROOT / "tests" / "plugins").iterdir() if file.is_dir()}
+    assert folders - {"__pycache__"} == {*OWN}
+
+
+def test_tests_share_code_through_support_alone() -> None:
+    """A test can be renamed or cut without breaking another one."""
+    support = {file.stem for file in (ROOT / "tests" / "support").iterdir()}
+    for file in sorted((ROOT / "tests").rglob("*.py")):
+        for node in ast.walk(ast.parse(file.read_text("utf-8"))):
+            if isinstance(node, ast.ImportFrom) and node.module:
+                first, _, rest = node.module.partition(".")
+                assert not (ROOT / "tests" / first).is_dir() or first == "support", file
+                assert not node.module.rpartition(".")[2].startswith("test_"), file
+                assert first != "support" or not rest or rest.partition(".")[0] in support, file
+
+
+def test_tests_and_their_processes_import_this_checkout() -> None:
+    """Also after an installation that is not editable: no edit goes untested."""
+    program = "import urdf2mbs, urdf2mbs_report; print(urdf2mbs.__file__, urdf2mbs_report.__file__)"
+    done = subprocess.run(
+        [sys.executable, "-c", program], check=True, capture_output=True, text=True, cwd="/"
+    )
+    here = [PACKAGE / "__init__.py", ROOT / "plugins" / "urdf2mbs_report" / "__init__.py"]
+    assert done.stdout.split() == [str(file) for file in here]
+    assert [Path(sys.modules["urdf2mbs"].__file__ or "")] == here[:1]

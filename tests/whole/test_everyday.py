@@ -12,8 +12,8 @@ from typing import Any
 import pytest
 
 import urdf2mbs
-from commands.test_cli import loaded
 from support.folders import ROOT
+from support.processes import loaded
 from urdf2mbs.cli import main
 from urdf2mbs.commands import list_commands, parser
 from urdf2mbs.mbs.reader import read_mbs

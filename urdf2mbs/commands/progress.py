@@ -32,16 +32,21 @@ class Progress:
         self._begin = monotonic()
         """When the pass began."""
         self._ended = Event()
+        self._printer: Thread | None = None
         self.at = ""
         """The text of the next line."""
 
     def __enter__(self) -> Progress:
         if not self._quiet:
-            Thread(target=self._print_lines, daemon=True).start()
+            self._printer = Thread(target=self._print_lines, daemon=True)
+            self._printer.start()
         return self
 
     def __exit__(self, *_: object) -> None:
+        """End the thread before the command prints its result."""
         self._ended.set()
+        if self._printer is not None:
+            self._printer.join()
 
     def say(self, text: str) -> None:
         """Print a line now, unless the run is quiet."""

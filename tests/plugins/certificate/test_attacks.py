@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from plugins.certificate.test_certificate import made, replay
+from support.certificates import made, replay
 
 BODY = (
     '<inertial><origin xyz="0.1 0 0.02"/><mass value="2"/>'

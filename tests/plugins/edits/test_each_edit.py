@@ -6,6 +6,7 @@ import pytest
 
 from support.edits import Edit, add, all_of, drop, get, move, put
 from support.mbs_models import everything
+from support.merges import merged, new_body_takes_a_joint, nothing
 from urdf2mbs.mbs.model import (
     Body,
     Connection,
@@ -23,25 +24,7 @@ from urdf2mbs.mbs.model import (
 from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.mbs.writer import write
 from urdf2mbs.messages.diagnostics import ConversionError
-from urdf2mbs_edits.merge.merge import Merged, merge
-
-
-def merged(mine: Edit, theirs: Edit, prefer: Any = "urdf") -> tuple[Mbs, Merged]:
-    """Merge an edit with a change of the URDF, or of another file (prefer None)."""
-    sides = [read_mbs(write(everything()), "m.mbs") for _ in range(2)]
-    mine(sides[1])
-    new = everything()
-    theirs(new)
-    new = new if prefer else read_mbs(write(new), "m.mbs")
-    edited = write(sides[1]).replace(b"<box>", b"<box><!-- mine -->")
-    result = merge(sides[0], read_mbs(edited, "m.mbs"), new, prefer)
-    assert (result.data == edited) is (not result.plan.updated)
-    return read_mbs(result.data, "m.mbs"), result
-
-
-def nothing(mbs: Mbs) -> None:
-    pass
-
+from urdf2mbs_edits.merge.merge import merge
 
 # a path, what people set, what the URDF sets, and who wins by "urdf", "edited" and None
 FIELDS = [
@@ -147,10 +130,6 @@ def flip(mbs: Mbs) -> None:
 
 def sorted_anew(mbs: Mbs) -> None:
     mbs.bodies = mbs.depth_first()
-
-
-def new_body_takes_a_joint(mbs: Mbs) -> None:
-    mbs.bodies.append(Body("foot", "leg", None, [mbs.bodies[0].joints.pop(0)]))
 
 
 def new_points(*names: str, x: float = 0.0, position: tuple[float, float] | None = None) -> Edit:

@@ -15,6 +15,7 @@ from lxml import etree
 from support.edits import rename_part
 from support.folders import SHARED
 from support.mbs_models import everything, few
+from support.merges import canonical
 from urdf2mbs.mbs import writer
 from urdf2mbs.mbs.model import Body, Joint, Mbs, Parameter, Point, Sensor
 from urdf2mbs.mbs.reader import read_mbs
@@ -32,18 +33,6 @@ def write(mbs: Mbs) -> bytes:
     base = writer.write(read_mbs(source, "base"))
     new = read_mbs(writer.write(mbs), "new")
     return merge(read_mbs(base, "base"), read_mbs(source, "ours"), new, None).data
-
-
-def canonical(element: etree._Element) -> object:
-    """All that an element says, comments included, without white space."""
-    tag = element.tag if isinstance(element.tag, str) else "?"
-    return (
-        tag,
-        (element.text or "").strip(),
-        (element.tail or "").strip(),
-        sorted(element.items()),
-        [canonical(child) for child in element],
-    )
 
 
 def sample(name: str) -> bytes:

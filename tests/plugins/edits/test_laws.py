@@ -1,44 +1,20 @@
 """The laws of the merge, on any models: one side alone wins, edits of both add up, none is lost."""
 
 from random import Random
-from typing import Any
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from support.edits import edited
-from support.folders import SHARED
 from support.mbs_models import everything, few, models
+from support.merges import SAMPLES, check_one_side_alone, differ, list_conflicts, three
 from urdf2mbs.mbs import model as m
 from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.mbs.writer import write
 from urdf2mbs.messages.diagnostics import ConversionError
-from urdf2mbs_edits.diff.changes import find_differences
 from urdf2mbs_edits.diff.table import list_entities
-from urdf2mbs_edits.merge.merge import Merged, merge
-
-SAMPLES = sorted((SHARED / "mbs-samples").glob("*.mbs"))
-
-
-def three(base: bytes, ours: bytes, theirs: bytes) -> Merged:
-    return merge(read_mbs(base, "base"), read_mbs(ours, "ours"), read_mbs(theirs, "theirs"), None)
-
-
-def differ(first: bytes, second: bytes) -> list[Any]:
-    return find_differences(read_mbs(first, "one"), read_mbs(second, "two")).changes
-
-
-def list_conflicts(done: Merged) -> list[Any]:
-    return [*done.plan.conflicts, *done.plan.orphaned]
-
-
-def check_one_side_alone(base: bytes, changed: bytes) -> None:
-    for ours, theirs in ((changed, base), (base, changed), (changed, changed)):
-        done = three(base, ours, theirs)
-        assert not list_conflicts(done), done.plan
-        assert not differ(done.data, changed)
-        assert done.data == ours or ours == base
+from urdf2mbs_edits.merge.merge import Merged
 
 
 def merge_or_refuse(base: bytes, ours: bytes, theirs: bytes) -> Merged | None:

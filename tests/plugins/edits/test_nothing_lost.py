@@ -8,11 +8,17 @@ from typing import Any
 import pytest
 from lxml import etree
 
-from plugins.edits.test_each_edit import merged, new_body_takes_a_joint, nothing
-from plugins.edits.test_kept import canonical
-from plugins.edits.test_laws import SAMPLES, check_one_side_alone, three
 from support.edits import Edit, add, all_of, drop, move, put
 from support.mbs_models import everything
+from support.merges import (
+    SAMPLES,
+    canonical,
+    check_one_side_alone,
+    merged,
+    new_body_takes_a_joint,
+    nothing,
+    three,
+)
 from urdf2mbs.mbs.model import Body, Connection, Drawing, Joint, Light, Mbs, Point, Sensor
 from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.mbs.writer import write

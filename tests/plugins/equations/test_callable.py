@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from plugins.equations.test_loops import few, trees, write_equations
-from plugins.simulate.test_partition import FOLLOWS, FREE, four_bar
+from support.equations import few, trees, write_equations
 from support.folders import CONFIGS, SHARED
+from support.loops import FOLLOWS, FREE, four_bar
 from support.oracle.generated import Data, error, random_state
 from support.oracle.pin import Truth, pin
 from support.real_robots import CONVERTIBLE

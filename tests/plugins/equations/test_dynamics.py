@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from support.equations import convert_robot
 from support.folders import CONFIGS, SHARED
 from support.oracle.generated import CEquations, PythonEquations, error, random_state
 from support.oracle.pin import TOLERANCE, Truth
@@ -26,15 +27,6 @@ def model(path: Path) -> tuple[Mbs, bytes]:
         pytest.skip(f"{path.name} is in ../shared, which is not here")
     data = path.read_bytes()
     return read_mbs(data, path.name, mechanics_only=True), data
-
-
-def convert_robot(name: str) -> tuple[Mbs, bytes]:
-    """Convert a real robot by the preset compact."""
-    for param in CONVERTIBLE:
-        if param.values[0].name == name:
-            data = param.values[0].convert(pipeline="compact").data
-            return read_mbs(data, "robot.mbs", mechanics_only=True), data
-    pytest.skip("the real robots are not here")
 
 
 def compare(eq: PythonEquations, mbs: Mbs, *, sensors: bool = True) -> None:

@@ -1,8 +1,5 @@
 """Constraints, links, external forces and energy of random trees, beside Pinocchio."""
 
-import tempfile
-from collections.abc import Iterable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,63 +8,20 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from support.equations import few, trees, write_equations
 from support.examples import reproducible
-from support.oracle.generated import CEquations, Data, PythonEquations, error, random_state
+from support.oracle.generated import Data, PythonEquations, error, random_state
 from support.oracle.generated import Sensor as Measured
 from support.oracle.pin import TOLERANCE, Truth, pin
-from urdf2mbs.mbs.model import Base, Body, Connection, Joint, Mbs, Point, Sensor
+from urdf2mbs.mbs.model import Body, Connection, Joint, Mbs, Point, Sensor
 from urdf2mbs_equations.constraints import iterate_constraints
-from urdf2mbs_equations.files import FUNCTIONS, generate
+from urdf2mbs_equations.files import generate
 from urdf2mbs_equations.options import EquationOptions
 from urdf2mbs_equations.tree import Tree
 
 Array = NDArray[np.float64]
 
 SIGNALS = ("Pos", "Rot", "Vit", "Om", "Acc", "Omp")
-
-#: Numbers as files have them: zero, a quarter turn written short or long, anything.
-angles = st.sampled_from([0.0, 1.5708, np.pi / 2, -np.pi / 2, np.pi, 1.57079632679, 0.3])
-lengths = st.sampled_from([0.0, 0.0, 0.1, -0.25, 1e-9, 0.7])
-vectors = st.tuples(lengths, lengths, lengths)
-
-
-@st.composite
-def trees(draw: st.DrawFn, most: int = 4) -> Mbs:
-    """Draw a tree of bodies with one to three joints each, each body with two points."""
-    mbs = Mbs("tree", base=Base(gravity=draw(st.sampled_from([(0, 0, -9.81), (1.0, 2.0, 3.0)]))))
-    mbs.base.points = [Point("P", draw(vectors))]
-    for i in range(draw(st.integers(2, most))):
-        parent = draw(st.sampled_from([None, *(body.name for body in mbs.bodies)]))
-        joints = []
-        for j in range(draw(st.integers(1, 3))):
-            kind = draw(st.sampled_from(["T1", "T2", "T3", "R1", "R2", "R3", "R1", "R2", "R3"]))
-            joint = Joint(f"j{i}_{j}", kind)
-            if draw(st.integers(0, 3)) == 0:
-                joint.nature, joint.q = "driven", draw(angles)
-                joint.symbols = draw(st.sampled_from([("q",), ("q", "qd", "qdd"), None]))
-            joints.append(joint)
-        body = Body(f"b{i}", parent, draw(st.sampled_from([None, "P"])), joints)
-        if draw(st.integers(0, 4)):
-            body.mass = draw(st.sampled_from([0.5, 2.0]))
-            body.com = draw(vectors)
-            body.inertia = draw(
-                st.sampled_from([(0.1, 0.01, 0.02, 0.2, -0.03, 0.25), (0.1, 0, 0, 0.1, 0, 0.1)])
-            )
-        body.points = [Point("P", draw(vectors)), Point("Q", draw(vectors))]
-        mbs.bodies.append(body)
-    return mbs
-
-
-def write_equations(
-    mbs: Mbs, *, c: bool = False, functions: Iterable[str] = FUNCTIONS, **options: Any
-) -> PythonEquations:
-    settings = EquationOptions(language="c" if c else "python", **options)
-    made = generate(mbs, b"<mbsDescR7/>", "tree.mbs", settings, functions)
-    with tempfile.TemporaryDirectory() as folder:
-        return (CEquations if c else PythonEquations)(made, mbs, Path(folder))
-
-
-few = settings(reproducible, max_examples=10)
 
 
 def call_and_join(eq: PythonEquations, name: str, s: Data, *sizes: int) -> Array:

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from plugins.equations.test_dynamics import convert_robot
+from support.equations import convert_robot
 from support.examples import reproducible
 from support.oracle.generated import CEquations, error, random_state
 from support.oracle.pin import Truth

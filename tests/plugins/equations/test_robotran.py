@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from plugins.equations.test_loops import write_equations
-from plugins.project.passes.test_loops import BALL, FOUR_BAR, link, origin_at
+from support.equations import write_equations
 from support.folders import SHARED
 from support.oracle.generated import HEADER, Data, PythonEquations
+from support.project_robots import BALL, FOUR_BAR, origin_at
+from support.project_robots import unit_link as link
 from urdf2mbs.cli import main
 from urdf2mbs.mbs.model import Body, Connection, Joint, Mbs, Point
 from urdf2mbs.mbs.model import Sensor as Measures

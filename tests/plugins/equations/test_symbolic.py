@@ -14,7 +14,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from plugins.equations.test_loops import few, trees, write_equations
+from support.equations import few, trees, write_equations
 from support.oracle.generated import random_state
 from support.textbook import (
     DOUBLE_PENDULUM,

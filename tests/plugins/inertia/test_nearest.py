@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given
 
 from support.examples import reproducible
-from urdf.test_inertia import matrix, second_moment, tensors
+from support.inertia import second_moment, tensors
+from support.inertia import tensor_matrix as matrix
 from urdf2mbs.spatial import Sym
 from urdf2mbs.urdf.inertia import find_fault
 from urdf2mbs.urdf.model import Inertial, Origin

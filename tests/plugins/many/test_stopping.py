@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from commands.test_stopping import run
 from support.folders import CONFIGS
+from support.processes import run
 from urdf2mbs.disk.record import is_ours
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")

@@ -5,11 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from urdf.test_packages import no_ros, package, source
+from support.packages import package, source
 from urdf2mbs.urdf.packages import Packages
 from urdf2mbs_meshes.files import MeshFiles
-
-__all__ = ["no_ros"]
 
 
 def of(folder: Path) -> MeshFiles:

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from plugins.project.test_singular import mass_matrix, trees
 from support.mbs_models import few
 from support.oracle.pin import to_pinocchio
+from support.singular import mass_matrix, trees
 from urdf2mbs.mbs.model import Body, Joint, Mbs
 from urdf2mbs_project.mass import MassModel
 from urdf2mbs_project.places import compute_point_position, find_floating_body, list_joints_to_base

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from plugins.report.test_page import Html
 from support.meshes import wrl
+from support.pages.html import Html
 from urdf2mbs.cli import main
 from urdf2mbs.mbs.model import (
     Base,

@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from lxml.html import HTMLParser, document_fromstring
+from lxml.html import document_fromstring
 
 from support.oracle.mbs import Evaluator
+from support.pages.html import Html
 from support.pages.shown import EVIL, HOSTILE, SHOWN, data, edit, run, shown
 from support.plugin_files import write_plugin
 from support.proving import SOLID, joint, link, robot
@@ -22,18 +23,6 @@ from urdf2mbs.testing import TINY
 from urdf2mbs_report import script
 from urdf2mbs_report.page import make_robot_page
 from urdf2mbs_report.tables import format_cell
-
-
-class Html:
-    """A page: its elements with their attributes, its data, its style, and the text one sees."""
-
-    def __init__(self, text: bytes) -> None:
-        parser = HTMLParser(encoding="utf-8", huge_tree=True)
-        page: Any = document_fromstring(text, parser=parser)
-        self.elements = [(element.tag, dict(element.attrib)) for element in page.iter("*")]
-        self.island: Any = json.loads(page.get_element_by_id("data").text)
-        self.style = "".join(page.xpath("//style/text()"))
-        self.visible = " ".join(page.xpath("//text()[not(parent::script or parent::style)]"))
 
 
 @pytest.mark.parametrize("name", SHOWN)

@@ -5,7 +5,7 @@ from typing import Any
 
 import yaml
 
-from engine.test_pipeline import RAN, pipeline_of
+from support.pipelines import RAN, pipeline_of
 from urdf2mbs.cli import main
 from urdf2mbs_setup.dump import Dump
 

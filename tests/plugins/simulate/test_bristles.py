@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from plugins.project.passes.test_time_step import joint, link
+from support.light_chains import joint, link
 from support.standin import make, user_functions
 from urdf2mbs import simulate
 from urdf2mbs.testing import TINY, convert_text

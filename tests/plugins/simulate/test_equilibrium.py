@@ -17,8 +17,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from plugins.simulate.test_motions import DAMPING, MASS, SLIDER, STIFFNESS, model
-from plugins.simulate.test_partition import FREE, arm, four_bar, made
+from support.loops import FREE, arm, four_bar, made
+from support.motions import DAMPING, MASS, SLIDER, STIFFNESS, model
 from support.standin import make
 from urdf2mbs import ConversionError, modes, simulate
 from urdf2mbs.cli import main

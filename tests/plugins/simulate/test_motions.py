@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from support.motions import DAMPING, MASS, SLIDER, STIFFNESS, falls, model
 from support.oracle.rich import PASSES, convert
 from support.standin import make
 from urdf2mbs import ConversionError, Push, load_equations, simulate
@@ -34,14 +35,6 @@ from urdf2mbs_simulate.solvers import METHODS, ROBOTRAN_METHODS
 pytestmark = pytest.mark.skipif(compiler() is None, reason="there is no C compiler")
 #: Of the user functions.
 LANGUAGES = pytest.mark.parametrize("language", ["python", "c"])
-#: kg, N/m, N s/m: a mass that hangs on a spring with a damper.
-MASS, STIFFNESS, DAMPING = 2.0, 50.0, 1.2
-SLIDER = f"""<robot name="slider"><link name="base"/><link name="load"><inertial>
-<origin xyz="0.1 0.2 0.3"/><mass value="{MASS}"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0"
-izz="1"/></inertial></link><joint name="rail" type="prismatic"><parent link="base"/><child
-link="load"/><axis xyz="0 0 1"/><limit lower="-9" upper="9" effort="0" velocity="9"/><dynamics
-damping="{DAMPING}"/></joint><gazebo reference="rail"><springStiffness>{STIFFNESS}</springStiffness>
-</gazebo></robot>"""
 
 
 @pytest.fixture(scope="module")
@@ -55,20 +48,6 @@ def rich(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("rich")
     write(convert(folder, PASSES))
     return folder / "rich"
-
-
-def model(project: Path) -> Path:
-    (file,) = project.glob("dataR/*.mbs")
-    return file
-
-
-def falls(time: Any) -> tuple[Any, Any]:
-    """Where the slider is (m), and how fast, that is let go at zero under gravity."""
-    rest, decay = -MASS * 9.81 / STIFFNESS, DAMPING / (2 * MASS)
-    turn = math.sqrt(STIFFNESS / MASS - decay**2)
-    fades, c, s = np.exp(-decay * time), np.cos(turn * time), np.sin(turn * time)
-    q = rest * (1 - fades * (c + decay / turn * s))
-    return q, rest * fades * (decay**2 + turn**2) / turn * s
 
 
 @LANGUAGES

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from lxml import etree
 
-from plugins.project.passes.test_time_step import joint, link
 from support.folders import SHARED
+from support.light_chains import joint, link
 from support.standin import make, without_meshes
 from urdf2mbs_simulate.runtime import MbsData, MbsDirdyn
 

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from plugins.simulate.test_motions import DAMPING, MASS, SLIDER, STIFFNESS, falls
 from support.folders import CONFIGS
+from support.motions import DAMPING, MASS, SLIDER, STIFFNESS, falls
 from support.oracle.rich import PASSES, convert
 from support.standin import make
 from urdf2mbs import ConversionError, simulate

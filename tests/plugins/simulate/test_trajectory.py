@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from plugins.simulate.test_partition import FOLLOWS, FREE, arm, four_bar, made
+from support.loops import FOLLOWS, FREE, arm, four_bar, made
 from urdf2mbs import ConversionError, load_equations
 from urdf2mbs.mbs.model import BASE
 from urdf2mbs_simulate.compiler import compiler

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from support.project_robots import BOX
 from support.standin import make
 from urdf2mbs.mbs.model import Connection
 from urdf2mbs.mbs.reader import read_mbs_file
@@ -23,11 +24,6 @@ LANGUAGES = pytest.mark.parametrize(
     ("written", "language"), [("c", "c"), ("python", "c"), ("python", "python")]
 )
 MOMENTS = np.diag([0.02, 0.03, 0.04])
-BOX = (
-    '<robot name="box"><link name="box"><inertial><mass value="2"/><inertia ixx="0.02" iyy="0.03" '
-    'izz="0.04" ixy="0" ixz="0" iyz="0"/></inertial><collision><geometry><box size="0.3 0.2 0.1"/>'
-    "</geometry></collision></link></robot>"
-)
 
 
 def _rotation(q: Any) -> Any:

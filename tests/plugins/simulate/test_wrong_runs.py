@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import urdf2mbs
-from plugins.project.passes.test_mimic import CHAIN
+from support.project_robots import MIMIC_CHAIN as CHAIN
 from support.standin import make
 from urdf2mbs import ConversionError, load_equations, simulate
 from urdf2mbs.cli import main

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from support.plugin_files import read_robot
-from urdf.test_fuzz import WORDS
+from support.urdf_files import WORDS
 from urdf2mbs import Result, convert
 from urdf2mbs.cli import main
 from urdf2mbs.messages.diagnostics import ConversionError

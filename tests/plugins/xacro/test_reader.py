@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from urdf.test_reader import XMLNS, read
+from support.urdf_files import XMLNS, read
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs_xacro import has_xacro
 

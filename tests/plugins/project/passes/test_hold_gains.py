@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from plugins.project.passes.test_time_step import BIPED, WIDE, convert_project, joint, link
+from support.light_chains import BIPED, WIDE, convert_project, joint, link
 from support.proving import models
 from urdf2mbs import convert
 from urdf2mbs.testing import TINY, convert_text

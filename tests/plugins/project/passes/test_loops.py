@@ -7,9 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from plugins.project.passes.test_mimic import joint, link
 from support.descriptions import stand_in
 from support.folders import ROOT
+from support.project_robots import BALL, FOUR_BAR, origin_at
+from support.project_robots import unit_link as link
+from support.project_robots import y_joint as joint
 from support.proving import codes
 from urdf2mbs.config.load import load
 from urdf2mbs.engine.pipeline import Pipeline
@@ -31,25 +33,10 @@ from urdf2mbs_project.passes.loops import (
 from urdf2mbs_project.places import compute_point_position
 from urdf2mbs_project.simulation import Simulation
 
-
-def origin_at(x: float, y: float, z: float) -> str:
-    return f'<origin xyz="{x} {y} {z}"/>'
-
-
-#: A four-bar linkage in the plane x z: the tips of two chains from the base meet.
-FOUR_BAR = (
-    '<robot name="four_bar">'
-    + "".join(link(name) for name in ("base", "left", "coupler", "right"))
-    + joint("crank", "base", "left", origin_at(0, 0, 0))
-    + joint("elbow", "left", "coupler", origin_at(0, 0, 1))
-    + joint("rocker", "base", "right", origin_at(1, 0, 0))
-    + "</robot>"
-)
 SDF = (
     '<gazebo><joint name="pin" type="revolute"><parent>coupler</parent><child>right</child>'
     "<pose>0 0 1 0 0 0</pose><axis><xyz>0 1 0</xyz></axis></joint></gazebo></robot>"
 )
-BALL = {"pin": {"ends": [{"link": "coupler", "at": [1, 0, 0]}, {"link": "right", "at": [0, 0, 1]}]}}
 
 
 def natures(result: Any) -> dict[str, str]:

@@ -6,35 +6,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from support.project_robots import MIMIC_CHAIN, unit_link, y_joint
 from support.proving import codes
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import convert_text
 from urdf2mbs_project.simulation import Simulation
-
-
-def link(name: str) -> str:
-    return (
-        f'<link name="{name}"><inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" '
-        'iyy="1" iyz="0" izz="1"/></inertial></link>'
-    )
-
-
-def joint(name: str, parent: str, child: str, more: str = "", kind: str = "continuous") -> str:
-    return (
-        f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
-        f'<axis xyz="0 1 0"/>{more}</joint>'
-    )
-
-
-CHAIN = (
-    '<robot name="chain">'
-    + "".join(link(name) for name in "abcde")
-    + joint("one", "a", "b")
-    + joint("two", "b", "c", '<mimic joint="one" multiplier="2" offset="0.5"/>')
-    + joint("three", "c", "d", '<mimic joint="two" multiplier="-3" offset="0.25"/>')
-    + joint("four", "d", "e")
-    + "</robot>"
-)
 
 
 @pytest.mark.parametrize(
@@ -53,7 +29,7 @@ def test_followers_are_coupled_by_their_rules_and_start_by_them(
 ) -> None:
     """The oracle proves the code that holds the rules."""
     passes = {"posture": {"joints": {"one": 0.7}}, "mimic": {"joints": joints}}
-    result = convert_text(CHAIN, output={"project": tmp_path / "p"}, passes=passes)
+    result = convert_text(MIMIC_CHAIN, output={"project": tmp_path / "p"}, passes=passes)
     followers = [result.mbs.joints()[name] for name in ("two", "three")]
     assert [joint.nature for joint in followers] == natures
     assert [joint.q or 0.0 for joint in followers] == pytest.approx([1.9, -5.45], rel=1e-15)
@@ -69,7 +45,7 @@ def test_followers_are_coupled_by_their_rules_and_start_by_them(
 
 
 def test_a_plain_mbs_keeps_them_independent_and_warns() -> None:
-    result = convert_text(CHAIN)
+    result = convert_text(MIMIC_CHAIN)
     assert "mimic" in codes(result)
     joints = result.mbs.joints()
     assert joints["two"].nature == joints["three"].nature == "independent"
@@ -77,7 +53,7 @@ def test_a_plain_mbs_keeps_them_independent_and_warns() -> None:
 
 
 def test_a_leader_that_does_not_move() -> None:
-    text = CHAIN.replace('name="one" type="continuous"', 'name="one" type="fixed"')
+    text = MIMIC_CHAIN.replace('name="one" type="continuous"', 'name="one" type="fixed"')
     result = convert_text(text, passes={"mimic": {"joints": {"*": "dependent"}}})
     assert [
         diagnostic.joint for diagnostic in result.diagnostics if diagnostic.code == "mimic-leader"
@@ -90,22 +66,22 @@ def test_a_leader_that_does_not_move() -> None:
 #: The leader of two fingers, one of which turns while the other shifts, has no mass of its own.
 GRIPPER = (
     '<robot name="gripper">'
-    + link("palm")
+    + unit_link("palm")
     + '<link name="knob"/>'
-    + link("left")
-    + link("right")
-    + joint("wrist", "palm", "left", '<origin xyz="0.1 0.2 0.3" rpy="0.4 0.5 0.6"/>')
-    + link("hand")
-    + joint("arm", "left", "hand", '<origin xyz="0 0.1 -0.4"/>')
-    + joint("drive", "hand", "knob", '<dynamics damping="0.3"/>')
-    + link("one")
-    + joint(
+    + unit_link("left")
+    + unit_link("right")
+    + y_joint("wrist", "palm", "left", '<origin xyz="0.1 0.2 0.3" rpy="0.4 0.5 0.6"/>')
+    + unit_link("hand")
+    + y_joint("arm", "left", "hand", '<origin xyz="0 0.1 -0.4"/>')
+    + y_joint("drive", "hand", "knob", '<dynamics damping="0.3"/>')
+    + unit_link("one")
+    + y_joint(
         "turns",
         "hand",
         "one",
         '<origin xyz="0.1 0 0.2" rpy="1 2 3"/><mimic joint="drive" multiplier="0.5" offset="0.1"/>',
     )
-    + joint(
+    + y_joint(
         "shifts",
         "one",
         "right",

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 import yaml
 
-from plugins.project.passes.test_time_step import convert_project, joint, link, messages
+from support.light_chains import convert_project, joint, link, messages
 from urdf2mbs import Result
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY, convert_text

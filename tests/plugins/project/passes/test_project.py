@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from plugins.project.passes.test_mimic import CHAIN
-from plugins.project.test_laws import convert as with_laws
+from support.laws import convert as with_laws
+from support.project_robots import MIMIC_CHAIN as CHAIN
 from support.proving import codes
 from support.standin import MbsData, make, user_functions
 from urdf2mbs import convert, simulate

@@ -4,18 +4,17 @@ import re
 import shutil
 from math import pi, sqrt
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
 from support import proving
 from support.folders import ROOT, SHARED
+from support.light_chains import BIPED, WIDE, convert_project, joint, link, messages
 from support.oracle.mbs import Evaluator
 from support.oracle.multibody import State, opening
 from support.proving import SOLID, models
 from support.standin import RungeKutta, make, without_meshes
-from urdf2mbs import Result
 from urdf2mbs.mbs.model import Connection
 from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.testing import convert_text
@@ -28,26 +27,9 @@ from urdf2mbs_simulate.python_code import user_code
 from urdf2mbs_simulate.runtime import MbsData
 
 pin = pytest.importorskip("pinocchio")
-BIPED = ROOT / "configs" / "biped.urdf.xacro"
 needs_gcc = pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not there")
 
 
-def link(name: str, mass: float, inertia: float, x: float = 0.0) -> str:
-    return (
-        f'<link name="{name}"><inertial><origin xyz="{x} 0 0"/><mass value="{mass}"/>'
-        f'<inertia ixx="{inertia}" iyy="{inertia}" izz="{inertia}" ixy="0" ixz="0" iyz="0"/>'
-        "</inertial></link>"
-    )
-
-
-def joint(name: str, parent: str, child: str, rest: str, axis: str = "0 1 0") -> str:
-    return (
-        f'<joint name="{name}" type="revolute"><parent link="{parent}"/><child link="{child}"/>'
-        f'<origin xyz="0 0 -0.1"/><axis xyz="{axis}"/>{rest}</joint>'
-    )
-
-
-WIDE = '<limit lower="-2" upper="2" effort="0" velocity="1"/>'
 #: The light link between two coaxial joints feels the damping of both.
 WRIST = (
     '<robot name="wrist"><link name="world"/>'
@@ -61,18 +43,10 @@ WRIST = (
 )
 
 
-def convert_project(text: str, folder: Path, **passes: Any) -> Result:
-    return convert_text(text, output={"project": folder / "robot"}, passes=passes)
-
-
 def step_of(project: Path) -> float:
     (module,) = project.glob("userfctR/*_robot.py")
     (line,) = [x for x in module.read_text().splitlines() if x.startswith("TIME_STEP")]
     return float(line.split()[-1])
-
-
-def messages(result: Result) -> dict[str, str]:
-    return {diagnostic.code: diagnostic.message for diagnostic in result.diagnostics}
 
 
 # --- the bound ---
