@@ -243,6 +243,11 @@ def _hooks() -> str:
     return "\n".join(lines)
 
 
+def _list_arguments(section: re.Match[str]) -> str:
+    """Return the section Args of a docstring as a list."""
+    return re.sub(r"^ {4}(\w+): ", r"- `\1`: ", section[1], flags=re.MULTILINE)
+
+
 def _function(name: str, function: Any) -> list[str]:
     parameters = [
         re.sub(r": '([^']*)'", r": \1", str(one))  # an annotation is a text there
@@ -251,5 +256,5 @@ def _function(name: str, function: Any) -> list[str]:
     words = ",\n    ".join(parameters)
     called = f"{function.__name__}(\n    {words},\n)" if words else f"{function.__name__}()"
     text = inspect.getdoc(function) or ""
-    text = re.sub(r":raises (\w+):", r"Raises \1:", text)
+    text = re.sub(r"^Args:\n((?: {4}.*\n?)+)", _list_arguments, text, flags=re.MULTILINE)
     return [f"## {name}", "", f"{CODE}python", called, CODE, "", text.replace("``", "`"), ""]
