@@ -1,7 +1,7 @@
 """What the passes make of a few robots that ask for all of them, and what they say, to be read.
 
 A change is on purpose, or it is a fault.  If it is on purpose, write the texts anew and read the
-difference:  python tests/whole/test_said.py
+difference:  python tests/whole/test_message_snapshots.py
 """
 
 import json
@@ -25,7 +25,7 @@ from urdf2mbs_project.passes.time_step import linearise_forces
 from urdf2mbs_project.simulation import Simulation
 from urdf2mbs_project.stability import compute_reduction
 
-TEXTS = Path(__file__).with_name("said")
+TEXTS = Path(__file__).with_name("snapshots")
 BALL = '<geometry><sphere radius="0.1"/></geometry>'
 LIMIT = limit(-1, 1)
 SOLID = (
