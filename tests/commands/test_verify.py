@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
+from support.build import joint, link, robot
 from support.presets import PRESETS
-from support.proving import joint, link, robot
 from urdf2mbs import convert, verify
 from urdf2mbs.cli import main
 from urdf2mbs.messages.diagnostics import ConfigError

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from support.proving import SOLID, joint, link, robot
+from support.build import SOLID, joint, link, robot
 from urdf2mbs import Result
 from urdf2mbs.testing import TINY, convert_text
 

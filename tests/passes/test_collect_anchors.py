@@ -2,8 +2,9 @@
 
 import pytest
 
+from support.build import SOLID, joint, link, robot
 from support.presets import PRESETS
-from support.proving import SOLID, joint, link, prove, robot
+from support.proving import prove
 from urdf2mbs import Result
 from urdf2mbs.testing import convert_text
 

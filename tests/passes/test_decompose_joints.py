@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from support.proving import SOLID, joint, link, robot
+from support.build import SOLID, joint, link, robot
 from urdf2mbs import Result
 from urdf2mbs.passes.decompose_joints import DecomposeJoints
 from urdf2mbs.testing import convert_text

@@ -4,9 +4,10 @@ from typing import Any
 
 import pytest
 
+from support.build import SOLID, joint, link, robot
 from support.plugin_files import passes_of
 from support.presets import PRESETS
-from support.proving import SOLID, codes, joint, link, robot
+from support.proving import codes
 from urdf2mbs import Result
 from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.testing import convert_text

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from support.proving import SOLID, joint, link, robot
+from support.build import SOLID, joint, link, robot
 from urdf2mbs import Result, convert
 
 

@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from support.proving import BOX, SOLID, joint, link, robot
+from support.build import BOX, SOLID, joint, link, robot
 from urdf2mbs import Result
 from urdf2mbs.testing import convert_text
 

@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import pytest
 
-from support.proving import SOLID, joint, link, robot
+from support.build import SOLID, joint, link, robot
 from urdf2mbs import Result
 from urdf2mbs.testing import convert_text
 

@@ -5,8 +5,9 @@ from pathlib import Path
 
 import pytest
 
+from support.build import SOLID, joint, link, robot
 from support.presets import PRESETS
-from support.proving import SOLID, codes, joint, link, robot
+from support.proving import codes
 from urdf2mbs import convert
 from urdf2mbs.testing import convert_text
 

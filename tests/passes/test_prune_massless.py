@@ -2,7 +2,8 @@
 
 import pytest
 
-from support.proving import BOX, SOLID, joint, link, prove, robot
+from support.build import BOX, SOLID, joint, link, robot
+from support.proving import prove
 from urdf2mbs import Result
 from urdf2mbs.testing import convert_text
 

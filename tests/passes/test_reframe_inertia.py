@@ -2,8 +2,8 @@
 
 import pytest
 
+from support.build import SOLID, joint, link, robot
 from support.presets import PRESETS
-from support.proving import SOLID, joint, link, robot
 from urdf2mbs import Result
 from urdf2mbs.testing import convert_text
 

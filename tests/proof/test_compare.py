@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 
+from support.build import SOLID, joint, link, robot
 from support.planted import (
     PLANTED,
     Plant,
@@ -16,7 +17,6 @@ from support.planted import (
     set_joint,
 )
 from support.presets import PRESETS
-from support.proving import SOLID, joint, link, robot
 from urdf2mbs import Result
 from urdf2mbs.mbs.model import Connection, Joint, LinkFrame, Mbs, Parameter, Point
 from urdf2mbs.mbs.reader import read_mbs

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
+from support.build import SOLID, joint, link, robot
 from support.presets import PRESETS
-from support.proving import SOLID, joint, link, robot
 from urdf2mbs.mbs.model import Body, Joint, Mbs, Point
 from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.mbs.writer import write

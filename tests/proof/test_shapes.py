@@ -7,8 +7,8 @@ from pathlib import Path
 import msgspec
 import pytest
 
+from support.build import SOLID, joint, link, robot
 from support.presets import PRESETS
-from support.proving import SOLID, joint, link, robot
 from urdf2mbs import verify
 from urdf2mbs.mbs.model import Mbs, Shape
 from urdf2mbs.mbs.writer import write

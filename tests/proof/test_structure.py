@@ -8,8 +8,8 @@ from typing import Any
 import msgspec
 import pytest
 
+from support.build import joint, link, robot
 from support.nameless import change, leave_out, make_humanoid, rename_mbs, rename_urdf
-from support.proving import joint, link, robot
 from support.real_robots import CONVERTIBLE, RealRobot
 from urdf2mbs import verify
 from urdf2mbs.cli import main

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from lxml import etree
 
-from support.proving import joint, link, robot
+from support.build import joint, link, robot
 from urdf2mbs.mbs.writer import write
 from urdf2mbs.testing import convert_text
 

@@ -10,43 +10,9 @@ from urdf2mbs import Result
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.testing import convert_text
 
-SOLID = (
-    '<inertial><origin xyz="0.1 -0.2 0.3" rpy="0.3 -0.2 0.1"/><mass value="2"/>'
-    '<inertia ixx="0.03" ixy="0.001" ixz="-0.002" iyy="0.04" iyz="0.003" izz="0.05"/></inertial>'
-)
-BOX = (
-    '<visual><origin xyz="0.1 0 0.2" rpy="0.1 0.2 0.3"/>'
-    '<geometry><box size="1 2 3"/></geometry></visual>'
-)
 #: What of a robot's mass is found in the wrong place, relative; all that is found is rounding.
 TOLERANCE = 1e-12
 FORCES = ("matrix", "gravity", "dynamics")
-
-
-def robot(*elements: str) -> str:
-    return f'<robot name="r">{"".join(elements)}</robot>'
-
-
-def link(name: str, *content: str) -> str:
-    return f'<link name="{name}">{"".join(content)}</link>'
-
-
-def joint(
-    parent: str,
-    child: str,
-    kind: str = "continuous",
-    *,
-    xyz: str = "0 0 0",
-    rpy: str = "0 0 0",
-    axis: str = "0 0 1",
-    name: str = "",
-) -> str:
-    """A joint called ``PARENT_to_CHILD``, if nothing else."""
-    return (
-        f'<joint name="{name or f"{parent}_to_{child}"}" type="{kind}"><parent link="{parent}"/>'
-        f'<child link="{child}"/><origin xyz="{xyz}" rpy="{rpy}"/><axis xyz="{axis}"/>'
-        '<limit lower="-1" upper="1" effort="1" velocity="1"/></joint>'
-    )
 
 
 def prove(

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from support.proving import BOX, SOLID, joint, link, robot
+from support.build import BOX, SOLID, joint, link, robot
 from urdf2mbs.urdf.changes import Change, describe_changes, encode, find_changes
 from urdf2mbs.urdf.model import (
     Collision,

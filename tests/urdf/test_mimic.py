@@ -2,7 +2,7 @@
 
 import pytest
 
-from support.proving import SOLID, link, robot
+from support.build import SOLID, link, robot
 from urdf2mbs.testing import convert_text
 from urdf2mbs.urdf.mimic import find_locked_joints
 from urdf2mbs.urdf.reader import parse_urdf

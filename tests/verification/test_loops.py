@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from support.proving import joint, link, robot
+from support.build import joint, link, robot
 from urdf2mbs import convert, verify
 from urdf2mbs.mbs.model import Body, Connection, Joint, Mbs, Point
 from urdf2mbs.mbs.writer import write

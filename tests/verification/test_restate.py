@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from support.build import robot
 from support.nameless import change, make_humanoid, rename_mbs, rename_urdf
-from support.proving import robot
 from urdf2mbs import verify
 from urdf2mbs.cli import main
 from urdf2mbs.verification import Verdict

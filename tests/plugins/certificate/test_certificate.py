@@ -10,10 +10,10 @@ from typing import Any
 
 import pytest
 
+from support.build import SOLID, joint, link, robot
 from support.certificates import ALWAYS, FILES, files_of, made, replay
 from support.folders import CONFIGS
 from support.planted import MIMIC, NATURE_FAULTS, NUMBERS, PLANTED, WORLD
-from support.proving import SOLID, joint, link, robot
 from support.real_robots import CONVERTIBLE, RealRobot
 from urdf2mbs import convert, verify
 from urdf2mbs.mbs.model import Joint, Mbs

@@ -7,9 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from support.build import SOLID, joint, link, robot
 from support.examples import reproducible
 from support.oracle.urdf import Urdf
-from support.proving import SOLID, assert_same, driven, joint, link, prove, robot
+from support.proving import assert_same, driven, prove
 from support.real_robots import CONVERTIBLE, RealRobot
 from support.strategies import LINK_NAMES, robots, snapped
 from urdf2mbs.testing import convert_text

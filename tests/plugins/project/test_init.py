@@ -8,8 +8,8 @@ import msgspec
 import pytest
 import yaml
 
+from support.build import SOLID, joint, link, robot
 from support.folders import ROOT
-from support.proving import SOLID, joint, link, robot
 from support.real_robots import BROKEN, CONVERTIBLE, RealRobot
 from urdf2mbs import convert
 from urdf2mbs.cli import main

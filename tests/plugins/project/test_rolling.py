@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from support.proving import joint, link, robot
+from support.build import joint, link, robot
 from urdf2mbs import simulate
 from urdf2mbs.config.load import config_of
 from urdf2mbs.engine.output import write

@@ -7,7 +7,7 @@ import pytest
 import yaml
 from scipy.spatial.transform import Rotation
 
-from support.proving import SOLID, link, robot
+from support.build import SOLID, link, robot
 from urdf2mbs.cli import main
 from urdf2mbs.config.load import load
 from urdf2mbs.conversion import Conversion

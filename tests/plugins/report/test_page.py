@@ -10,11 +10,11 @@ from typing import Any
 import pytest
 from lxml.html import document_fromstring
 
+from support.build import SOLID, joint, link, robot
 from support.oracle.mbs import Evaluator
 from support.pages.html import Html
 from support.pages.shown import EVIL, HOSTILE, SHOWN, data, edit, run, shown
 from support.plugin_files import write_plugin
-from support.proving import SOLID, joint, link, robot
 from urdf2mbs import convert
 from urdf2mbs.cli import main
 from urdf2mbs.messages.diagnostics import ConfigError

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from support.build import SOLID, joint, link, robot
 from support.meshes import wrl
 from support.meshes.samples import write
 from support.pages.shown import data, shown
-from support.proving import SOLID, joint, link, robot
 from urdf2mbs import convert
 from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.urdf.packages import Packages

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
+from support.build import SOLID, joint, link, robot
 from support.folders import ROOT
 from support.oracle.mbs import Evaluator
 from support.oracle.multibody import rotation
 from support.pages.opened import Open, Opened, open_report, wait_until
 from support.pages.shown import EVIL, HOSTILE, SHOWN, data, edit, run
-from support.proving import SOLID, joint, link, robot
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.output import write_files
 from urdf2mbs.mbs.kinematics import compute_placement

@@ -6,7 +6,7 @@ from typing import Any
 import msgspec
 import pytest
 
-from support.proving import SOLID, link, robot
+from support.build import SOLID, link, robot
 from urdf2mbs import simulate
 from urdf2mbs.cli import main
 from urdf2mbs.commands import parser

@@ -5,8 +5,8 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
+from support.build import SOLID, joint, link, robot
 from support.folders import CONFIGS, SHARED
-from support.proving import SOLID, joint, link, robot
 from urdf2mbs import convert
 from urdf2mbs.conversion import Conversion
 

@@ -7,9 +7,10 @@ from random import Random
 import numpy as np
 import pytest
 
+from support.build import SOLID, joint, link, robot
 from support.oracle.multibody import Array, rotation
 from support.oracle.urdf import Urdf
-from support.proving import SOLID, chains, driven, joint, link, prove, robot
+from support.proving import chains, driven, prove
 from urdf2mbs.testing import convert_text
 
 

@@ -4,8 +4,9 @@ from itertools import pairwise
 
 import pytest
 
+from support.build import BOX, SOLID, joint, link, robot
 from support.oracle.mbs import Evaluator
-from support.proving import BOX, SOLID, chains, joint, link, prove, robot
+from support.proving import chains, prove
 from urdf2mbs import Result
 
 TURNED = {"xyz": "0.1 0.2 0.3", "rpy": "0.1 0.2 0.3"}

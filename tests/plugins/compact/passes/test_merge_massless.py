@@ -2,7 +2,8 @@
 
 import pytest
 
-from support.proving import BOX, SOLID, chains, joint, link, prove, robot
+from support.build import BOX, SOLID, joint, link, robot
+from support.proving import chains, prove
 
 
 def wrist(

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from support.build import SOLID, joint, link, robot
 from support.inertia import two_links
 from support.oracle.multibody import Array, Inertia, lump, rotation, translation
-from support.proving import SOLID, joint, link, robot
 from urdf2mbs import Result, convert
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.spatial import Sym

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from support.proving import SOLID, joint, link, robot
+from support.build import SOLID, joint, link, robot
 from urdf2mbs import convert, load_equations
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import convert_text

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from support.proving import SOLID, joint, link, robot
+from support.build import SOLID, joint, link, robot
 from urdf2mbs.cli import main
 from urdf2mbs.testing import convert_text
 from urdf2mbs_certificate import certificate

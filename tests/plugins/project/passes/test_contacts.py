@@ -10,8 +10,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from support.build import SOLID, joint, link, robot
 from support.folders import ROOT
-from support.proving import SOLID, codes, joint, link, models, robot
+from support.proving import codes, models
 from urdf2mbs import Result, convert
 from urdf2mbs.mbs.kinematics import compute_placement
 from urdf2mbs.messages.diagnostics import ConfigError

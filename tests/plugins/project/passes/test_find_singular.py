@@ -4,8 +4,8 @@ from typing import Any
 
 import pytest
 
+from support.build import SOLID, joint, link, robot
 from support.folders import SHARED
-from support.proving import SOLID, joint, link, robot
 from urdf2mbs import Result, convert
 from urdf2mbs.testing import convert_text
 

@@ -1,6 +1,6 @@
 """Force-torque: sensors at fixed joints weigh what hangs on them."""
 
-from support.proving import SOLID, joint, link, robot
+from support.build import SOLID, joint, link, robot
 from urdf2mbs.testing import convert_text
 from urdf2mbs_project.simulation import Simulation
 

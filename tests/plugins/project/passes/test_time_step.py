@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 
 from support import proving
+from support.build import SOLID
 from support.folders import ROOT, SHARED
 from support.light_chains import BIPED, WIDE, convert_project, joint, link, messages
 from support.oracle.mbs import Evaluator
 from support.oracle.multibody import State, opening
-from support.proving import SOLID, models
+from support.proving import models
 from support.standin import RungeKutta, make, without_meshes
 from urdf2mbs.mbs.model import Connection
 from urdf2mbs.mbs.reader import read_mbs
