@@ -50,6 +50,7 @@ def joint(
     xyz: str = "0 0 0",
     rpy: str = "0 0 0",
     axis: str = "0 0 1",
+    limited: bool = True,
     name: str = "",
 ) -> str:
     """Return a joint between two links.
@@ -62,11 +63,14 @@ def joint(
         xyz: Where the joint is in the parent's frame (m).
         rpy: How the joint's frame is turned (rad).
         axis: The axis, in the joint's frame.
+        limited: False: without a ``<limit>`` in ``content`` it has no limits.
         name: Its name; the default is ``PARENT_to_CHILD``.
     """
     more = "".join(content)
+    if limited and "<limit" not in more:
+        more += limit()
     return (
         f'<joint name="{name or f"{parent}_to_{child}"}" type="{kind}"><parent link="{parent}"/>'
         f'<child link="{child}"/><origin xyz="{xyz}" rpy="{rpy}"/><axis xyz="{axis}"/>'
-        f"{more if '<limit' in more else more + limit()}</joint>"
+        f"{more}</joint>"
     )

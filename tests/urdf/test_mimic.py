@@ -2,28 +2,22 @@
 
 import pytest
 
-from support.build import SOLID, link, robot
+from support.build import SOLID, joint, link, robot
 from urdf2mbs.testing import convert_text
 from urdf2mbs.urdf.mimic import find_locked_joints
 from urdf2mbs.urdf.reader import parse_urdf
 
 
-def joint(name: str, child: str, limits: str, mimic: str = "", kind: str = "revolute") -> str:
-    limit = f'<limit {limits} effort="1" velocity="1"/>' if limits else ""
-    return (
-        f'<joint name="{name}" type="{kind}"><parent link="base"/><child link="{child}"/>'
-        f'<axis xyz="0 0 1"/>{limit}{f"<mimic {mimic}/>" if mimic else ""}</joint>'
-    )
-
-
 def model(*joints: tuple[str, ...]) -> str:
     """Return a robot; each joint is its name, its limits, its ``<mimic>`` and its kind."""
-    names = [name for name, *_ in joints]
-    return robot(
-        link("base", SOLID),
-        *(link(f"of_{name}", SOLID) for name in names),
-        *(joint(name, f"of_{name}", *more) for name, *more in joints),
-    )
+    elements = [link("base", SOLID)]
+    for name, limits, *more in joints:
+        mimic, kind = (*more, *("", "revolute")[len(more) :])
+        content = f'<limit {limits} effort="1" velocity="1"/>' if limits else ""
+        content += f"<mimic {mimic}/>" if mimic else ""
+        elements += [link(f"of_{name}", SOLID)]
+        elements += [joint("base", f"of_{name}", kind, content, limited=False, name=name)]
+    return robot(*elements)
 
 
 def describe_locked(*joints: tuple[str, ...]) -> list[str]:

@@ -1,4 +1,8 @@
-"""Plain URDF: what is refused and how it is said, what is permitted, what is kept."""
+"""Plain URDF: what is refused and how it is said, what is permitted, what is kept.
+
+Each fault of a file ends in the code that belongs to it, with file and line, and all faults are
+told at once.  Whatever is in a file: a robot or one error, never anything else.
+"""
 
 import re
 from itertools import pairwise
@@ -6,13 +10,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from support.codes import DEFAULTS
+from support.examples import reproducible
+from support.folders import TESTS
 from support.plugin_files import read_robot
-from support.urdf_files import XMLNS, read
+from support.urdf_files import WORDS, XMLNS, read
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.testing import convert_text
+from urdf2mbs.urdf.messages import MAX_ERRORS
 from urdf2mbs.urdf.model import (
     Box,
     Calibration,
@@ -159,7 +168,200 @@ BAD: list[tuple[str | bytes, str, int | None, str]] = [
     (arm(inertial("heavy")), "number-invalid", 6, "'tip'.*heavy"),
     (arm(joint='<axis xyz="0 0 0"/>'), "axis-zero", 9, "'turn'"),
     (arm(joint='<axis xyz="0 -0 0"/>', kind="planar"), "axis-zero", 9, "'turn'"),
+    (arm(joint='<axis xyz="0 x 0"/>'), "number-invalid", 9, "'turn'.*axis"),
+    (arm(joint='<origin rpy="0 x 0"/>'), "number-invalid", 9, "'turn'.*rpy"),
+    *(
+        (arm(inertial(inertia=moments(**{moment: "x"}))), "number-invalid", 7, f"'tip'.*{moment}")
+        for moment in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+    ),
+    (arm().replace("<link", "<<<<<<< HEAD\n<link", 1), "merge-conflict", 3, ""),
 ]
+
+
+def changed(old: str, new: str) -> bytes:
+    """Return the arm with other letters at a place."""
+    assert old in arm()
+    return arm().replace(old, new, 1).encode("utf-8", "surrogatepass")
+
+
+def doctype(text: str, use: str = "turn") -> bytes:
+    """Return the arm with a DOCTYPE, and with a reference in the name of its joint."""
+    bare = arm().partition("?>")[2].strip().replace("turn", use)
+    return f"<!DOCTYPE robot [{text}]>\n{bare}".encode()
+
+
+LAUGHS = '<!ENTITY l0 "lol">' + "".join(
+    f'<!ENTITY l{n} "{f"&l{n - 1};" * 10}">' for n in range(1, 12)
+)
+PASSWORDS = '"file:///etc/passwd"'
+#: What is wrong with the file as XML, or with its letters, by the code.
+NO_XML: dict[str, list[bytes]] = {
+    "file-empty": [b"\xef\xbb\xbf", b"\0" * 100],
+    "not-xml": [
+        b'{"robot": {}}',
+        b"\x89PNG\r\n\x1a\n" + bytes(range(256)),
+        b"PK\x03\x04" + bytes(100),
+    ],
+    "xml-entity": [
+        doctype(LAUGHS, "&l11;"),
+        doctype(LAUGHS + '<!ATTLIST robot x CDATA "&l11;">'),
+        doctype(f'<!ENTITY a "{"a" * 10000}">', "&a;" * 1000),
+        doctype(f"<!ENTITY e SYSTEM {PASSWORDS}>", "&e;"),
+        doctype('<!ENTITY e SYSTEM "http://127.0.0.1:9/">', "&e;"),
+        doctype('<!ENTITY e "x">'),
+        doctype(f"<!ENTITY % p SYSTEM {PASSWORDS}>%p;"),
+        doctype('<!ENTITY e "&e;">', "&e;"),
+    ],
+    "xml-syntax": [
+        changed("turn", "&e;"),
+        changed("turn", "t\0n"),
+        changed("turn", "&#0;"),
+        changed("turn", "&#xD800;"),
+        changed("turn", "\x1b[2J"),
+        changed("turn", "\ud800"),
+        arm().replace("turn", "é").encode("latin-1"),
+        changed('"1.0"', '"1.0" encoding="klingon"'),
+        changed("turn", "t<n"),
+        changed("turn", "t&n"),
+    ],
+    "xml-truncated": [
+        changed("</robot>", "<![CDATA[</robot>"),
+        changed("</robot>", f"<!--{'x' * 21_000_000}-->"),
+    ],
+    "xml-too-large": [
+        b'<robot name="r">' + b"<a>" * 100_000 + b"</a>" * 100_000 + b"</robot>",
+        b'<robot name="r">' + b"<a>" * 100_000,
+        changed("</robot>", f"<{'x' * 60_000}/>"),
+        changed("</robot>", "x" * 11_000_000 + "</robot>"),
+        changed("turn", "j" * 11_000_000),
+    ],
+}
+
+
+@pytest.mark.parametrize(
+    ("code", "data"),
+    [
+        pytest.param(code, data, id=f"{code}-{number}")
+        for code, several in NO_XML.items()
+        for number, data in enumerate(several)
+    ],
+)
+def test_what_is_no_xml_is_refused(code: str, data: bytes) -> None:
+    with pytest.raises(ConversionError) as caught:
+        parse_urdf(data, "r.urdf")
+    assert (caught.value.code, caught.value.file) == (code, "r.urdf")
+    assert caught.value.line or code == "file-empty", "which line?"
+    assert len(str(caught.value)) < 2000, "an error is for a person"
+
+
+@pytest.mark.parametrize(
+    ("words", "code"),
+    [
+        *((words, "number-missing") for words in ("", " ")),
+        ("1&#10;2", "number-count"),
+        *(
+            (words, "number-invalid")
+            for words in ("1,5", "nan", "-inf", "1e999", "0x10", "1_000", "١", "1;", "1.5.2")
+        ),
+        *((words, "xacro-unexpanded") for words in ("${x}", "$(arg x)")),
+    ],
+)
+def test_what_is_no_number_is_refused(words: str, code: str) -> None:
+    """For one number and among several; where the last of several is blank, they are too few."""
+    several = code if words.strip() else "number-count"
+    for text, expected in (
+        (arm(inertial(words)), code),
+        (arm(joint=f'<origin xyz="0 0 {words}"/>'), several),
+    ):
+        with pytest.raises(ConversionError) as caught:
+            parse_urdf(text.encode(), "r.urdf")
+        assert caught.value.code == expected
+
+
+def test_errors_are_told_together_in_their_order() -> None:
+    """The tree is judged when the others are mended; not too many are told."""
+
+    def list_errors(text: str) -> list[tuple[int | None, str]]:
+        with pytest.raises(ConversionError) as caught:
+            parse_urdf(text.encode(), "r.urdf")
+        errors = [*caught.value.earlier, caught.value.diagnostic()]
+        assert ("there may be more" in str(errors[-1])) == (len(errors) == MAX_ERRORS)
+        return [(error.line, error.code) for error in errors]
+
+    three = arm(inertial("x"), '<axis xyz="0 0 0"/>').replace("/>", f">{inertial('')}</link>", 1)
+    assert list_errors(three) == [(4, "number-missing"), (8, "number-invalid"), (13, "axis-zero")]
+    assert list_errors(tree("a>b", "a>x", "c>b")) == [(7, "link-unknown"), (8, "two-parents")]
+    many = "".join(
+        f'<link name="c{n}"><inertial><mass value="x"/></inertial></link>\n' for n in range(1000)
+    )
+    assert list_errors(arm().replace("</robot>", f"{many}</robot>")) == [
+        (11 + n, "number-invalid") for n in range(MAX_ERRORS)
+    ]
+
+
+def test_a_name_of_millions_of_letters_is_cut_in_a_message_and_kept_in_the_robot() -> None:
+    name = "x" * 2_000_000
+    with pytest.raises(ConversionError) as caught:
+        parse_urdf(arm().replace('link="base"', f'link="{name}"').encode(), "r.urdf")
+    assert caught.value.code == "link-unknown"
+    assert name in caught.value.message
+    assert len(str(caught.value)) < 5000
+    result = convert_text(arm(inertial()).replace("turn", name))
+    assert list(result.robot.joints)[-1] == name
+    assert result.conversion.checked.proof is not None
+    assert result.conversion.checked.proof.same
+
+
+RICH = (TESTS / "corpus" / "urdf" / "good-rich").read_bytes()
+fewer = settings(reproducible, max_examples=100)
+
+
+def check_outcome(data: bytes) -> None:
+    """Read a text as plain URDF and as expanded xacro: a robot, or an error with code and file."""
+    for files in ((), ("r.xacro",)):
+        robot, failure = None, None
+        try:
+            robot, diagnostics = parse_urdf(data, "r.urdf", expanded=files)
+        except ConversionError as error:
+            failure = error
+        if robot is not None:
+            assert len(robot.depth_first()) == len(robot.joints) == len(robot.links) - 1
+            assert len(list(map(str, diagnostics))) < 100
+        else:
+            assert re.fullmatch("[a-z-]+", failure.code)
+            assert "r.urdf" in str(failure)
+
+
+@fewer
+@given(st.integers(0, len(RICH.rstrip()) - 1))
+def test_a_file_that_is_cut_anywhere_is_truncated(length: int) -> None:
+    with pytest.raises(ConversionError) as caught:
+        parse_urdf(RICH[:length], "r.urdf")
+    assert caught.value.code in ("xml-truncated", "file-empty", "not-xml")
+
+
+@fewer
+@given(
+    st.lists(
+        st.tuples(st.integers(0, len(RICH)), st.integers(0, 12), st.sampled_from(WORDS)),
+        min_size=1,
+        max_size=4,
+    )
+)
+def test_a_file_of_which_pieces_are_replaced_is_a_robot_or_an_error(
+    changes: list[tuple[int, int, bytes]],
+) -> None:
+    data = RICH
+    for start, length, word in changes:
+        data = data[:start] + word + data[start + length :]
+    check_outcome(data)
+
+
+@fewer
+@given(st.text(max_size=12), st.sampled_from(["0.5", "0 0 0.15", "0.2 0.1 0.3", "revolute", "arm"]))
+def test_any_text_for_a_value_gives_a_robot_or_an_error(text: str, value: str) -> None:
+    escaped = text.replace("&", "&amp;").replace("<", "&lt;").replace('"', "&quot;")
+    check_outcome(RICH.replace(f'"{value}"'.encode(), f'"{escaped}"'.encode("utf-8", "replace")))
 
 
 @pytest.mark.parametrize(("text", "code", "line", "words"), BAD)
@@ -333,17 +535,17 @@ def test_the_joints_stand_one_branch_after_the_other(tmp_path: Path) -> None:
         ("0.1234567890123456789", 0.1234567890123456789),
     ],
 )
-@pytest.mark.parametrize("around", ["{}", " {}", "{}\n", "\t {}\r\n "])
-def test_forms_of_numbers(tmp_path: Path, text: str, number: float, around: str) -> None:
-    word = around.format(text)
-    robot, _ = read(
-        tmp_path,
-        arm(f'<inertial><mass value="{word}"/></inertial>', f'<origin xyz="{word} 1\n2"/>'),
-    )
-    part = robot.links["tip"].inertial
-    assert part is not None
-    assert part.mass == number
-    assert robot.joints["turn"].origin.xyz == (number, 1.0, 2.0)
+def test_forms_of_numbers(tmp_path: Path, text: str, number: float) -> None:
+    for around in ("{}", " {}", "{}\n", "\t {}\r\n "):
+        word = around.format(text)
+        robot, _ = read(
+            tmp_path,
+            arm(f'<inertial><mass value="{word}"/></inertial>', f'<origin xyz="{word} 1\n2"/>'),
+        )
+        part = robot.links["tip"].inertial
+        assert part is not None
+        assert part.mass == number
+        assert robot.joints["turn"].origin.xyz == (number, 1.0, 2.0)
 
 
 @pytest.mark.parametrize(
@@ -760,7 +962,7 @@ def test_harmless_slips_of_xml(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
         )
     for more in (0, 1):  # libxml2 reads comments of so many letters
         assert len(parse_urdf(f"<!--{'x' * (10**7 + more)}-->{link}".encode(), "r")[1]) == more
-    monkeypatch.setattr("urdf2mbs.urdf.xml._MAX_COMMENT", 3)
+    monkeypatch.setattr("urdf2mbs.urdf.xml.MAX_COMMENT", 3)
     _, reported = read(tmp_path, f'<!--\n\nlong-->\n<?xml version="1.0"?>{link}')
     assert [(diagnostic.line, "10,000,000" in diagnostic.message) for diagnostic in reported] == [
         (4, False),

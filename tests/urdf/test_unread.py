@@ -4,15 +4,13 @@ import re
 
 import pytest
 
+from support.build import limit, solid
 from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic
 from urdf2mbs.urdf.model import Robot
 from urdf2mbs.urdf.reader import parse_urdf
 
-SOLID = (
-    '<inertial><origin xyz="0 0 0.1"/><mass value="1"/>'
-    '<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>'
-)
-LIMIT = '<limit lower="-1" upper="1" effort="1" velocity="1"/>'
+SOLID = solid(1, 1, xyz="0 0 0.1")
+LIMIT = limit()
 TURN = (
     '<joint name="turn" type="{kind}"><parent link="base"/><child link="arm"/>{axis}{more}</joint>'
 )

@@ -26,7 +26,7 @@ class Slip(NamedTuple):
 _BEGINNING = "a URDF file begins with <?xml ...?> or <robot name=...>"
 _CONFIG = "a config is run by: urdf2mbs run {}"
 #: Longer comments are not read by libxml2.
-_MAX_COMMENT = 10_000_000
+MAX_COMMENT = 10_000_000
 _BOM = b"\xef\xbb\xbf"
 _DECLARATION = rb"<\?xml(?=[\s?])([^<>]*)\?>"
 _VERSION = rb"""version\s*=\s*["']([^"']*)["']"""
@@ -150,7 +150,7 @@ class _Fixer:
         """Return a comment, or blanks in it if it is too long or has ``--`` in it."""
         if comment[2] is not None:
             return comment[0]
-        if len(comment[1]) > _MAX_COMMENT:
+        if len(comment[1]) > MAX_COMMENT:
             self._add_slip("a comment has more than 10,000,000 letters", comment.start())
             return b"<!--" + b"\n" * comment[1].count(b"\n") + b"-->"
         if b"--" not in comment[1] and not comment[1].endswith(b"-"):
