@@ -4,7 +4,7 @@ from typing import Any
 
 from lxml import etree
 
-from support.oracle.compare import beside_its_urdf, lost_shapes, structure_faults
+from support.compare import beside_its_urdf, lost_shapes, structure_faults
 from support.oracle.urdf import Urdf
 from urdf2mbs import Result
 from urdf2mbs.mbs.model import Mbs

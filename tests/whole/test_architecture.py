@@ -111,3 +111,19 @@ def test_tests_and_their_processes_import_this_checkout() -> None:
     here = [PACKAGE / "__init__.py", ROOT / "plugins" / "urdf2mbs_report" / "__init__.py"]
     assert done.stdout.split() == [str(file) for file in here]
     assert [Path(sys.modules["urdf2mbs"].__file__ or "")] == here[:1]
+
+
+def test_the_oracle_imports_nothing_that_it_is_compared_with() -> None:
+    oracle = ROOT / "tests" / "support" / "oracle"
+    program = f"""
+import sys
+sys.path[:0] = [{str(ROOT / "tests")!r}]
+import support.oracle
+for name in {sorted(file.stem for file in oracle.glob("[a-z]*.py"))}:
+    __import__(f"support.oracle.{{name}}")
+print([name for name in sys.modules if name.startswith("urdf2mbs")])
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", program], check=True, capture_output=True, text=True
+    )
+    assert done.stdout == "[]\n"

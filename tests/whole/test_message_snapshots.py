@@ -17,7 +17,7 @@ if __name__ == "__main__":
 import msgspec
 import pytest
 
-from support.oracle.rich import PASSES, RICH, joint, limit, link
+from support.rich_robot import PASSES, RICH, joint, limit, link
 from urdf2mbs import Result, convert
 from urdf2mbs.mbs.model import Body, Mbs
 from urdf2mbs_project.mass import MassModel

@@ -6,8 +6,8 @@ from typing import Any
 import pytest
 
 from support.folders import CONFIGS
-from support.oracle.rich import PASSES, RICH
 from support.plugin_files import passes_of
+from support.rich_robot import PASSES, RICH
 from support.touches import NAME, record
 from urdf2mbs.config.lines import Lines
 from urdf2mbs.config.load import typed

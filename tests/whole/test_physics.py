@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from support.oracle.compare import beside_its_urdf, lost_shapes, structure_faults
+from support.compare import beside_its_urdf, lost_shapes, structure_faults
 from support.oracle.mbs import Evaluator
 from support.oracle.urdf import Urdf
 from support.real_robots import BROKEN, CONVERTIBLE, RealRobot

@@ -7,8 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from support.build import SOLID, joint, link, robot
+from support.compare import beside_its_urdf, lost_shapes, structure_faults
 from support.examples import reproducible
-from support.oracle.compare import beside_its_urdf, lost_shapes, structure_faults
 from support.oracle.urdf import Urdf
 from support.strategies import robots, snapped
 from urdf2mbs import convert

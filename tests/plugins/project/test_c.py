@@ -9,9 +9,9 @@ from typing import Any
 import pytest
 
 from support.folders import ROOT, SHARED
-from support.oracle.code import code_of, prove_code
-from support.oracle.rich import PASSES, RICH, convert
+from support.project_code import code_of, prove_code
 from support.project_robots import MIMIC_CHAIN as CHAIN
+from support.rich_robot import PASSES, RICH, convert
 from support.standin import make, without_meshes
 from urdf2mbs.cli import main
 from urdf2mbs.engine.output import write

@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from support.oracle.code import code_of, prove_code
-from support.oracle.rich import PASSES, convert
+from support.project_code import code_of, prove_code
+from support.rich_robot import PASSES, convert
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.passes.check import prove
 from urdf2mbs_simulate.compiler import compiler

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from support.motions import DAMPING, MASS, SLIDER, STIFFNESS, falls, model
-from support.oracle.rich import PASSES, convert
+from support.rich_robot import PASSES, convert
 from support.standin import make
 from urdf2mbs import ConversionError, Push, load_equations, simulate
 from urdf2mbs.engine.output import write

@@ -11,7 +11,7 @@ import pytest
 
 from support.folders import CONFIGS
 from support.motions import DAMPING, MASS, SLIDER, STIFFNESS, falls
-from support.oracle.rich import PASSES, convert
+from support.rich_robot import PASSES, convert
 from support.standin import make
 from urdf2mbs import ConversionError, simulate
 from urdf2mbs.engine.output import write

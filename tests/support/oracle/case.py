@@ -1,6 +1,7 @@
 """A project's code beside its robot: what the laws compare, and what they have found."""
 
 import sys
+from collections.abc import Sequence
 from functools import cached_property
 from typing import Any
 
@@ -8,12 +9,13 @@ import numpy as np
 
 from support.oracle.mbs import GROUND, Evaluator
 from support.oracle.multibody import Multibody, Place, State, translation
+from support.oracle.stated import Stated
 from support.oracle.urdf import FLOATING_BASE, Reference, Urdf
-from urdf2mbs.spatial import ZERO, Vec
-from urdf2mbs_project.simulation import Simulation
 
 #: The largest deviation that is no difference, relative to the largest number it is compared with.
 TOLERANCE = 1e-8
+#: The origin of a frame (m).
+ZERO = (0.0, 0.0, 0.0)
 
 
 class Side:
@@ -55,14 +57,15 @@ class Case:
     has_equations = False
     """True if the project has equations of motion."""
 
-    def __init__(self, conversion: Any, data: Any, code: Any) -> None:
-        """Take the runtime's MbsData as ``data``, and its PythonEquations as ``code``."""
+    def __init__(self, conversion: Any, simulation: Any, data: Any, code: Any) -> None:
+        """Take what the passes made, the runtime's MbsData and its PythonEquations."""
         self.conversion, self.data, self.code, self.mbs = conversion, data, code, data._run.mbs
-        self.simulation, self.asked = conversion.state(Simulation), conversion.asked
-        self.gravity, self.robot = conversion.settings.config.gravity, conversion.robot
+        self.simulation, self.asked = simulation, conversion.asked
+        self.gravity = conversion.settings.config.gravity
         self.found: dict[str, tuple[float, str]] = {}
         names, joints = conversion.names.coordinates, data.joint_id
-        urdf = Urdf.parse(conversion.expanded or conversion.input.data)
+        text = conversion.expanded or conversion.input.data
+        urdf, self.stated = Urdf.parse(text), Stated(text)
         self.urdf = Reference(
             urdf,
             floating=conversion.base.inserted in names,
@@ -120,7 +123,7 @@ class Case:
         for side in (self.ours, self.theirs):
             side.q, side.qd = q, qd
 
-    def on_link(self, link: str, at: Vec = ZERO, qdd: Any = None) -> Place:
+    def on_link(self, link: str, at: Sequence[float] = ZERO, qdd: Any = None) -> Place:
         """Return a point of a link (m, in its frame) at the present state, by the URDF."""
         return self.ours.place(self.urdf.node_of[link], at, qdd)
 
@@ -206,7 +209,9 @@ class Case:
             if value[number] != should[number]:
                 self.compare(what, should[number], value[number], unit, scale[number])
 
-    def compare_place(self, what: str, end: tuple[str | None, Any], link: str, at: Vec) -> None:
+    def compare_place(
+        self, what: str, end: tuple[str | None, Any], link: str, at: Sequence[float]
+    ) -> None:
         """Compare a point of a body, by their names, with one of a link (m, in its frame)."""
         self.go(1)
         place = self.end(end).P

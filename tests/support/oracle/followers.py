@@ -14,14 +14,14 @@ def rules(case: Case, nature: str) -> dict[int, tuple[Any, float]]:
     """Return row and offset of ``row q = offset`` (rad, m) of followers, by Robotran's number."""
     rows: dict[int, tuple[Any, float]] = {}
     for name, number in case.single.items():
-        joints, factor, offset, leader = case.robot.joints, 1.0, 0.0, name
-        if case.natures[number] != nature or joints[name].mimic is None:
+        mimics, factor, offset, leader = case.stated.mimics, 1.0, 0.0, name
+        if case.natures[number] != nature or name not in mimics:
             continue
-        while (rule := joints[leader].mimic) is not None:
+        while (rule := mimics.get(leader)) is not None:
             if leader != name and case.natures[case.single[leader]] == "independent":
                 break
             offset, factor = offset + factor * rule.offset, factor * rule.multiplier
-            leader = rule.joint
+            leader = rule.leader
         row = np.zeros(case.ours.size)
         row[number] = 1.0
         row[case.single.get(leader, 0)] -= factor

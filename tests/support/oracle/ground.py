@@ -14,9 +14,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from support.oracle.case import Case
-from urdf2mbs.urdf.model import Box, Cylinder, Sphere
-from urdf2mbs_project.simulation import CONTACT_STATES
 
+#: The user model with the indices in ux of each body's bristles.
+STATE_NUMBERS = "contact_state"
 #: Depth of the lowest spot (m), its rate and the slip of the body, in parts of the law's speeds.
 STATES = ((-0.1, 0.0, 1.0), (0.01, 0.0, 0.0), (0.02, 0.5, 40.0), (0.03, -0.5, 0.5), (0.3, -2, 1))
 
@@ -39,19 +39,15 @@ def prove(case: Case) -> None:
     patterns = (*options.links, *options.roll, *options.points) if options else ()
     if not patterns:
         return
-    wanted = [n for n in case.robot.links if any(fnmatchcase(n, pattern) for pattern in patterns)]
+    wanted = [n for n in case.stated.links if any(fnmatchcase(n, pattern) for pattern in patterns)]
     touching = [link for contact in contacts.values() for link in contact.links]
     for link in wanted:
         if link not in touching:
             case.differ(f"link '{link}'", "does not touch the ground")
     friction = options.friction
     if friction is None:  # the URDF's, of the link with the least
-        stated = [e.numbers for e in case.robot.extensions if e.reference in touching]
-        numbers = [
-            extension_numbers["mu1"]
-            for extension_numbers in stated
-            if extension_numbers.get("mu1", -1.0) >= 0.0
-        ]
+        stated = case.stated.ground_friction
+        numbers = [stated[link] for link in touching if stated.get(link, -1.0) >= 0.0]
         friction = min(*numbers, 100.0) if numbers else 0.8
     law = {"ground": options.ground, "friction": friction}
     case.compare("contact law", [*law.values()], [case.get("contact", k) for k in law], "", 1.0)
@@ -119,17 +115,16 @@ def _lowest(case: Case, link: str, options: Any, up: Any) -> float:
     """Return the height of the lowest point of a link's shapes above its origin (m)."""
     if link in options.points:
         return float(min(np.array(options.points[link]) @ up))
-    element = case.robot.links[link]
     heights = []
-    for part in element.collisions or element.visuals:
-        up_in_shape = np.array(part.origin.pose.rot).reshape(3, 3).T @ up
-        shape, middle = part.geometry, np.array(part.origin.pose.xyz) @ up
-        if isinstance(shape, Sphere):
-            heights.append(middle - shape.radius)
-        elif isinstance(shape, Cylinder):
-            flat = shape.length / 2 * abs(up_in_shape[2])
-            heights.append(middle - flat - shape.radius * np.hypot(up_in_shape[0], up_in_shape[1]))
-        elif isinstance(shape, Box) and not any(fnmatchcase(link, p) for p in options.roll):
+    for shape in case.stated.collisions[link]:
+        up_in_shape, middle = shape.pose[:3, :3].T @ up, shape.pose[:3, 3] @ up
+        if shape.kind == "sphere":
+            heights.append(middle - shape.size[0])
+        elif shape.kind == "cylinder":
+            radius, length = shape.size
+            flat = length / 2 * abs(up_in_shape[2])
+            heights.append(middle - flat - radius * np.hypot(up_in_shape[0], up_in_shape[1]))
+        elif shape.kind == "box" and not any(fnmatchcase(link, p) for p in options.roll):
             heights.append(middle - np.abs(up_in_shape) @ np.array(shape.size) / 2)
     return float(min(heights))
 
@@ -153,7 +148,7 @@ def _prove_law(case: Case, touch: Touch, spots: Any) -> None:
     ground, stiffness, speed, friction, length, time = (case.get("contact", n) for n in names)
     up, across = _up(case), np.array(case.simulation.horizontal_axes)
     number = [contact.spots is spots for contact in case.simulation.contacts].index(True)
-    states = [*case.data.user_model[CONTACT_STATES].values()][number]
+    states = [*case.data.user_model[STATE_NUMBERS].values()][number]
     force, torque, moves = np.zeros(3), np.zeros(3), []
     for arm in _arms(spots, touch.axes, up):
         depth = ground - (touch.position + arm) @ up

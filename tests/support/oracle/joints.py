@@ -12,8 +12,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from support.oracle.case import Case
-from urdf2mbs.proof.parameters import list_joint_parameters
-from urdf2mbs_project.simulation import JOINT_STATES
 
 #: By term, the user model and the number there that switches the term on.
 SWITCHES = {
@@ -25,6 +23,8 @@ SWITCHES = {
 }
 #: By the URDF's number, the term that needs it, if the term is called otherwise.
 TERMS = {"q_min": "stops", "q_max": "stops", "spring_stiffness": "springs"}
+#: The user model with the index in ux of each bristle.
+STATE_NUMBERS = "friction_state"
 #: Where the time of all bristles is.
 TIME = ("joint_forces", "friction_time")
 #: Near the start (0), or beyond the upper or lower limit, and how fast.
@@ -33,10 +33,7 @@ STATES = ((0, 0.5), (0, 30.0), (1, 0.5), (1, -3.0), (-1, 0.5), (-1, -3.0))
 
 def prove(case: Case) -> None:
     model, asked = case.data.user_model, case.asked.get("joint-parameters")
-    numbers = {
-        number: list_joint_parameters(case.robot.joints[name])
-        for name, number in case.single.items()
-    }
+    numbers = {number: case.stated.numbers[name] for name, number in case.single.items()}
     switches = [(term, *switch) for term, switch in SWITCHES.items() if case.get(*switch)]
     kinds = (
         {kind for joint_numbers in numbers.values() for kind in joint_numbers} if asked else set()
@@ -74,10 +71,7 @@ def state(case: Case, side: int, speed_factor: float) -> tuple[Any, Any]:
     Speeds are relative to those of friction and stops.
     """
     q, qd, _ = case.near_start(1e-4)
-    numbers = {
-        number: list_joint_parameters(case.robot.joints[name])
-        for name, number in case.single.items()
-    }
+    numbers = {number: case.stated.numbers[name] for name, number in case.single.items()}
     for name, number in case.data.joint_id.items():
         rate = case.random.uniform(0.3, 1.0) * speed_factor
         limit = numbers.get(number, {}).get("q_max" if side > 0 else "q_min")
@@ -127,7 +121,7 @@ def _bristle(case: Case, name: str, numbers: Any) -> Bristle:
     """Return the bristle of a joint; without friction it has the time 1 s and no stiffness."""
     stiffness, time = (case.get(*key) for key in (("friction_stiffness", name), TIME))
     longest = numbers.get("friction", 0.0) / stiffness if stiffness else 0.0
-    return Bristle(longest, stiffness, time or 1.0, int(case.get(JOINT_STATES, name)))
+    return Bristle(longest, stiffness, time or 1.0, int(case.get(STATE_NUMBERS, name)))
 
 
 def _prove_bristles(case: Case, numbers: Any, qd: Any) -> None:
@@ -150,6 +144,6 @@ def _prove_held(case: Case) -> None:
         coordinate = case.conversion.names.coordinates[name][0]
         held = coordinate in case.data.user_model.get("hold_stiffness", {})
         wanted = any(fnmatchcase(name, pattern) for pattern in asked.joints or ["*"])
-        follows = case.natures[number] != "independent" and case.robot.joints[name].mimic
+        follows = case.natures[number] != "independent" and name in case.stated.mimics
         if held != (wanted and not follows and case.natures[number] != "driven"):
             case.differ(f"joint '{name}'", "is held" if held else "is not held")

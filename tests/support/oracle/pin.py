@@ -1,7 +1,9 @@
-"""What Pinocchio says of a URDF, and of an .mbs."""
+"""What Pinocchio computes from a URDF, and from an .mbs."""
+
+from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -10,7 +12,9 @@ from lxml import etree
 from support.oracle.generated import Data, PythonEquations, Sensor, error
 from support.oracle.multibody import Array, Inertia, rotation, symmetric
 from support.oracle.urdf import FLOATING_BASE, GRAVITY, Urdf, coordinate_names, motions_of
-from urdf2mbs.mbs.model import Mbs
+
+if TYPE_CHECKING:
+    from urdf2mbs.mbs.model import Mbs
 
 pin = pytest.importorskip("pinocchio", reason="Pinocchio is not installed")
 

@@ -6,28 +6,28 @@ sensor reads what the side of the base does to its link, at the link's origin an
 
 import sys
 from fnmatch import fnmatchcase
+from typing import Any
 
 import numpy as np
 
-from support.oracle.case import TOLERANCE, Case
-from urdf2mbs.spatial import HERE, ZERO, Pose
-from urdf2mbs_project.sdf import MOTION
-from urdf2mbs_project.simulation import ForceTorque, PointSensor
+from support.oracle.case import TOLERANCE, ZERO, Case
+from support.oracle.multibody import Array
 
+#: Where a sensor is that a link has by its name (4x4).
+ORIGIN = np.eye(4)
 #: m, m/s^2: the elements that state one sensor round its digits.
 CLOSE = 1e-4
 
 
 def prove(case: Case) -> None:
     options = case.asked.get("sensors")
-    poses: dict[tuple[str, str], list[Pose]] = {}
-    for link in case.robot.links if options else ():
+    poses: dict[tuple[str, str], list[Array]] = {}
+    for link in case.stated.links if options else ():
         if any(fnmatchcase(link, pattern) for pattern in options.links):
-            poses[link, link] = [HERE]
-    stated = [s for element in case.robot.extensions for s in element.sensors if s.type in MOTION]
-    for sensor in stated if options and options.from_urdf else ():
+            poses[link, link] = [ORIGIN]
+    for sensor in case.stated.sensors if options and options.from_urdf else ():
         if any(fnmatchcase(sensor.name, pattern) for pattern in options.only or ["*"]):
-            poses.setdefault((sensor.on, sensor.name), []).append(sensor.pose)
+            poses.setdefault((sensor.link, sensor.name), []).append(sensor.pose)
     made = set()
     for other_sensor in case.simulation.sensors:
         # of several sensors of one name, all but the first have their link's name, too
@@ -41,18 +41,18 @@ def prove(case: Case) -> None:
         _prove_force_torque(case, torque)
 
 
-def _prove_sensor(case: Case, sensor: PointSensor, poses: list[Pose]) -> None:
+def _prove_sensor(case: Case, sensor: Any, poses: list[Array]) -> None:
     """Compare a sensor with one of the poses that the URDF gives it: the nearest."""
     label, data = f"sensor '{sensor.name}'", case.data
     signal = str(sensor.point.sensor and sensor.point.sensor.name)
     q, qd, qdd = case.go(1)
     place = case.in_mbs(signal, qdd)
-    poses = [pose for pose in poses if pose != HERE] or poses
-    candidates = [(case.on_link(sensor.link, pose.xyz, qdd), pose.rot) for pose in poses]
+    poses = [pose for pose in poses if pose is not ORIGIN] or poses
+    candidates = [(case.on_link(sensor.link, pose[:3, 3], qdd), pose[:3, :3]) for pose in poses]
     meant, turn = min(
         candidates, key=lambda candidate: float(np.abs(candidate[0].P - place.P).max())
     )
-    axes = np.reshape(turn, (3, 3)).T @ meant.R
+    axes = turn.T @ meant.R
     scale = CLOSE / TOLERANCE
     case.compare(f"{label}, its place", meant.P, place.P, "m", scale * case.size)
     expected = [*(axes @ (meant.A - case.gravity)), *(axes @ meant.OM)]
@@ -69,7 +69,7 @@ def _prove_sensor(case: Case, sensor: PointSensor, poses: list[Pose]) -> None:
             case.compare(f"{label}, its {name}", value, measured, "", 1.0)
 
 
-def _prove_force_torque(case: Case, torque: ForceTorque) -> None:
+def _prove_force_torque(case: Case, torque: Any) -> None:
     """Compare the forces along and about six axes, seen from the link."""
     data, label = case.data, f"sensor '{torque.name}'"
     data.Qc[:] = case.random.uniform(-1.0, 1.0, len(data.Qc))

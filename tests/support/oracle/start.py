@@ -6,7 +6,6 @@ from math import inf
 from support.oracle import followers
 from support.oracle import ground as ground_law
 from support.oracle.case import Case
-from urdf2mbs.proof.parameters import list_joint_parameters
 
 
 def prove(case: Case) -> None:
@@ -16,13 +15,11 @@ def prove(case: Case) -> None:
         name = list(case.data.joint_id)[number - 1]
         case.compare(f"joint '{name}': its start", offset, row @ q, "(its rule)", 1.0)
     leaders = {k for row, _ in tied.values() for k in row.nonzero()[0]}
-    stated_starts: dict[str, float] = {}
-    for extension in case.robot.extensions if options.from_urdf else ():
-        stated_starts |= extension.starts
+    stated_starts = case.stated.starts if options.from_urdf else {}
     for name, number in case.single.items():
         if number in tied or case.natures[number] != "independent":
             continue  # a loop may move it
-        limits = list_joint_parameters(case.robot.joints[name])
+        limits = case.stated.numbers[name]
         low, high = limits.get("q_min", -inf), limits.get("q_max", inf)
         asked = [value for p, value in options.joints.items() if fnmatchcase(name, p)]
         should = (asked or [stated_starts.get(name, 0.0)])[-1]

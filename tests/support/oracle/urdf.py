@@ -181,6 +181,12 @@ def _inertia(link: etree._Element) -> Inertia | None:
     return at_com.seen_from(_origin(inertial))
 
 
+def read_collisions(link: etree._Element) -> list[UrdfShape]:
+    """Return the shapes by which a link touches: those of ``<collision>``, or else its visuals."""
+    elements = link.findall("collision") or link.findall("visual")
+    return [_geometry(element, _origin(element)) for element in elements]
+
+
 def _shape(visual: etree._Element, colors: dict[str, set[tuple[float, ...]]]) -> UrdfShape:
     shape = _geometry(visual, _origin(visual))
     material = visual.find("material")

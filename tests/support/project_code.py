@@ -13,7 +13,7 @@ import numpy as np
 from support.oracle import equations, followers, forces, ground, joints, sensors, start
 from support.oracle.case import Case
 from urdf2mbs.conversion import Conversion
-from urdf2mbs_project.simulation import CONTACT_STATES, get_force_name
+from urdf2mbs_project.simulation import CONTACT_STATES, Simulation, get_force_name
 from urdf2mbs_simulate.c_code import CCode
 from urdf2mbs_simulate.memory import SensorInC, as_c_vector
 from urdf2mbs_simulate.python_code import PythonEquations, user_code
@@ -56,7 +56,7 @@ def prove_code(
         data = MbsData(next(Path(folder).glob("dataR/*.mbs")))
         try:
             with user_code(data):
-                case = Case(conversion, data, PythonEquations(data))
+                case = Case(conversion, conversion.state(Simulation), data, PythonEquations(data))
                 differences = case.found
                 case.has_equations = in_c or any(data.symbolic_path.glob("mbs_accelred_*.py"))
                 prove(case)
