@@ -10,6 +10,7 @@ from hypothesis import HealthCheck, settings
 
 import support.without  # noqa: F401  hides plugins
 from support.folders import ROOT, SHARED, TESTS
+from support.skips import find_unexpected
 from urdf2mbs.testing import TINY
 
 # The processes that tests start import the code of this checkout, too, however it was installed.
@@ -41,6 +42,24 @@ if shutil.which("cc"):
 signal.signal(signal.SIGINT, signal.default_int_handler)
 if hasattr(signal, "SIGHUP"):  # as Windows does not; nohup lets it be ignored
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add the option by which CI finds tests that its machine could run, and does not."""
+    text = "fail if a test is skipped for a reason that tests/support/skips.py does not expect"
+    parser.addoption("--strict-skips", action="store_true", help=text)
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Fail for unexpected skips; under xdist, the process that has the terminal does it."""
+    reporter = session.config.pluginmanager.get_plugin("terminalreporter")
+    if reporter is not None and session.config.getoption("strict_skips"):
+        unexpected = find_unexpected(reporter.stats.get("skipped", []))
+        if unexpected:
+            reporter.write_line("\nSkipped for a reason that is not expected:", red=True)
+            for reason in unexpected:
+                reporter.write_line(f"  {reason}")
+            session.exitstatus = pytest.ExitCode.TESTS_FAILED
 
 
 @pytest.fixture(autouse=True)

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from support.examples import reproducible
 from support.oracle.generated import CEquations, PythonEquations
-from support.real_robots import CONVERTIBLE
+from support.real_robots import REAL_ROBOTS
 from urdf2mbs.mbs.model import Base, Body, Joint, Mbs, Point
 from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs_equations.files import FUNCTIONS, generate
@@ -69,8 +69,8 @@ few = settings(reproducible, max_examples=10)
 
 def convert_robot(name: str) -> tuple[Mbs, bytes]:
     """Convert a real robot by the preset compact."""
-    for param in CONVERTIBLE:
-        if param.values[0].name == name:
-            data = param.values[0].convert(pipeline="compact").data
+    for robot in REAL_ROBOTS:
+        if robot.name == name:
+            data = robot.convert(pipeline="compact").data
             return read_mbs(data, "robot.mbs", mechanics_only=True), data
     pytest.skip("the real robots are not here")

@@ -100,9 +100,18 @@ def _params(robots: list[RealRobot]) -> list[Any]:
     ]
 
 
+def or_skipped(params: list[Any]) -> list[Any]:
+    """Return parameters; instead of none, one that pytest skips with the reason."""
+    reason = f"the real robots are not here: {FOLDER} does not exist"
+    return params or [pytest.param(None, id="none", marks=pytest.mark.skip(reason=reason))]
+
+
 _ROBOTS = _all()
-#: Those that convert: fast tests take the first and the last of each folder, as others are their
+_CONVERTIBLE = _params([robot for robot in _ROBOTS if _refused(robot) is None])
+#: Robots that convert: fast tests take the first and the last of each folder, as others are their
 #: versions ...
-CONVERTIBLE = _params([robot for robot in _ROBOTS if _refused(robot) is None])
+CONVERTIBLE = or_skipped(_CONVERTIBLE)
 #: ... and those that must be refused.
-BROKEN = _params([robot for robot in _ROBOTS if _refused(robot) is not None])
+BROKEN = or_skipped(_params([robot for robot in _ROBOTS if _refused(robot) is not None]))
+#: The robots that convert, without what pytest has to know of them.
+REAL_ROBOTS: list[RealRobot] = [param.values[0] for param in _CONVERTIBLE]

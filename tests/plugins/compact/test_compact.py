@@ -11,12 +11,12 @@ from support.build import SOLID, joint, link, robot
 from support.examples import reproducible
 from support.oracle.urdf import Urdf
 from support.proving import assert_same, driven, prove
-from support.real_robots import CONVERTIBLE, RealRobot
+from support.real_robots import CONVERTIBLE, REAL_ROBOTS, RealRobot
 from support.strategies import LINK_NAMES, robots, snapped
 from urdf2mbs.testing import convert_text
 
 KEEP_ALL = {"prune-massless": {"keep": ["*"]}}
-ROBOTS = {param.id: param.values[0] for param in CONVERTIBLE}
+ROBOTS = {robot.name: robot for robot in REAL_ROBOTS}
 
 
 @pytest.mark.parametrize("base", ["fixed", "floating"])

@@ -15,7 +15,7 @@ from support.folders import CONFIGS, SHARED
 from support.loops import FOLLOWS, FREE, four_bar
 from support.oracle.generated import Data, error, random_state
 from support.oracle.pin import Truth, pin
-from support.real_robots import CONVERTIBLE
+from support.real_robots import REAL_ROBOTS
 from urdf2mbs import Robot, load_equations
 from urdf2mbs.mbs.model import BASE, Mbs
 from urdf2mbs.mbs.reader import read_mbs
@@ -25,7 +25,7 @@ TOLERANCE = 1e-10
 NAMES = {"ur-ur10e": ("c", "python"), "cassie-cassie_v4": ("c",)}
 ROBOTS = [
     pytest.param(robot, language, id=f"{robot.name}-{language}")
-    for robot in (param.values[0] for param in CONVERTIBLE)
+    for robot in REAL_ROBOTS
     for language in NAMES.get(robot.name, ())
 ]
 

@@ -10,7 +10,7 @@ import yaml
 
 from support.build import SOLID, joint, link, robot
 from support.folders import ROOT
-from support.real_robots import BROKEN, CONVERTIBLE, RealRobot
+from support.real_robots import BROKEN, CONVERTIBLE, REAL_ROBOTS, RealRobot
 from urdf2mbs import convert
 from urdf2mbs.cli import main
 from urdf2mbs.config.load import load
@@ -19,7 +19,7 @@ from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.testing import TINY
 from urdf2mbs_project.commands.init import describe_facts, init
 
-ENTRY = [robot for robot in CONVERTIBLE if robot.values[0].listed]
+ENTRY = [robot for robot in CONVERTIBLE if robot.values[0] is None or robot.values[0].listed]
 
 
 def started(robot: RealRobot, folder: Path) -> tuple[str, Path]:
@@ -75,7 +75,7 @@ def test_what_cannot_be_converted_gets_no_config(robot: RealRobot, tmp_path: Pat
     ],
 )
 def test_feet_of_real_robots(end: str, feet: list[str], tmp_path: Path) -> None:
-    robot = next((r.values[0] for r in ENTRY if r.values[0].source.as_posix().endswith(end)), None)
+    robot = next((r for r in REAL_ROBOTS if r.listed and r.source.as_posix().endswith(end)), None)
     if robot is None:
         pytest.skip("the real robots are not beside the checkout")
     message, config = started(robot, tmp_path)
