@@ -47,15 +47,13 @@ def on_config(config: Any) -> Any:
 
 
 def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
-    """Add a pass's options to its page, and all codes to theirs; drop words for tests from code
-    blocks, and links to files outside docs/."""
+    """Add a pass's options to its page; drop words for tests from code blocks, and links to files
+    outside docs/."""
     if page.file.src_uri.startswith("passes/"):
         told = "\n".join(_options(PurePosixPath(page.file.src_uri).stem))
         method = re.search(r"^\*\*Method\*\*.*\n", markdown, re.MULTILINE)
         assert method, page.file.src_uri
         markdown = f"{markdown[: method.end()]}\n{told}\n{markdown[method.end() :]}"
-    if page.file.src_uri == "diagnostics.md":
-        markdown += _codes()
     markdown = re.sub(r"^( *```\w+) .+$", r"\1", markdown, flags=re.MULTILINE)
     here = posixpath.dirname(page.file.src_uri)
 
@@ -96,7 +94,7 @@ def _door() -> str:
     lines = [
         "# The door for plugins",
         "",
-        "All that a plugin needs stands in `urdf2mbs.plugin`; our own plugins import nothing else "
+        "A plugin imports from `urdf2mbs.plugin`; our own plugins import nothing else "
         "of the core. A name keeps its meaning within one version of the door, which is "
         f"{plugin.VERSION}.",
     ]
@@ -123,35 +121,16 @@ def _describe(value: object) -> str:
 
 def _plugins() -> str:
     """What each plugin has, and which of its files to open first."""
-    lines = ["# Plugins", "", "All that is not the method is a plugin, by the door that your own "
-             "plugin takes."]  # fmt: skip
+    lines = ["# Plugins", "", "Everything that is not the method is a plugin, and uses the public "
+             "plugin API, as yours does."]  # fmt: skip
     for file in sorted((DOCS.parent / "plugins").glob("*/README.md")):
         lines += ["", f"#{file.read_text('utf-8').strip()}".replace("](../../docs/", "](../")]
     return "\n".join([*lines, ""])
 
 
-def _codes() -> str:
-    """A table of the codes of each room and plugin; a pass that a meaning names becomes a link."""
-
-    def link(name: re.Match[str]) -> str:
-        page = f"passes/{name[1]}.md"
-        return f"[{name[0]}]({page})" if (DOCS / page).exists() else name[0]
-
-    lines = []
-    for folder, package in (("urdf2mbs", "urdf2mbs."), ("plugins", "")):
-        for file in sorted((DOCS.parent / folder).glob("*/codes.py")):
-            module = import_module(f"{package}{file.parent.name}.codes")
-            lines += ["", f"### {module.__doc__}".replace("``", "`").rstrip("."), ""]
-            lines += ["| code | level | meaning, and what to do |", "|---|---|---|"]
-            for code, text in module.CODES.items():
-                level, _, meaning = text.partition(": ")
-                lines.append(f"| `{code}` | {level} | {re.sub('`([a-z-]+)`', link, meaning)} |")
-    return "\n".join([*lines, ""])
-
-
 def _commands() -> str:
-    lines = ["# Commands", "", "Exit codes: 0 done, 1 the robot, 2 the command line or config, "
-             "3 not the same robot. `-` is standard input or output.", ""]  # fmt: skip
+    told = "[Exit codes](../diagnostics.md#exit-codes) are the same for all commands."
+    lines = ["# Commands", "", f"`-` is standard input or output. {told}", ""]
     action = next(a for a in parser()._actions if isinstance(a, argparse._SubParsersAction))
     for name, command in action.choices.items():
         does, module = list_commands()[name].does, list_commands()[name].module
@@ -221,7 +200,7 @@ def _whose(plugin: str) -> str:
 
 def _passes() -> str:
     lines = ["# Passes", "", "All built-in passes by name. "
-             "[Passes](../passes.md) says what a pass is, and how to write one.", "",
+             "[What a pass declares](../passes.md) lists them by what they change.", "",
              "| pass | | plugin | reads | writes |", "|---|---|---|---|---|"]  # fmt: skip
     for name, found in sorted(Plugins(installed=False).passes.items()):
         kind = found[0].load()
@@ -235,8 +214,10 @@ def _passes() -> str:
 
 
 def _hooks() -> str:
-    lines = ["# Hooks", "", "A plugin implements hooks with `hookimpl`. A hook takes only the "
-             "arguments that it names. [Passes](../passes.md) has examples.", ""]  # fmt: skip
+    told = (
+        "A hook takes only the arguments that it names. [Examples](../hooks.md) show some at work."
+    )
+    lines = ["# Hooks", "", f"A plugin implements hooks with `hookimpl`. {told}", ""]
     for name, hook in vars(hookspecs).items():
         if name.startswith("urdf2mbs_"):
             lines += _function(name, hook)

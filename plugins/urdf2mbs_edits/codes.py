@@ -1,4 +1,4 @@
-"""Codes of messages about your edits of an ``.mbs``."""
+"""Edits of an ``.mbs``."""
 
 CODES = {
     "merge-conflict-won": "warning: the URDF and an edit changed the same value; one is used. "

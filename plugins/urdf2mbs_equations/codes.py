@@ -1,4 +1,4 @@
-"""The codes of the plugin's diagnostics: level, meaning and remedy of each."""
+"""Equations of motion."""
 
 CODES = {
     "equations-language": "warning: `passes: {equations: ...}` has no `language`: no equations. "

@@ -1,4 +1,4 @@
-"""Codes of messages about many robots."""
+"""Many robots."""
 
 CODES = {
     "output-doubled": "error: two robots have the same output. Give each its own.",

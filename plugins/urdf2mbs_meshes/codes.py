@@ -1,4 +1,4 @@
-"""The codes of the messages about meshes, with their levels, meanings and remedies."""
+"""Meshes."""
 
 CODES = {
     "mesh-missing": "warning: a mesh file was not found; its shape is left out. Put the file "

@@ -1,4 +1,4 @@
-"""The codes of the messages of report and diagram, with their levels, meanings and remedies."""
+"""Reports and diagrams."""
 
 CODES = {
     "no-mbs": "error: the pipeline makes no `.mbs` for the report. Add the pass `emit`.",

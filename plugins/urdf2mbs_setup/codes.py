@@ -1,4 +1,4 @@
-"""Codes of messages about setting up."""
+"""New plugins."""
 
 CODES = {
     "pass-name": "error: `new-pass` cannot use the name. Write small letters, digits and hyphens.",

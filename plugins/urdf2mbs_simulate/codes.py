@@ -1,4 +1,4 @@
-"""The codes of the errors of a simulation."""
+"""Simulation."""
 
 CODES = {
     "not-the-same": "error: the `.mbs` that was made is not the same robot (exit code 3). "

@@ -1,4 +1,4 @@
-"""The command line, and the functions of Python."""
+"""The command line and the Python API."""
 
 CODES = {
     "usage": "error: an argument of the command line is wrong. See `--help`.",

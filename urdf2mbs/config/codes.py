@@ -1,4 +1,4 @@
-"""The text of a config."""
+"""The config."""
 
 CODES = {
     "config-unreadable": "error: the config cannot be read. Correct the path.",

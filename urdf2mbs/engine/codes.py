@@ -1,4 +1,4 @@
-"""The settings of a run, plugins, and the files that are written."""
+"""Settings, plugins, and the files that are written."""
 
 CODES = {
     "plugin-idle": "warning: no pass of a plugin is in the pipeline. Name its pass in the "

@@ -123,7 +123,7 @@ class Pipeline:
         adjustable = {code for code, text in codes.items() if not text.startswith("error:")}
         for unknown_code in [code for code in levels if code not in adjustable]:
             message = f"there is no '{unknown_code}' among the codes whose level can be changed"
-            hint = nearest(unknown_code, adjustable) or "docs/diagnostics.md lists them"
+            hint = nearest(unknown_code, adjustable) or "docs/codes.md lists them"
             if unknown_code not in codes:
                 hint += self._explain_declaration(unknown_code)
             fault = self._config_lines.error(

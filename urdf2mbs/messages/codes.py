@@ -1,4 +1,4 @@
-"""Anywhere."""
+"""All commands."""
 
 CODES = {
     "memory-full": "error: there is not enough memory. Give more, or simplify the robot.",

@@ -1,4 +1,4 @@
-"""The codes of faults of a robot's file, and of parts of it that have no effect."""
+"""Faults of a robot's file, and parts of it that have no effect."""
 
 CODES = {
     "xacro-legacy": "error, unless lowered: xacro of before 2014 is left out. Write `xacro:`.",
