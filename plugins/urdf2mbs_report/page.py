@@ -2,7 +2,7 @@
 
 The page is self-contained: it loads nothing, from no network, and its own security policy would
 not let it.  Its .mbs side is read back from the file's bytes.  three.js comes from the installed
-package jupyter-threejs-sage, which has nothing else in it.
+package jupyter-threejs-sage (``script.find_viewer``).
 
 ``templates/page.html`` is the page; ``_render_page`` fills it with the data of ``sections``,
 ``connections``, ``scene``, ``motion`` and ``script``.

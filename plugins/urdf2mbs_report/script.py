@@ -6,7 +6,7 @@ import gzip
 import json
 import re
 from base64 import b64encode
-from importlib.metadata import distribution
+from importlib.metadata import PackageNotFoundError, distribution
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -15,9 +15,13 @@ import msgspec
 
 from urdf2mbs.plugin import ConfigError
 
-#: The package that brings three.js, and its file in the package.
+#: The package that brings three.js: a build for SageMath that has OrbitControls, too.  It keeps
+#: the file of each revision that it ever had.
 THREE_PACKAGE = "jupyter-threejs-sage"
-THREE_FILE = "jupyter_threejs_sage/static/r130/three.min.js"
+THREE_FILE = "jupyter_threejs_sage/static/r{}/three.min.js"
+#: The revisions of three.js with which the page opens without a warning.  Revision 150 warns that
+#: this file goes, 152 changes the colours, and 161 has modules only.
+THREE_REVISIONS = range(130, 150)
 #: The modules of the page's script, each before those that use it.
 MODULES = (
     "basics",
@@ -87,19 +91,32 @@ def bundle_modules(last_module: str) -> str:
 
 
 def pack_viewer() -> str:
-    """Return three.js, gzipped and in base64, which is a third of its size.
+    """Return three.js, gzipped and in base64, which is a third of its size."""
+    return b64encode(gzip.compress(find_viewer().read_bytes(), mtime=0)).decode()
+
+
+def find_viewer() -> Path:
+    """Return the file of three.js in the installed package, of the newest revision that fits.
 
     Raises:
-        ConfigError: The installed package does not have it.
+        ConfigError: The package is not installed, or has no revision that fits.
     """
-    package = distribution(THREE_PACKAGE)
+    first, last = THREE_REVISIONS[0], THREE_REVISIONS[-1]
+    hint = f"pip install '{THREE_PACKAGE}=={first}'"
     try:
-        viewer_script = Path(str(package.locate_file(THREE_FILE))).read_bytes()
-    except OSError:
-        message = f"the installed {THREE_PACKAGE} does not have {THREE_FILE}"
-        hint = f"pip install {THREE_PACKAGE}==130"
+        package = distribution(THREE_PACKAGE)
+    except PackageNotFoundError:
+        message = f"{THREE_PACKAGE}, which has the viewer three.js, is not installed"
         raise ConfigError("viewer-missing", message, hint=hint) from None
-    return b64encode(gzip.compress(viewer_script, mtime=0)).decode()
+    for revision in reversed(THREE_REVISIONS):
+        viewer_file = Path(str(package.locate_file(THREE_FILE.format(revision))))
+        if viewer_file.is_file():
+            return viewer_file
+    message = (
+        f"{THREE_PACKAGE} {package.version} has no three.js of revision {first} to {last} "
+        f"({THREE_FILE.format('...')})"
+    )
+    raise ConfigError("viewer-missing", message, hint=hint)
 
 
 def encode_data(data: Any) -> str:

@@ -1,9 +1,11 @@
 """The report as a file: self-contained, honest, safe with any name, the same every time."""
 
+import gzip
 import json
 import re
 import subprocess
 import sys
+from base64 import b64decode
 from pathlib import Path
 from typing import Any
 
@@ -132,13 +134,71 @@ def test_sizes_and_the_licence_of_the_viewer_are_stated(tiny: Path, tmp_path: Pa
     assert "three.js authors" in visible.lower()
 
 
-def test_another_three_js_is_refused(
-    tiny: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def write_viewer_package(folder: Path, version: str, files: dict[str, str]) -> None:
+    """Write an installed jupyter-threejs-sage with these files of ``static``."""
+    for name, text in files.items():
+        file = folder / "jupyter_threejs_sage" / "static" / name
+        file.parent.mkdir(parents=True)
+        file.write_text(text)
+    information = folder / f"jupyter_threejs_sage-{version}.dist-info" / "METADATA"
+    information.parent.mkdir()
+    information.write_text(f"Name: jupyter-threejs-sage\nVersion: {version}\n")
+
+
+@pytest.mark.parametrize(
+    ("revisions", "expected"),
+    [
+        ((122, 123, 130), 130),  # the release of 2024
+        ((122, 130, 149), 149),
+        ((130, 152), 130),
+        ((131,), 131),
+        ((130, 135, 160), 135),
+    ],
+)
+def test_the_newest_three_js_that_fits_is_used(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, revisions: tuple[int, ...], expected: int
 ) -> None:
-    monkeypatch.setattr(script, "THREE_FILE", "jupyter_threejs_sage/r999.js")
-    with pytest.raises(ConfigError, match="does not have jupyter_threejs_sage/r999") as error:
-        make_robot_page(run(tiny, tmp_path / "p"))
+    files = {f"r{revision}/three.min.js": f"three {revision}" for revision in revisions}
+    write_viewer_package(tmp_path, str(revisions[-1]), files)
+    monkeypatch.syspath_prepend(tmp_path)
+    packed = b64decode(script.pack_viewer())
+    assert gzip.decompress(packed).decode() == f"three {expected}"
+
+
+@pytest.mark.parametrize(
+    "files",
+    [
+        ["r122/three.min.js", "r123/three.min.js"],  # too old
+        ["r150/three.min.js", "r160/three.min.js"],  # warns; other colours
+        ["r180/three.module.min.js"],
+        ["r130/three.module.min.js"],
+        [],
+    ],
+)
+def test_a_package_without_a_three_js_that_fits_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, files: list[str]
+) -> None:
+    write_viewer_package(tmp_path, "180", dict.fromkeys(files, "three"))
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(ConfigError, match=r"has no three\.js of revision 130 to 149") as error:
+        script.pack_viewer()
     assert error.value.code == "viewer-missing"
+    assert "jupyter-threejs-sage 180 " in error.value.message
+    assert error.value.hint == "pip install 'jupyter-threejs-sage==130'"
+
+
+def test_a_missing_package_of_three_js_is_named(
+    here: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(script, "THREE_PACKAGE", "no-such-package")
+    assert main(["report", "tiny.urdf"]) == 2
+    told = capsys.readouterr().err
+    assert "error[viewer-missing]: no-such-package, which has the viewer three.js, is not" in told
+    assert "pip install" in told
+
+
+def test_the_declared_package_has_a_three_js_that_fits() -> None:
+    assert re.search(r"static/r1[34]\d/three\.min\.js$", script.find_viewer().as_posix())
 
 
 def test_the_modules_of_the_script_fit() -> None:
