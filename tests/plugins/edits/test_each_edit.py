@@ -1,12 +1,22 @@
-"""The three-way merge, edit by edit: the merged values, conflicts and refusals."""
+"""The three-way merge, edit by edit: the merged values, conflicts and refusals; no edit is lost."""
 
+import re
 from typing import Any
 
 import pytest
+from lxml import etree
 
 from support.edits import Edit, add, all_of, drop, get, move, put
 from support.mbs_models import everything
-from support.merges import merged, new_body_takes_a_joint, nothing
+from support.merges import (
+    canonical,
+    check_one_side_alone,
+    list_conflicts,
+    merged,
+    new_body_takes_a_joint,
+    nothing,
+    three,
+)
 from urdf2mbs.mbs.model import (
     Body,
     Connection,
@@ -24,6 +34,7 @@ from urdf2mbs.mbs.model import (
 from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.mbs.writer import write
 from urdf2mbs.messages.diagnostics import ConversionError
+from urdf2mbs_edits.diff.changes import find_differences
 from urdf2mbs_edits.merge.merge import merge
 
 # a path, what people set, what the URDF sets, and who wins by "urdf", "edited" and None
@@ -136,10 +147,194 @@ def new_points(*names: str, x: float = 0.0, position: tuple[float, float] | None
     return all_of(*(add("bodies.0.points", Point(name, (x, 0.0, 0.0), position)) for name in names))
 
 
-# what people do, what the URDF does; the outcome (?: the preferred side wins), and the merged model
-# if it is not that of the winner, or both changes, the URDF's first
-CASES: dict[str, tuple[Edit, Edit, str, Edit | None]] = {
-    "a sensor": (put("bodies.1.points.0.sensor", EYE), nothing, "", None),
+def sensors(*names: str | None) -> Edit:
+    """Give the points of the trunk and the arm sensors of these names."""
+
+    def edit(mbs: Mbs) -> None:
+        points = [*mbs.bodies[0].points, *mbs.bodies[1].points]
+        existing = {point.sensor.name: point.sensor for point in points if point.sensor}
+        for point, name in zip(points, names, strict=True):
+            point.sensor = existing.get(name, Sensor(name)) if name else None
+
+    return edit
+
+
+def on_new_point(body: int) -> Edit:
+    def edit(mbs: Mbs) -> None:
+        on = mbs.bodies[body]
+        on.points.append(Point("hook", (0.5, 0.0, 0.0)))
+        mbs.bodies.append(Body("load", on.name, "hook", [Joint("swinging", "R2")]))
+        mbs.bodies.append(Body("more", "load", None, [Joint("turning", "R2")]))
+        mbs.links.append(Connection("link", "rope", ("more", None), (on.name, "hook")))
+        mbs.bodies = mbs.depth_first()
+
+    return edit
+
+
+def light_of_nothing(mbs: Mbs) -> None:
+    """A joint goes; the light behind it stays, and names nothing."""
+    assert mbs.view is not None
+    mbs.view.lights.append(Light("other", (0.0, 0.0, 1.0), "still"))
+
+
+ARM_ON_LEG = all_of(
+    put("bodies.1.parent", "leg"),
+    put("bodies.1.point", None),
+    lambda mbs: mbs.bodies.insert(2, mbs.bodies.pop(1)),
+)
+LEG_ON_ARM = all_of(put("bodies.2.parent", "arm"), put("bodies.2.point", "tip"))
+
+# --- one side alone changed something ---
+
+#: An edit of all versions, and the change of one side.
+ONE_SIDE: dict[str, tuple[Edit, Edit]] = {
+    "a sensor": (nothing, put("bodies.1.points.0.sensor", EYE)),
+    "a sensor goes to another point": (
+        nothing,
+        all_of(
+            lambda m: put("bodies.1.points.0.sensor", m.bodies[0].points[0].sensor)(m),
+            put("bodies.0.points.0.sensor", None),
+        ),
+    ),
+    "a link to what people renamed": (
+        nothing,
+        all_of(
+            rename("leg", "stilt"),
+            add("links", Connection("link", "rope", ("stilt", None), (None, None))),
+        ),
+    ),
+    "a point is called as that of another body": (nothing, rename("handle", "tip")),
+    "a joint is called as a body": (nothing, rename("kick", "leg")),
+    "a point with its sensor, between others": (
+        nothing,
+        add("bodies.0.points", Point("new", sensor=EYE), 1),
+    ),
+    "a body": (nothing, add("bodies", FOOT)),
+    "a body hangs elsewhere": (
+        nothing,
+        all_of(put("bodies.3.parent", "leg"), put("bodies.3.point", None)),
+    ),
+    "a joint goes to another body": (nothing, move("bodies.0.joints", "bodies.1.joints")),
+    "another order": (nothing, flip),
+    "another order and name": (nothing, all_of(rename("tilt", "lean"), flip)),
+    "another order of points": (nothing, lambda m: m.bodies[0].points.reverse()),
+    "a shape goes": (nothing, drop("bodies.0.shapes")),
+    "a body goes with what needs it": (nothing, no_leg),
+    "a parameter goes, and one comes": (
+        nothing,
+        lambda m: m.user_models[0].parameters.__setitem__(0, Parameter("new", "scalar", ("1",))),
+    ),
+    "the view goes": (nothing, put("view", None)),
+    **{
+        f"the sensors {names}": (nothing, sensors(*names))
+        for names in (
+            ("touch", "imu", None),
+            (None, "imu", "touch"),
+            ("touch", None, None),
+            (None, "imu", None),
+            ("touch", None, "imu"),
+            ("new", "imu", "touch"),
+            ("new", "touch", None),
+            ("touch", "new", "imu"),
+            (None, None, "imu"),
+            (None, "new", "imu"),
+        )
+    },
+    **{f"bodies on a new point of body {body}": (nothing, on_new_point(body)) for body in range(4)},
+    "an end is chosen": (
+        put("cuts.0.endpoint1", ("", "origin")),
+        put("cuts.0.endpoint1", ("arm", "tip")),
+    ),
+    "an end is chosen no more": (nothing, put("cuts.0.endpoint1", ("", "origin"))),
+    "an end of a body and no point": (nothing, put("cuts.0.endpoint1", ("arm", ""))),
+    "a joint goes, its light stays": (light_of_nothing, drop("bodies.0.joints", 3)),
+    "a joint goes, and comes on another body": (
+        nothing,
+        move("bodies.0.joints", "bodies.1.joints", 3),
+    ),
+    "a light behind nothing": (nothing, put("view.lights.0.joint", "nobody")),
+    "no drawing": (nothing, put("bodies.0.drawing", None)),
+    "a drawing": (put("bodies.0.drawing", None), put("bodies.0.drawing", Drawing((3.0, 4.0)))),
+    "no place": (nothing, put("bodies.0.joints.0.position", None)),
+    "a place": (
+        put("bodies.0.joints.0.position", None),
+        put("bodies.0.joints.0.position", (4.0, 5.0)),
+    ),
+    "the base has no place": (
+        nothing,
+        all_of(put("base.position", None), put("base.drawing", None)),
+    ),
+    "the base has a place": (
+        all_of(put("base.position", None), put("base.drawing", None)),
+        all_of(put("base.position", (4.0, 5.0)), put("base.drawing", Drawing((3.0, 4.0)))),
+    ),
+    "a point on the base": (nothing, add("base.points", Point("new"))),
+}
+
+
+@pytest.mark.parametrize("case", ONE_SIDE)
+def test_what_one_side_alone_changed_is_used_whichever_it_is(case: str) -> None:
+    before, change = ONE_SIDE[case]
+    model = everything()
+    before(model)
+    base = write(model)
+    change(model)
+    check_one_side_alone(base, write(model))
+    if before is nothing:
+        for sides in ((change, nothing), (nothing, change)):
+            result, done = merged(*sides)
+            assert result == read_mbs(write(model), "m.mbs")
+            assert not list_conflicts(done)
+
+
+UNKNOWN = [
+    ("<x3D_points/>", ""),
+    ("<x3D_com/>", ""),
+    ("<x3D_com/>", "<x3D_com/>\n          <hide_inertial_frame/>"),
+    ("<x3D_com/>", "<x3D_com size='2'/>"),
+    ("<mass>", "<mass unit='g'>"),
+    ("</joint>", "<brake><force>1.50</force></brake>\n      </joint>"),
+    ("<user_models>", "<user_models>\n    <mine/>\n    <mine><b>2</b></mine>"),
+    ("<base>", "<base note='1'>"),
+]
+
+
+@pytest.mark.parametrize(("old", "new"), UNKNOWN)
+def test_what_nobody_knows_goes_along_if_ours_did_not_change_it(old: str, new: str) -> None:
+    base = write(everything()).decode()
+    assert old in base
+    changed = base.replace(old, new, 1)
+    for one, two in ((base, changed), (changed, base)):
+        for ours, theirs in ((one, two), (two, one)):
+            done = three(one.encode(), ours.encode(), theirs.encode())
+            assert not list_conflicts(done)
+            assert not find_differences(
+                read_mbs(done.data, "m"), read_mbs(two.encode(), "m")
+            ).changes
+            assert canonical(etree.fromstring(done.data)) == canonical(etree.XML(two.encode()))
+    # ours changes something beside it
+    mine = changed.replace("<type>T3</type>", "<type>T1</type>", 1)
+    done = three(changed.encode(), mine.encode(), base.encode())
+    assert not list_conflicts(done)
+    assert b"<type>T1</type>" in done.data
+    assert not done.data.count(new.strip("<>").encode()) or not new
+
+
+def test_what_nobody_knows_stays_in_a_value_that_the_other_side_changed() -> None:
+    base = write(everything()).decode()
+    ours = re.sub("<mass>(.*)</mass>", r'<mass unit="kg">\1</mass>', base, count=1)
+    theirs = re.sub("<mass>.*</mass>", "<mass>9.0</mass>", base, count=1)
+    for one, two in ((ours, theirs), (theirs, ours)):
+        done = three(base.encode(), one.encode(), two.encode())
+        assert not list_conflicts(done)
+        assert b'<mass unit="kg">9.0</mass>' in done.data
+
+
+# --- both sides changed something ---
+
+#: What people do, what the URDF does; the outcome (?: the preferred side wins), and the merged
+#: model if it is not that of the winner, or both changes, the URDF's first.
+BOTH_SIDES: dict[str, tuple[Edit, Edit, str, Edit | None]] = {
     "two sensors of one point": (
         put("bodies.1.points.0.sensor", EYE),
         put("bodies.1.points.0.sensor", Sensor("other")),
@@ -150,15 +345,6 @@ CASES: dict[str, tuple[Edit, Edit, str, Edit | None]] = {
         put("bodies.1.points.0.extforce", EYE),
         put("bodies.1.points.0.extforce", Sensor("other")),
         "refused: each put a force on point 'tip'",
-        None,
-    ),
-    "a sensor goes to another point": (
-        all_of(
-            lambda m: put("bodies.1.points.0.sensor", m.bodies[0].points[0].sensor)(m),
-            put("bodies.0.points.0.sensor", None),
-        ),
-        nothing,
-        "",
         None,
     ),
     "a link to what goes": (add("links", ROPE), no_leg, "refused: body 'leg'", None),
@@ -187,15 +373,6 @@ CASES: dict[str, tuple[Edit, Edit, str, Edit | None]] = {
         None,
     ),
     "a value of what goes": (put("bodies.2.mass", 7.0), no_leg, "orphaned: body 'leg'", None),
-    "a link to what people renamed": (
-        all_of(
-            rename("leg", "stilt"),
-            add("links", Connection("link", "rope", ("stilt", None), (None, None))),
-        ),
-        nothing,
-        "",
-        None,
-    ),
     "a link to what the URDF renamed": (
         add("links", ROPE),
         rename("leg", "stilt"),
@@ -210,18 +387,10 @@ CASES: dict[str, tuple[Edit, Edit, str, Edit | None]] = {
         "refused: a joint the name 'taken'",
         None,
     ),
-    "a point is called as that of another body": (rename("handle", "tip"), nothing, "", None),
     "a point is called as another": (
         rename("handle", "new"),
         new_points("new"),
         "refused: a point the name 'new' in body 'trunk'",
-        None,
-    ),
-    "a joint is called as a body": (rename("kick", "leg"), nothing, "", None),
-    "a point with its sensor, between others": (
-        add("bodies.0.points", Point("new", sensor=EYE), 1),
-        nothing,
-        "",
         None,
     ),
     "a point of a name that the URDF took": (
@@ -260,18 +429,11 @@ CASES: dict[str, tuple[Edit, Edit, str, Edit | None]] = {
         "",
         all_of(add("bodies.0.shapes", BOX), add("bodies.0.shapes", Shape("box", "a_box"))),
     ),
-    "a body": (add("bodies", FOOT), nothing, "", None),
     "a body hangs on what stands behind it now": (
         all_of(put("bodies.3.parent", "leg"), put("bodies.3.point", None)),
         lambda m: m.bodies.insert(0, m.bodies.pop()),
         "",
         all_of(put("bodies.3.parent", "leg"), put("bodies.3.point", None), sorted_anew),
-    ),
-    "a body hangs elsewhere": (
-        all_of(put("bodies.3.parent", "leg"), put("bodies.3.point", None)),
-        nothing,
-        "",
-        None,
     ),
     "a body hangs on another body's point": (
         all_of(put("bodies.3.parent", "arm"), put("bodies.3.point", "tip")),
@@ -286,12 +448,6 @@ CASES: dict[str, tuple[Edit, Edit, str, Edit | None]] = {
         None,
     ),
     "a body on what goes": (add("bodies", FOOT), no_leg, "refused: body 'leg'", None),
-    "a joint goes to another body": (
-        move("bodies.0.joints", "bodies.1.joints"),
-        nothing,
-        "",
-        None,
-    ),
     "a joint goes to a new body": (
         new_body_takes_a_joint,
         put("bodies.0.joints.0.qd", 9.0),
@@ -310,8 +466,6 @@ CASES: dict[str, tuple[Edit, Edit, str, Edit | None]] = {
         "refused: body 'leg'",
         None,
     ),
-    "another order": (flip, nothing, "", None),
-    "another order and name": (all_of(rename("tilt", "lean"), flip), nothing, "", None),
     "one order of both": (flip, flip, "", flip),
     "orders of both": (swap(0, 1), swap(1, 2), "?", None),
     "orders of both that go together": (
@@ -327,13 +481,6 @@ CASES: dict[str, tuple[Edit, Edit, str, Edit | None]] = {
         "",
         all_of(flip, add("bodies.0.joints", Joint("new", "R1"))),
     ),
-    "another order of points": (
-        lambda m: m.bodies[0].points.reverse(),
-        nothing,
-        "",
-        None,
-    ),
-    "a shape goes": (drop("bodies.0.shapes"), nothing, "", None),
     "a shape goes that the URDF changed": (
         drop("bodies.0.shapes"),
         put("bodies.0.shapes.0.rotation", (9.0, 9.0, 9.0)),
@@ -364,7 +511,6 @@ CASES: dict[str, tuple[Edit, Edit, str, Edit | None]] = {
         "?",
         None,
     ),
-    "a body goes with what needs it": (no_leg, nothing, "", None),
     "a joint goes that only a parameter is called as": (
         no_leg,
         add("user_models.0.parameters", Parameter("kick", "scalar", ("1",))),
@@ -377,12 +523,6 @@ CASES: dict[str, tuple[Edit, Edit, str, Edit | None]] = {
         "refused: link 'rope' refers to body 'leg', which the edit removed",
         None,
     ),
-    "a parameter goes, and one comes": (
-        lambda m: m.user_models[0].parameters.__setitem__(0, Parameter("new", "scalar", ("1",))),
-        nothing,
-        "",
-        None,
-    ),
     "new things at the ends of lists": (
         all_of(
             add("user_models", UserModel("Mine", [Parameter("gain", "scalar", ("1",))])),
@@ -393,15 +533,56 @@ CASES: dict[str, tuple[Edit, Edit, str, Edit | None]] = {
         "",
         None,
     ),
-    "the view goes": (put("view", None), nothing, "", None),
     "the view comes": (put("view.joint", 7.0), put("view", None), "orphaned: the view", None),
+    "two sensors that go to one point": (
+        sensors(None, "touch", "imu"),
+        sensors("imu", "touch", "other"),
+        "refused: each put a sensor on point 'tip'",
+        None,
+    ),
+    "joints go, one from the edit and the others from the URDF": (
+        drop("bodies.0.joints", 0),
+        all_of(*[drop("bodies.0.joints", 1)] * 3),
+        "refused: body 'trunk' lost all joints",
+        None,
+    ),
+    "a joint goes to another body, and the URDF removes the others": (
+        move("bodies.0.joints", "bodies.1.joints"),
+        all_of(*[drop("bodies.0.joints", 1)] * 3),
+        "refused: body 'trunk' lost all joints",
+        None,
+    ),
+    "a joint goes, and the URDF moves the others": (
+        drop("bodies.0.joints", 0),
+        all_of(*[move("bodies.0.joints", "bodies.1.joints", 1)] * 3),
+        "refused: body 'trunk' lost all joints",
+        None,
+    ),
+    "the arm on the leg, and the leg on the arm": (
+        ARM_ON_LEG,
+        LEG_ON_ARM,
+        "refused: bodies are attached in a circle: body '",
+        None,
+    ),
+    "the leg on the arm, and the arm on the leg": (
+        LEG_ON_ARM,
+        ARM_ON_LEG,
+        "refused: bodies are attached in a circle: body '",
+        None,
+    ),
 }
 
 
-@pytest.mark.parametrize("case", CASES)
-@pytest.mark.parametrize("prefer", ["urdf", "edited"])
-def test_what_comes_goes_and_moves(case: str, prefer: str) -> None:
-    mine, theirs, outcome, result_edit = CASES[case]
+@pytest.mark.parametrize(
+    ("case", "prefer"),
+    [
+        (case, prefer)
+        for case, (_, _, outcome, _) in BOTH_SIDES.items()
+        for prefer in (("urdf", "edited") if outcome == "?" else ("urdf",))
+    ],
+)
+def test_what_both_sides_changed_is_merged_decided_or_refused(case: str, prefer: str) -> None:
+    mine, theirs, outcome, result_edit = BOTH_SIDES[case]
     if outcome.startswith("refused: "):
         with pytest.raises(ConversionError, match=outcome.removeprefix("refused: ")) as error:
             merged(mine, theirs, prefer)
@@ -458,3 +639,39 @@ def test_the_diagram_stays_as_people_have_it() -> None:
     assert joints["kick"].position == (30.0, 60.0)
     assert joints["still"].position == (530.0, 60.0)
     assert joints["twist"].position == (90.0, 80.0)
+
+
+def both_add(parent: str, end: str, *more: Point, mass: float = 1.0) -> Edit:
+    hook = Point("hook", (0.0, 0.0, 1.0))
+    load = Body("load", parent, None, [Joint("swinging", "R2")], mass, points=[hook, *more])
+    rope = Connection("link", "rope", ("arm", "tip"), (end, None))
+    return all_of(add("bodies", load), add("links", rope))
+
+
+@pytest.mark.parametrize("prefer", ["urdf", "edited", None])
+def test_what_both_sides_added_is_one_or_refused(prefer: Any) -> None:
+    theirs = both_add("trunk", "leg")
+    result, done = merged(theirs, theirs, prefer)
+    assert not done.plan.updated
+    assert not list_conflicts(done)
+    # the edit attached it elsewhere
+    with pytest.raises(ConversionError, match="each gave a link the name 'rope'") as error:
+        merged(both_add("leg", "cart"), theirs, prefer)
+    assert any("a body the name 'load'" in problem.message for problem in error.value.earlier)
+    # ours has more in it
+    eye = Point("eye", (0.0, 0.0, 2.0), sensor=Sensor("looking", ("Pos",)))
+    result, done = merged(both_add("trunk", "leg", eye), theirs, prefer)
+    assert [[p.name for p in b.points] for b in result.bodies if b.name == "load"] == [
+        ["hook", "eye"]
+    ]
+    assert b'"looking"' in done.data
+    assert not list_conflicts(done)
+
+
+def test_a_new_body_that_loses_its_joint_in_a_conflict_is_refused() -> None:
+    theirs = move("bodies.0.joints", "bodies.1.joints")
+    with pytest.raises(ConversionError, match="body 'foot' lost all joints"):
+        merged(new_body_takes_a_joint, theirs, "urdf")
+    result, done = merged(new_body_takes_a_joint, theirs, "edited")
+    assert [joint.name for joint in result.bodies[-1].joints] == ["lift"]
+    assert [conflict.wins for conflict in done.plan.conflicts] == ["edited"]

@@ -1,5 +1,7 @@
 """The laws of the merge, on any models: one side alone wins, edits of both add up, none is lost."""
 
+from itertools import combinations
+from pathlib import Path
 from random import Random
 
 import pytest
@@ -15,6 +17,10 @@ from urdf2mbs.mbs.writer import write
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs_edits.diff.table import list_entities
 from urdf2mbs_edits.merge.merge import Merged
+
+PAIRS = [
+    pair for pair in combinations(SAMPLES, 2) if len({f.name.split(".")[0] for f in pair}) == 1
+]
 
 
 def merge_or_refuse(base: bytes, ours: bytes, theirs: bytes) -> Merged | None:
@@ -61,7 +67,7 @@ def check_both(base: bytes, ours: bytes, theirs: bytes) -> None:
     check_one_side_alone(theirs, first.data)
 
 
-@settings(few, max_examples=8)
+@settings(few, max_examples=4)
 @given(models(), models(), st.integers(0, 10**6))
 def test_the_laws_hold_whatever_the_models_are(base: m.Mbs, changed: m.Mbs, seed: int) -> None:
     check_one_side_alone(write(base), write(changed))
@@ -81,3 +87,17 @@ def test_the_laws_hold_for_edits_of_real_files(data: st.DataObject, seed: int) -
     ours, theirs = (edited(base, random, random.randrange(1, 6)) for _ in range(2))
     check_one_side_alone(base, ours)
     check_both(base, ours, theirs)
+
+
+@pytest.mark.skipif(not PAIRS, reason="the real files are not there")
+@pytest.mark.parametrize(
+    "pair",
+    [
+        pytest.param(
+            pair, id="-".join(f.stem for f in pair), marks=[pytest.mark.slow] * (k % 5 > 0)
+        )
+        for k, pair in enumerate(PAIRS)
+    ],
+)
+def test_one_side_alone_wins_in_real_histories(pair: tuple[Path, Path]) -> None:
+    check_one_side_alone(*(file.read_bytes() for file in pair))
