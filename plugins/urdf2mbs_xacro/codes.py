@@ -11,6 +11,8 @@ CODES = {
     "xacro-too-large": "error: a value, a file or the expansion is beyond its limit. "
     "Shorten it, or give `--trust-xacro`.",
     "xacro-arg": "error: a xacro argument has no value. Give it by `--arg`.",
+    "xacro-incompatible": "error: the installed xacro lacks what urdf2mbs replaces in it. "
+    "Install the version that is named.",
     "package-unresolved": "warning: the ROS package of a mesh was not found. Name its folder "
     "with `--package`.",
     "xacro-warning": "warning: a warning of xacro. Ask who wrote the file.",

@@ -12,6 +12,9 @@ replaced, and nothing else:
 ``handle_macro_call``  an unknown macro is left out, with a message
 ``eval_text``          a text without ``$`` is returned at once
 =====================  ==============================================================
+
+A name that xacro does not have any more would be replaced without an effect, and its expressions
+would run as Python.  So a copy that lacks one of ``REQUIRED_NAMES`` is refused.
 """
 
 from __future__ import annotations
@@ -23,6 +26,7 @@ import warnings
 from collections import ChainMap
 from contextlib import nullcontext
 from functools import partial
+from importlib.metadata import version
 from importlib.util import find_spec, module_from_spec
 from pathlib import Path
 from types import SimpleNamespace
@@ -68,6 +72,39 @@ _PARAMETER = re.compile(
 )
 #: ``$(find NAME)`` returns this and the name if the package was not found.
 _NOT_FOUND = "package://"
+
+
+#: The names of xacro's modules that are replaced or used here.  Most are private.
+REQUIRED_NAMES = {
+    "xacro": (
+        "ConstructUnits",
+        "XacroException",
+        "YamlListWrapper",
+        "_global_symbols",
+        "abs_filename_spec",
+        "all_includes",
+        "create_global_symbols",
+        "error",
+        "eval_extension",
+        "eval_text",
+        "filestack",
+        "glob",
+        "handle_macro_call",
+        "load_yaml",
+        "macrostack",
+        "message",
+        "parse",
+        "print_location",
+        "process_file",
+        "re_macro_arg",
+        "replace_node",
+        "safe_eval",
+        "substitution_args_context",
+        "tokenize",
+        "warning",
+    ),
+    "xacro.substitution_args": ("_eval_arg", "_eval_dict", "_eval_find", "resolve_args"),
+}
 
 
 class Arguments(dict[str, str]):
@@ -304,10 +341,20 @@ class Expander:
 
 
 def _copy_module(module_name: str) -> Any:
-    """Return a new copy of one of xacro's modules."""
+    """Return a new copy of one of xacro's modules.
+
+    Raises:
+        ConversionError: The installed xacro lacks names that are replaced or used here.
+    """
     module_spec: Any = find_spec(module_name)
     module = module_from_spec(module_spec)
     module_spec.loader.exec_module(module)
+    missing_names = [name for name in REQUIRED_NAMES[module_name] if not hasattr(module, name)]
+    if missing_names:
+        listed_names = ", ".join(f"{module_name}.{name}" for name in missing_names)
+        message = f"the installed xacro {version('xacro')} has no {listed_names}"
+        hint = "pip install 'xacro==2.1.1', with which urdf2mbs is tested"
+        raise ConversionError("xacro-incompatible", message, hint=hint)
     return module
 
 
@@ -335,6 +382,6 @@ def expand(
 
     Raises:
         ConversionError: ``xacro``, ``xacro-arg``, ``package-not-found``, ``xacro-expression``,
-            ``xacro-too-large``, ``xacro-file`` and errors of XML.
+            ``xacro-too-large``, ``xacro-file``, ``xacro-incompatible`` and errors of XML.
     """
     return Expander(absolute_path(source), packages, args, trust).run()

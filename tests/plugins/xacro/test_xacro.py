@@ -1,10 +1,13 @@
 """xacro without ROS: what it can do, how it fails, and that it leaves nothing behind."""
 
+import re
 import shutil
 import subprocess
 import sys
 import threading
 import warnings
+from importlib.machinery import ModuleSpec
+from importlib.util import find_spec, spec_from_file_location
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +22,7 @@ from urdf2mbs import cli
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, Diagnostic
 from urdf2mbs.urdf.model import Mesh, Robot
 from urdf2mbs.urdf.packages import Packages
-from urdf2mbs_xacro.xacro import Expansion, expand
+from urdf2mbs_xacro.xacro import REQUIRED_NAMES, Expansion, expand
 
 HEAD = '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">\n'
 
@@ -724,3 +727,40 @@ def test_a_robot_is_expanded_once(
     monkeypatch.setattr("urdf2mbs_xacro.xacro.expand", counted)
     assert cli.main([*command.split(), "-q"]) == 0
     assert len(sources) == 1
+
+
+@pytest.mark.parametrize(
+    ("module", "name"),
+    [
+        (module, name)
+        for module, names in REQUIRED_NAMES.items()
+        for name in names
+        if name in ("_eval_dict", "_global_symbols", "safe_eval", "macrostack")
+    ],
+)
+def test_a_xacro_without_a_name_that_is_replaced_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, module: str, name: str
+) -> None:
+    """Its expressions would run as Python if ``safe_eval`` were replaced without an effect."""
+
+    def find_stand_in(wanted: str) -> ModuleSpec | None:
+        spec = find_spec(wanted)
+        if wanted != module:
+            return spec
+        assert spec is not None
+        assert spec.origin is not None
+        text = Path(spec.origin).read_text()
+        assert re.search(rf"\b{name}\b", text)
+        stand_in = tmp_path / "stand_in.py"
+        stand_in.write_text(re.sub(rf"\b{name}\b", "renamed", text))
+        folders = spec.submodule_search_locations
+        return spec_from_file_location(wanted, stand_in, submodule_search_locations=folders)
+
+    source = write(tmp_path, '<link name="${1 + 1}"/>')
+    assert links(source) == ["2"]
+    monkeypatch.setattr("urdf2mbs_xacro.xacro.find_spec", find_stand_in)
+    with pytest.raises(ConversionError) as error:
+        links(source)
+    assert error.value.code == "xacro-incompatible"
+    assert f" has no {module}.{name}" in error.value.message
+    assert "pip install 'xacro==" in (error.value.hint or "")
