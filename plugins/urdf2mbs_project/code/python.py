@@ -34,7 +34,7 @@ def generate_robot_module(mbs: Mbs, simulation: Simulation) -> bytes:
     """
     text = fill_template(FOLDER / "python_robot.py.in", mbs.name)
     for name, value in _make_tables(mbs, simulation).items():
-        text = text.replace(f"@{name}@", _format_table(value))
+        text = text.replace(f"@{name}@", format_table(value))
     text = text.replace("@CONTACTS@", _format_contacts(simulation))
     text = text.replace("@SHORTENED_BY@", quoted(simulation.shortened_by))
     return text.replace("@LAWS@\n", _format_laws(simulation)).encode()
@@ -116,7 +116,7 @@ def _format_laws(simulation: Simulation) -> str:
     )
 
 
-def _format_table(value: Any) -> str:
+def format_table(value: Any) -> str:
     """Return a list or a dict with an element on each line; another value as a literal."""
     if not isinstance(value, list | dict) or not value:
         return _format_literal(value)

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from support.build import link, robot, solid
 from support.folders import ROOT, SHARED
 from support.project_code import code_of, prove_code
 from support.project_robots import MIMIC_CHAIN as CHAIN
@@ -72,6 +73,11 @@ def test_c_does_what_python_and_the_laws_say(
     assert prove_code(conversion, code_of(conversion, ".py", ".c", ".h"), in_c=True) == []
     write(conversion)
     build(tmp_path / name)
+
+
+def test_the_c_of_a_robot_without_user_models_compiles(tmp_path: Path) -> None:
+    """A struct of C has at least one member."""
+    build(make(tmp_path, robot(link("a", solid())), language="c", base="fixed"))
 
 
 def take_examples(text: str) -> str:

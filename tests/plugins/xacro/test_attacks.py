@@ -31,23 +31,15 @@ ATTACK = (
     "[0].__init__.__globals__['system']('touch attacked') and 'a' or 'a')()}"
 )
 
-#: Every command that runs xacro.
-COMMANDS = (
-    "convert r.xacro",
-    "run r.yaml",
-    "report r.xacro",
-    "verify r.xacro tiny.mbs",
-    "init r.xacro",
-)
+#: All commands read a robot in one of these ways.
+COMMANDS = ("convert r.xacro", "run r.yaml", "verify r.xacro tiny.mbs", "init r.xacro")
 
 
 @pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "tiny.urdf").write_text(TINY)
-    (tmp_path / "tiny.mbs").write_bytes(convert("tiny.urdf").data)
-    (tmp_path / "r.yaml").write_text("source: r.xacro\n")
-    return tmp_path
+def folder(here: Path) -> Path:
+    """Return the current folder, with a config of r.xacro."""
+    (here / "r.yaml").write_text("source: r.xacro\n")
+    return here
 
 
 def write(inside: str) -> None:
@@ -55,8 +47,10 @@ def write(inside: str) -> None:
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-def test_an_attack_through_every_command(command: str, folder: Path, capsys: Any) -> None:
-    """Refused; with --trust-xacro it does what it says, and the robot is converted."""
+def test_an_attack_is_refused_unless_xacro_is_trusted(
+    command: str, folder: Path, capsys: Any
+) -> None:
+    (folder / "tiny.mbs").write_bytes(convert("tiny.urdf").data)
     write(f'<link name="{ATTACK}"/>')
     before = sorted(folder.iterdir())
     assert main(command.split()) == 1
@@ -67,7 +61,7 @@ def test_an_attack_through_every_command(command: str, folder: Path, capsys: Any
 
 
 @pytest.mark.parametrize("command", ["convert robots -o out", "run sweep.yaml", "convert -"])
-def test_an_attack_through_a_folder_a_sweep_and_standard_input(
+def test_an_attack_from_a_folder_a_sweep_or_standard_input_is_refused(
     command: str, folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any
 ) -> None:
     """A plain URDF is data, however it comes in; --trust-xacro lets the attack through."""
@@ -91,7 +85,7 @@ def test_an_attack_through_a_folder_a_sweep_and_standard_input(
 
 
 @pytest.mark.parametrize("kind", ENDLESS)
-def test_what_has_no_end(kind: str, folder: Path) -> None:
+def test_xacro_without_an_end_is_an_error(kind: str, folder: Path) -> None:
     write(ENDLESS[kind])
     with pytest.raises(ConversionError) as caught:
         convert("r.xacro")
@@ -99,7 +93,7 @@ def test_what_has_no_end(kind: str, folder: Path) -> None:
     assert len(str(caught.value)) < 5000
 
 
-def test_init_writes_trust_down(folder: Path) -> None:
+def test_init_writes_trust_into_the_config(folder: Path) -> None:
     Path("r.xacro").write_text(TINY.replace("<robot ", '<robot xmlns:xacro="x" ', 1))
     assert main(["init", "r.xacro", "-o", "new.yaml", "--trust-xacro"]) == 0
     assert "\ntrust_xacro: true" in (folder / "new.yaml").read_text()
