@@ -237,6 +237,8 @@ EXPORTS: dict[str, dict[str, tuple[str, ...]]] = {
         "urdf.reader": (
             "Expansion",
             "Located",
+            "choose_file_name",
+            "choose_title",
             "is_name",
             "read_robot_file",
             "read_text",

@@ -215,6 +215,8 @@ from urdf2mbs.urdf.packages import walk as walk
 from urdf2mbs.urdf.packages import workspace as workspace
 from urdf2mbs.urdf.reader import Expansion as Expansion
 from urdf2mbs.urdf.reader import Located as Located
+from urdf2mbs.urdf.reader import choose_file_name as choose_file_name
+from urdf2mbs.urdf.reader import choose_title as choose_title
 from urdf2mbs.urdf.reader import is_name as is_name
 from urdf2mbs.urdf.reader import read_robot_file as read_robot_file
 from urdf2mbs.urdf.reader import read_text as read_text
@@ -346,6 +348,8 @@ __all__ = [
     "checksum",
     "choose",
     "choose_fields",
+    "choose_file_name",
+    "choose_title",
     "compose",
     "compute_placement",
     "config_of",

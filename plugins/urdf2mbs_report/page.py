@@ -24,6 +24,7 @@ from urdf2mbs.plugin import (
     Diagnostic,
     Mbs,
     Summary,
+    choose_title,
     counted,
     of_plugins,
     project_of,
@@ -55,6 +56,8 @@ from urdf2mbs_report.scene import (
 from urdf2mbs_report.script import Script
 from urdf2mbs_report.tables import PageTable, format_cell
 
+#: The end of a project's name if ``simulate`` or ``init`` gives it: ``lamp_robotran`` of ``lamp``.
+PROJECT_SUFFIX = "_robotran"
 #: The size of the robot, divided by the length of the axes of a frame.
 FRAMES_IN_SIZE = 18
 #: The height of a page in a notebook (px).
@@ -149,9 +152,10 @@ def make_robot_page(conversion: Conversion) -> Page:
     stand_ins: set[str] = set()
     summary = of_plugins(conversion)
     scene_data = _describe_both_sides(conversion, model, summary, mesh_store, stand_ins)
+    name = choose_title(conversion.robot.name, settings.source)
     contents = Contents(
-        name=conversion.robot.name,
-        title=f"{conversion.robot.name}: URDF and .mbs",
+        name=name,
+        title=f"{name}: URDF and .mbs",
         tree_label="Links",
         facts=_list_robot_facts(conversion),
         made_from=f"{settings.source.name} → {settings.output.name}",
@@ -283,7 +287,9 @@ def make_model_page(
         except MotionError as error:
             diagnostics.append(_warn_of_motion(error, project / "resultsR" / results))
     moves = "modes" if scene_data["modes"] else "motion" if scene_data["motion"] else ""
-    name = model.name if conversion is None else conversion.robot.name
+    name = model.name.removesuffix(PROJECT_SUFFIX)
+    if conversion is not None:
+        name = choose_title(conversion.robot.name, conversion.settings.source)
     contents = Contents(
         name=name,
         title=f"{name}: {moves}" if moves else name,

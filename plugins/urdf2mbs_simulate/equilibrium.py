@@ -31,6 +31,7 @@ from urdf2mbs_simulate.python_code import locate_errors, user_code
 from urdf2mbs_simulate.results import Recorder, Results
 from urdf2mbs_simulate.solvers import OPTIONS, make_solver
 from urdf2mbs_simulate.steps import Interval
+from urdf2mbs_simulate.support import find_floating_base, propose_equilibrium
 
 #: The largest acceleration (rad/s^2, m/s^2, or rate of a user state) in an equilibrium.
 TOLERANCE = 1e-8
@@ -102,7 +103,8 @@ class Equilibrium:
             lines += self._describe_posture()
         if self.free:
             names = format_joints(data, self.free)
-            lines.append(f"{names} does not matter: the equilibrium is the same anywhere along it")
+            verb = "does" if len(self.free) == 1 else "do"
+            lines.append(f"{names} {verb} not matter: the equilibrium is the same along it")
         if self.friction:
             lines.append("friction allows other equilibria near by; this one was found first")
         return lines
@@ -110,12 +112,7 @@ class Equilibrium:
     def _describe_posture(self) -> list[str]:
         """Return the lines of a config for this pose, if the base has not moved far."""
         data = self.data
-        base = {
-            joint.name
-            for body in data._run.mbs.bodies
-            if body.parent is None
-            for joint in body.joints
-        }
+        base = {joint.name for joint in find_floating_base(data._run.mbs)}
         base_numbers = [data.joint_id[name] for name in data.joint_id if name in base]
         held = [number for number in base_numbers if number not in self.free]
         if any(abs(self.moved[number]) > MAX_BASE_MOVE for number in held):
@@ -275,12 +272,14 @@ def _find_equilibrium(code: CCode, exchanges: list[Exchange], *, may_relax: bool
     _set_state(code, y)
     code.accelerate(data.tsim, y)
     joint = max(code.independent, key=lambda k: abs(data.qdd[k]), default=0)
+    name = format_joints(data, [joint])
+    unit = "m/s^2" if data._run.mbs.joints()[name].type.startswith("T") else "rad/s^2"
     raise SimulationError(
         "no-equilibrium",
-        f"no pose is found in which nothing accelerates: joint '{format_joints(data, [joint])}' "
-        f"still has {data.qdd[joint]:.3g} rad/s^2 or m/s^2",
+        f"no pose is found in which nothing accelerates: joint '{name}' still has "
+        f"{data.qdd[joint]:.3g} {unit}",
         file=str(data._run.file),
-        hint="is there something that holds it, such as contacts, springs, or a controller?",
+        hint=propose_equilibrium(data),
     )
 
 
@@ -289,9 +288,10 @@ def _solve_near(
 ) -> Solution | None:
     """Solve from the state y; return None if the solution is not near, or against the motion.
 
-    Speeds are 0 where ``max_distance`` is finite.
+    Speeds are 0 where ``max_distance`` is finite.  Without a solution, the loops are closed again
+    as they were: Newton's method may have left them on another branch.
     """
-    n, state = len(code.independent), y.copy()
+    n, state, guess = len(code.independent), y.copy(), code.guess.copy()
     if np.isfinite(max_distance):
         state[n : 2 * n] = 0.0
     _set_state(code, state)
@@ -305,6 +305,8 @@ def _solve_near(
     # it may not go back: a pendulum that falls does not look for the pose upright
     is_forward = move @ speeds >= -1e-3 * distance
     if not (residual < tolerance and distance < max_distance and is_forward):
+        code.guess[:] = guess
+        _set_state(code, y)
         return None
     _set_state(code, problem.y)
     freedom = _compute_freedom(jacobian)

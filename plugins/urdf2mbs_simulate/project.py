@@ -6,7 +6,7 @@ import os
 import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import msgspec
 
@@ -75,8 +75,8 @@ def simulate(
         ConversionError: The robot cannot be converted, the code cannot run, or no step is short
             enough.
     """
-    model, temporary_folder = resolve_model(source, fields)
-    data = MbsData(model)
+    resolved = resolve_model(source, fields)
+    data = MbsData(resolved.model)
     data._run.on_compile = on_compile
     data._run.pushes = [parse_push(item) if isinstance(item, str) else item for item in push]
     dirdyn = MbsDirdyn(data)
@@ -93,7 +93,7 @@ def simulate(
     start = find_equilibrium(data, language) if equilibrium else None
     results = dirdyn.run()
     results.equilibrium = start
-    results.temporary_folder = temporary_folder
+    results.temporary_folder, results.conversion = resolved.temporary_folder, resolved.conversion
     return results
 
 
@@ -129,39 +129,44 @@ def modes(
     Raises:
         ConversionError: There is no equilibrium, or the code cannot run.
     """
-    model, temporary_folder = resolve_model(source, fields)
-    data = MbsData(model)
+    resolved = resolve_model(source, fields)
+    data = MbsData(resolved.model)
     if not drawn:
         data._run.notes += find_equilibrium(data, language).lines()
     modal = MbsModal(data)
     modal.set_options(language=language, save_result=0)
     results = modal.run()
-    results.temporary_folder = temporary_folder
+    results.temporary_folder, results.conversion = resolved.temporary_folder, resolved.conversion
     return results
 
 
-def resolve_model(
-    source: Config | str | os.PathLike[str], fields: dict[str, Any]
-) -> tuple[Path, tempfile.TemporaryDirectory[str] | None]:
+class ResolvedModel(NamedTuple):
+    """The .mbs of a source, and what made it."""
+
+    model: Path
+    temporary_folder: tempfile.TemporaryDirectory[str] | None
+    """The folder of its project, which lives as long as the object."""
+    conversion: Conversion | None
+    """The conversion of a robot or a config."""
+
+
+def resolve_model(source: Config | str | os.PathLike[str], fields: dict[str, Any]) -> ResolvedModel:
     """Return the .mbs of a source; a robot or a config is converted to a project.
 
     Args:
         source: As in ``simulate``.
         fields: Fields of the config, as in ``convert``.
-
-    Returns:
-        The .mbs; and the temporary folder of its project, which lives as long as the object, or
-        None.
     """
     model = None if isinstance(source, Config) else model_of(Path(source))
     if model is not None:
-        return model, None
+        return ResolvedModel(model, None, None)
     config, lines = config_of(source, **fields)
     temporary_folder = None
     if not isinstance(config.output, Project):
         temporary_folder = tempfile.TemporaryDirectory(prefix="urdf2mbs-")
         config = with_project(config, Path(temporary_folder.name, stem(Path(config.source))))
-    return write_project(Pipeline(config, lines).run()), temporary_folder
+    conversion = Pipeline(config, lines).run()
+    return ResolvedModel(write_project(conversion), temporary_folder, conversion)
 
 
 def with_project(config: Config, folder: Path) -> Config:

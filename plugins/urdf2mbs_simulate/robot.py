@@ -63,7 +63,7 @@ def load_equations(
         raise ConfigError("usage", f"there is no language '{language}'", hint="c, or python")
     if language == "c" and math is not None:
         raise ConfigError("usage", "C has floats only: leave language or math out")
-    model, temporary_folder = resolve_model(source, fields)
+    model, temporary_folder, _ = resolve_model(source, fields)
     if getattr(math, "__name__", "") == "sympy":
         from urdf2mbs_simulate.symbolic_robot import SymbolicRobot
 

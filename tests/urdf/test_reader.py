@@ -39,7 +39,7 @@ from urdf2mbs.urdf.model import (
     Visual,
 )
 from urdf2mbs.urdf.packages import Packages
-from urdf2mbs.urdf.reader import parse_urdf
+from urdf2mbs.urdf.reader import choose_file_name, choose_title, parse_urdf
 from urdf2mbs.urdf.xml import fix_slips
 
 UNIT = '<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>'
@@ -1152,3 +1152,31 @@ def test_numbers_that_an_element_does_not_state(tmp_path: Path) -> None:
     assert (mimic.multiplier, mimic.offset) == (1.0, 0.0)
     assert (Inertial().mass, Inertial().inertia) == (0.0, (0.0,) * 6)
     assert Mesh("m").scale == (1.0, 1.0, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("robot_name", "file", "title", "file_name"),
+    [
+        ("a1", "robot.xacro", "a1", "a1"),
+        ("ur5e", "ur.urdf.xacro", "ur5e", "ur5e"),
+        ("iCub", "model.urdf", "iCub", "iCub"),
+        # the name of the file says more
+        ("talos", "talos_reduced.urdf", "talos", "talos_reduced"),
+        ("2dof_planar", "2DofPlanar_2.urdf", "2dof_planar", "2DofPlanar_2"),
+        # placeholders
+        ("robot", "lab_arm.urdf", "lab_arm", "lab_arm"),
+        ("MyRobot", "lab_arm.urdf", "lab_arm", "lab_arm"),
+        ("MuJoCo Model", "go1.xml", "go1", "go1"),
+        ("", "go1.xml", "go1", "go1"),
+        ("robot_2", "robot.urdf", "robot", "robot"),
+        # names that no file can have
+        ("my arm/left", "model.urdf", "my arm/left", "my_arm_left"),
+        ("../..", "arm.urdf", "arm", "arm"),
+        ("con", "arm.urdf", "con", "arm"),
+    ],
+)
+def test_a_robot_is_called_by_its_name(
+    robot_name: str, file: str, title: str, file_name: str
+) -> None:
+    assert choose_title(robot_name, Path(file)) == title
+    assert choose_file_name(robot_name, Path(file)) == file_name

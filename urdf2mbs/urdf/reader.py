@@ -40,6 +40,12 @@ OTHER_ROOTS = {
 }
 #: Endings of a robot's file, which are no part of its name.
 ROBOT_ENDINGS = (".urdf", ".xacro", ".xml", ".mjcf")
+#: A name of such words alone is a placeholder: programs write it where nobody has named a robot.
+_PLACEHOLDER_WORDS = """
+    assembly base default demo description dummy example export exported main model mujoco my name
+    new no noname onshape robot scene simple template test the unnamed untitled urdf xacro
+"""
+PLACEHOLDERS = frozenset(_PLACEHOLDER_WORDS.split())
 
 
 class Expansion(NamedTuple):
@@ -81,6 +87,36 @@ def stem(source: Path) -> str:
     while remaining_path.suffix.lower() in ROBOT_ENDINGS:
         remaining_path = remaining_path.with_suffix("")
     return remaining_path.name
+
+
+def choose_title(robot_name: str, source: Path) -> str:
+    """Return what people call a robot: its name, or that of its file if the name is a placeholder.
+
+    Args:
+        robot_name: The name that the robot's file states, such as ``a1`` or ``my_robot``.
+        source: The robot's file.
+    """
+    words = re.findall(r"[^\W\d_]+", robot_name)
+    parts = re.findall(r"[^\W\d_]+", re.sub(r"(?<=[a-z])(?=[A-Z])", " ", robot_name))
+    is_placeholder = any(PLACEHOLDERS.issuperset(map(str.lower, texts)) for texts in (words, parts))
+    return stem(source) if is_placeholder else robot_name
+
+
+def choose_file_name(robot_name: str, source: Path) -> str:
+    """Return the name, without an ending, of the files that are made of a robot.
+
+    This is the name of the robot; or that of its file, if the name is a placeholder or no name of
+    a file, or if the file's name contains it and so says more: ``talos_reduced`` of ``talos``.
+    """
+    file_stem, title = stem(source), choose_title(robot_name, source)
+    name = re.sub(r"[^\w.-]+", "_", title).strip("._-")
+    is_in_stem = _simplify(name) in _simplify(file_stem)
+    return file_stem if is_in_stem or not files.is_portable(name) else name
+
+
+def _simplify(name: str) -> str:
+    """Return the letters and digits of a name, in small letters."""
+    return re.sub(r"[\W_]", "", name).lower()
 
 
 def read_robot_file(source: Path) -> bytes:

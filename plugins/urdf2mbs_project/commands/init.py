@@ -22,10 +22,12 @@ from urdf2mbs.plugin import (
     Conversion,
     Lines,
     Pipeline,
+    absolute,
     add_fields,
     add_printing,
     check_kind,
     choose_fields,
+    choose_file_name,
     counted,
     is_name,
     path,
@@ -113,13 +115,25 @@ def init(
     conversion = Pipeline(given, lines, installed_plugins=False, fresh=True).run()
     facts = find_robot_facts(conversion)
     facts = facts._replace(passes={**facts.passes, "equations": EQUATIONS_OPTIONS})
-    name = stem(conversion.settings.source)
-    config = Path(f"{name}.yaml") if config is None else config
+    config = _choose_config(conversion) if config is None else config
     if config.suffix.lower() not in (".yaml", ".yml"):
         message = f"'{config}' is no name of a config"
-        raise ConfigError("config-name", message, hint=f"such as {name}.yaml")
+        raise ConfigError("config-name", message, hint=f"such as {_choose_config(conversion)}")
     write_files({config: _format_config(config, facts, given, conversion).encode()}, force=force)
     return config, facts
+
+
+def _choose_config(conversion: Conversion) -> Path:
+    """Return the config of a robot: its name, or that of its file if another robot has its name."""
+    source = conversion.settings.source
+    config = Path(f"{choose_file_name(conversion.robot.name, source)}.yaml")
+    try:
+        values = yaml.safe_load(config.read_bytes())
+        stated = Path(values["source"])
+    except (OSError, ValueError, yaml.YAMLError, KeyError, TypeError):
+        return config  # it is free, or it has no source: then it is not replaced without --force
+    is_of_source = absolute(stated) == source or is_name(str(stated))
+    return config if is_of_source else Path(f"{stem(source)}.yaml")
 
 
 # --- the config ---

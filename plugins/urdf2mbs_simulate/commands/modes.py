@@ -119,7 +119,9 @@ def _print_modes(results: Modes, files: list[Path]) -> None:
     print(f"{data.mbs_name}: {len(results.modes)} modes")
     for line in (*data._run.notes, *results.lines(), *map(near, files)):
         print(f"  {line}")
-    if is_page(files[0]):
+    if not results.modes:
+        print("Next: simulate it; nothing brings it back to this pose: there is no page")
+    elif is_page(files[0]):
         print(f"Next: open {near(files[0])}")
     else:
         print("Next: add '-o PAGE.html' to see the modes swing")

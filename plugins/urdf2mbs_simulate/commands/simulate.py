@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import argparse
 import os
-import re
 import sys
 from pathlib import Path
 from time import perf_counter
@@ -37,11 +36,12 @@ from urdf2mbs.plugin import (
     tell_diagnostics,
     with_near_paths,
 )
+from urdf2mbs_simulate.support import find_floating_base, propose_support
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from urdf2mbs.plugin import Config, Conversion, Mbs, MbsJoint, Progress
+    from urdf2mbs.plugin import Config, Conversion, Progress
     from urdf2mbs_simulate.results import Results
 
 EXAMPLES = (
@@ -66,8 +66,6 @@ MEANT = {
     "--page": "--output",
 }
 
-#: How insert-base names the joints of a floating base; a number follows where the name is taken.
-INSERTED_BASE = "floating_base"
 #: Up to this many files are compiled without a message.
 FEW_FILES = 8
 
@@ -300,7 +298,7 @@ def make_project(arguments: argparse.Namespace) -> Conversion:
 
     A robot without a config is converted as ``init`` proposes: on its feet.
     """
-    from urdf2mbs.plugin import Progress, stem
+    from urdf2mbs.plugin import Progress, choose_file_name, stem
     from urdf2mbs_simulate.project import with_project, write_project
 
     config, lines = robot_or_config(arguments)
@@ -311,17 +309,26 @@ def make_project(arguments: argparse.Namespace) -> Conversion:
     with Progress(arguments) as progress:
 
         def run(
-            config: Config, before: Conversion | None = None, *, fresh: bool = False
+            config: Config,
+            before: Conversion | None = None,
+            *,
+            fresh: bool = False,
+            stop_after: str | None = None,
         ) -> Conversion:
             with_plugins = not arguments.no_plugins
             pipeline = Pipeline(config, lines, installed_plugins=with_plugins, fresh=fresh)
             pipeline.watch(progress)
-            return pipeline.run(before=before)
+            return pipeline.run(before=before, stop_after=stop_after)
 
         if is_plain:
             config = _choose_pipeline(config, arguments, folder)
             converted = run(config, fresh=True)
             config = _add_proposed_passes(config, converted, quiet=arguments.json)
+        if output is None and lines.file is None:
+            if converted is None:
+                converted = run(config, fresh=True, stop_after="expand")
+            name = choose_file_name(converted.robot.name, converted.settings.source)
+            folder = Path(f"{name}_robotran")
         conversion = run(with_project(config, folder), converted)
     if not arguments.json and (is_plain or arguments.verbose):  # of a config, 'run' prints them
         tell_diagnostics(conversion.diagnostics, arguments.verbose)
@@ -410,31 +417,5 @@ def _describe_motion(results: Results) -> list[str]:
     unit = "m" if joint.type.startswith("T") else "rad"
     lines = [f"joint '{name}' moved most: {moved.max():.3g} {unit}"]
     if joint in find_floating_base(data._run.mbs) and not data.extforce_id:
-        lines.append(f"nothing holds it: {_propose_support(joint)}")
+        lines.append(f"nothing holds it: {propose_support(joint)}")
     return lines
-
-
-def find_floating_base(model: Mbs) -> list[MbsJoint]:
-    """Return the six joints of a floating base; none if something holds it.
-
-    A floating base is a body on the ground with three translations and three rotations.  A cut, or
-    a force element, between the ground and another body holds it.
-    """
-    for connection in (*model.cuts, *model.links):
-        if None in (connection.endpoint1[0], connection.endpoint2[0]):
-            return []
-    for body in model.bodies:
-        joints = [joint for joint in body.joints if joint.nature != "driven"][:6]
-        kinds = sorted(joint.type[0] for joint in joints)
-        is_free = all(joint.nature == "independent" for joint in joints)
-        if body.parent is None and is_free and kinds == ["R", "R", "R", "T", "T", "T"]:
-            return joints
-    return []
-
-
-def _propose_support(joint: MbsJoint) -> str:
-    """Say how a config can hold a floating base, of which ``joint`` is one of the joints."""
-    ground = "'passes: {contacts: {links: [FOOT]}}' gives it a ground"
-    # an option of the config can fix only a base that insert-base has made
-    is_inserted = re.fullmatch(rf"{INSERTED_BASE}(_\d+)?_[TR]\d", joint.name)
-    return f"'base: fixed' bolts it down, {ground}" if is_inserted else ground

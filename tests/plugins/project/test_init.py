@@ -14,6 +14,7 @@ from support.real_robots import BROKEN, CONVERTIBLE, REAL_ROBOTS, RealRobot
 from urdf2mbs import convert
 from urdf2mbs.cli import main
 from urdf2mbs.config.load import load
+from urdf2mbs.config.model import Project
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.testing import TINY
@@ -263,3 +264,22 @@ def test_it_overwrites_nothing(here: Path, capsys: Any) -> None:
     assert (here / "tiny.yaml").read_text() == "mine"
     assert main(["init", "tiny.urdf", "-o", "other.txt"]) == 2
     assert "error[config-name]" in capsys.readouterr().err
+
+
+def test_files_have_the_name_of_the_robot(here: Path, capsys: Any) -> None:
+    """A file is often called robot.urdf; two robots of one name do not share a config."""
+    (here / "a" / "x").mkdir(parents=True)
+    text = (here / "tiny.urdf").read_text().replace('name="tiny"', 'name="a"')
+    (here / "a" / "x" / "robot.urdf").write_text(text)
+    (here / "lab.urdf").write_text(text)
+    for _ in range(2):
+        assert main(["init", "a/x/robot.urdf"]) == 0
+        assert "wrote a.yaml" in capsys.readouterr().out
+    # the folder a/ has the robot
+    assert load(here / "a.yaml")[0].output == Project("a_robotran", "both")
+    assert main(["init", "lab.urdf"]) == 0
+    assert "wrote lab.yaml" in capsys.readouterr().out
+    assert load(here / "a.yaml")[0].source == "a/x/robot.urdf"
+    (here / "a.yaml").write_text("[")
+    assert main(["init", "a/x/robot.urdf"]) == 2
+    assert "error[output-not-ours]: 'a.yaml'" in capsys.readouterr().err

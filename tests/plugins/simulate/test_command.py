@@ -12,7 +12,8 @@ from urdf2mbs.cli import main
 from urdf2mbs.commands import parser
 from urdf2mbs.mbs.model import Body, Connection, Joint, Mbs
 from urdf2mbs.messages.diagnostics import ConfigError
-from urdf2mbs_simulate.commands.simulate import MEANT, find_floating_base
+from urdf2mbs_simulate.commands.simulate import MEANT
+from urdf2mbs_simulate.support import find_floating_base
 
 
 @pytest.mark.parametrize(
@@ -194,3 +195,26 @@ def test_what_others_call_an_option(option: str, meant: str, capsys: Any) -> Non
     commands: Any = next(action.choices for action in parser()._actions if action.choices)
     options = set(commands["simulate"]._option_string_actions)
     assert {word for word in MEANT.values() if word.startswith("--")} <= options
+
+
+@pytest.mark.parametrize("options", [[], ["--set", "estimate-inertia.total_mass=3"]])
+def test_the_project_of_a_robot_has_its_name(options: list[str], here: Path) -> None:
+    text = PENDULUM.replace('name="r"', 'name="swing"')
+    Path("robot.urdf").write_text(text)
+    assert main(["simulate", "robot.urdf", "--time", "0.01", "--language", "python", *options]) == 0
+    assert Path("swing_robotran/dataR/swing_robotran.mbs").is_file()
+    assert not Path("robot_robotran").exists()
+    # its page, made of the .mbs alone
+    assert main(["report", "swing_robotran", "-o", "page.html"]) == 0
+    assert "<title>swing: motion</title>" in Path("page.html").read_text()
+    # a config may have been simulated before: its project stays where it was
+    Path("lab.yaml").write_text("source: robot.urdf\n")
+    assert main(["simulate", "lab.yaml", "--time", "0.01", "-o", "lab.html"]) == 0
+    assert Path("robot_robotran/dataR/robot_robotran.mbs").is_file()
+    assert "<title>swing: motion</title>" in Path("lab.html").read_text()
+
+
+def test_in_python_a_page_has_the_name_of_the_robot(here: Path) -> None:
+    Path("robot.urdf").write_text(PENDULUM.replace('name="r"', 'name="swing"'))
+    results = simulate("robot.urdf", time=0.01, language="python")
+    assert "&lt;title&gt;swing: motion&lt;" in (results._repr_html_() or "")

@@ -22,9 +22,11 @@ from support.motions import DAMPING, MASS, SLIDER, STIFFNESS, model
 from support.standin import make
 from urdf2mbs import ConversionError, modes, simulate
 from urdf2mbs.cli import main
-from urdf2mbs.mbs.model import BASE, Parameter, UserModel
+from urdf2mbs.commands.printing import near
+from urdf2mbs.mbs.model import BASE, Parameter, Sensor, UserModel
 from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.mbs.writer import write
+from urdf2mbs.testing import TINY
 from urdf2mbs_simulate.compiler import compiler
 from urdf2mbs_simulate.dirdyn import load_closed_code
 from urdf2mbs_simulate.modal import find_modes
@@ -35,6 +37,7 @@ G = 9.81
 #: Of ``arm``: mass, centre (x, z) and inertia about y.
 ONE, X, Z, IYY = 1.0, 0.1, -0.05, 0.03
 EXACT = 1e-9
+LAMP = Path(__file__).resolve().parents[3] / "configs" / "lamp.urdf"
 
 
 def find_pose(file: Path, **options: Any) -> tuple[MbsData, MbsEquil]:
@@ -209,12 +212,56 @@ def test_what_falls_has_no_equilibrium_and_is_named(
     assert main(["simulate", str(file), "--equilibrium"]) == 1
     message = capsys.readouterr().err
     assert "error[no-equilibrium]" in message
-    assert "joint 'bob_1' still has -9.81 rad/s^2 or m/s^2" in message
+    assert "joint 'bob_1' still has -9.81 m/s^2" in message
+    assert f"'urdf2mbs simulate {near(file)} -o PAGE.html' shows how it moves" in message
     assert main(["modes", str(file), "--drawn"]) == 0
     assert (
         "rigid-body motion, without a restoring force: bob_0, bob_1\n  stable"
         in capsys.readouterr().out
     )
+
+
+def test_forces_without_their_laws_are_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """An .mbs away from its project lacks the laws of tyres and springs, as students' cars do."""
+    bob = arm("bob", BASE, ("T3", 0.0, FREE), tip=(0.0, 0.0, 1.0))
+    bob.points[-1].extforce = Sensor("tyre")
+    file = made(tmp_path, bob)
+    assert main(["modes", str(file)]) == 1
+    hint = capsys.readouterr().err
+    assert "the laws of tyre are user functions, which are not beside it" in hint
+    assert f"in its project, with {near(file.parent.parent / 'userfctR')}" in hint
+
+
+def test_a_floating_base_without_ground_is_told_what_holds_it(tmp_path: Path) -> None:
+    project = make(tmp_path, TINY, base="floating", language="python")
+    with pytest.raises(ConversionError) as error:
+        modes(project, language="python")
+    words = "nothing holds it: 'base: fixed' bolts it down, 'passes: {contacts: "
+    assert (error.value.hint or "").startswith(words)
+
+
+def test_nothing_to_swing_leads_to_no_page(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = made(here, arm("bob", BASE, ("T1", 0.0, FREE)))
+    assert main(["modes", str(file), "--drawn", "-o", "modes.html"]) == 0
+    out = capsys.readouterr().out
+    assert "Next: simulate it; nothing brings it back to this pose: there is no page" in out
+    assert not Path("modes.html").exists()
+
+
+@pytest.mark.skipif(compiler() is None, reason="no C compiler")
+def test_a_loop_is_closed_as_it_was_after_a_failed_attempt(tmp_path: Path) -> None:
+    """The lamp sinks on its stops; Newton's method, tried on the way, folds its parallelogram."""
+    found = modes(LAMP, base="fixed")
+    q = dict(zip(found.data.joint_id, found.q[1:].tolist(), strict=True))
+    assert q["front"] == pytest.approx(q["back"], abs=1e-9)
+    assert q["front"] == pytest.approx(-q["front_top"], abs=1e-9)
+    assert -0.62 < q["front"] < -0.6  # its stop, and how far the stop yields
+    assert found.stable
+    text = "\n".join(found.data._run.notes)
+    assert "its base has moved" not in text  # the lamp is fixed to the world
+    assert "posture: {joints: {front: -0.6" in text
 
 
 @pytest.mark.skipif(compiler() is None, reason="no C compiler")
