@@ -14,6 +14,8 @@ from importlib import import_module
 from pathlib import Path, PurePosixPath
 from typing import Any
 
+from make_reference import make_table  # beside this file
+
 from urdf2mbs import hookspecs, plugin
 from urdf2mbs.commands import list_commands, parser
 from urdf2mbs.engine.plugins import Plugins
@@ -22,11 +24,6 @@ from urdf2mbs_setup.commands.schema import make_schema
 
 DOCS = Path(__file__).resolve().parent
 CODE = "```"
-#: Bounds of numbers in a JSON schema, and how a table says each.
-BOUNDS = {
-    "minimum": "at least", "exclusiveMinimum": "above",
-    "maximum": "at most", "exclusiveMaximum": "below",
-}  # fmt: skip
 
 
 def on_files(files: Any, config: Any) -> Any:
@@ -80,7 +77,6 @@ def pages() -> dict[str, str]:
         "contributing.md": _of_the_root("CONTRIBUTING.md"),
         "changelog.md": _of_the_root("CHANGELOG.md"),
         "reference/commands.md": _commands(),
-        "reference/config.md": _config(),
         "reference/config.schema.json": json.dumps(make_schema(Plugins(installed=False)), indent=2),
         "reference/passes.md": _passes(),
         "reference/hooks.md": _hooks(),
@@ -151,37 +147,6 @@ def _commands() -> str:
     return "\n".join(lines)
 
 
-def _config() -> str:
-    known = make_schema(Plugins(installed=False))
-    told = (
-        "A config is a YAML file. Paths are relative to its folder; `~`, `$VARIABLE` are filled in."
-    )
-    lines = ["# Config", "", told, "", *_table("key", known)]
-    told = (
-        "`urdf2mbs schema` prints all this as a JSON schema, for your editor: "
-        "[config.schema.json](config.schema.json)."
-    )
-    lines += ["", f"The options below `passes` are those of [each pass](passes.md). {told}", ""]
-    return "\n".join(lines)
-
-
-def _table(what: str, known: dict[str, Any]) -> list[str]:
-    """The properties of a JSON schema: default, description and range of each."""
-    rows = [f"| {what} | default | |", "|---|---|---|"]
-    for key, one in known["properties"].items():
-        required = key in known.get("required", ())
-        default = "must be given" if required else f"`{json.dumps(one['default'])}`"
-        ranges = [
-            f"{words} {kind[bound]:g}"
-            for kind in (one, *one.get("anyOf", ()))
-            for bound, words in BOUNDS.items()
-            if bound in kind
-        ]
-        limits = f" ({', '.join(ranges)})" if ranges else ""
-        rows.append(f"| `{key}` | {default} | {one.get('description', '')}{limits} |")
-    return rows
-
-
 def _options(name: str) -> list[str]:
     """What a pass reads and writes, and its options."""
     (found, *_) = Plugins(installed=False).passes[name]
@@ -191,7 +156,9 @@ def _options(name: str) -> list[str]:
     )
     told = [f"{_whose(found.plugin)} Reads {reads}; writes {writes}.", ""]
     options = make_schema(Plugins(installed=False))["$defs"][f"{name}.{found.load().__name__}"]
-    return told + (_table("option", options) if options["properties"] else ["It has no options."])
+    return told + (
+        make_table("option", options) if options["properties"] else ["It has no options."]
+    )
 
 
 def _whose(plugin: str) -> str:

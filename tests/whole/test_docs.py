@@ -271,7 +271,7 @@ def test_links_lead_somewhere(page: Path) -> None:
 WITHOUT_PICTURE = (
     "install", "questions", "limits", "glossary", "mapping", "mjcf", "xacro", "simulate-reference",
     "how-simulation-works", "how-equations-are-made", "beside-robotran", "diff", "diagnostics",
-    "codes", "certificate", "ci",
+    "codes", "config", "certificate", "ci",
 )  # fmt: skip
 
 
@@ -482,29 +482,26 @@ def test_each_test_file_says_in_one_line_what_it_protects() -> None:
         assert len(told.splitlines()[:1]) == 1, file
 
 
-def load_script(name: str) -> Any:
+def load_script(name: str, monkeypatch: pytest.MonkeyPatch) -> Any:
     """Import a script of the folder docs."""
-    spec = importlib.util.spec_from_file_location(name.removesuffix(".py"), DOCS / name)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    monkeypatch.syspath_prepend(DOCS)
+    return importlib.import_module(name)
 
 
-def test_the_page_of_codes_is_that_of_the_code() -> None:
-    """``python docs/make_codes.py`` writes it."""
-    assert (DOCS / "codes.md").read_text("utf-8") == load_script("make_codes.py").make_codes()
+def test_the_pages_of_codes_and_config_are_up_to_date(monkeypatch: pytest.MonkeyPatch) -> None:
+    """``python docs/make_reference.py`` writes them."""
+    for name, make in load_script("make_reference", monkeypatch).PAGES.items():
+        assert (DOCS / name).read_text("utf-8") == make(), name
 
 
-def test_the_site_has_every_command_key_pass_and_hook() -> None:
+def test_the_site_has_every_command_key_pass_and_hook(monkeypatch: pytest.MonkeyPatch) -> None:
     """Its generated pages; that all links lead somewhere is seen when it is built, in CI."""
-    module = load_script("build_site.py")
+    module = load_script("build_site", monkeypatch)
     pages = module.pages()
     for command in list_commands():
         assert f"\n## {command}\n" in pages["reference/commands.md"]
     for key in Config.__struct_fields__:
-        assert f"\n| `{key}` |" in pages["reference/config.md"]
+        assert f"\n| `{key}` |" in (DOCS / "config.md").read_text("utf-8")
     for name, kind in BUILT_IN.items():
         assert f"(../passes/{name}.md)" in pages["reference/passes.md"]
         page = SimpleNamespace(file=SimpleNamespace(src_uri=f"passes/{name}.md"))
