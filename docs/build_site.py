@@ -24,6 +24,12 @@ from urdf2mbs_setup.commands.schema import make_schema
 
 DOCS = Path(__file__).resolve().parent
 CODE = "```"
+#: Pages beside the folder docs, and their names on the site.
+ROOT_PAGES = {
+    "../README.md": "index.md",
+    "../CONTRIBUTING.md": "contributing.md",
+    "../CHANGELOG.md": "changelog.md",
+}
 
 
 def on_files(files: Any, config: Any) -> Any:
@@ -55,12 +61,16 @@ def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
     here = posixpath.dirname(page.file.src_uri)
 
     def link(found: re.Match[str]) -> str:
-        outside = posixpath.normpath(posixpath.join(here, found[2])).startswith("../")
-        outside = outside or found[2].startswith(("urdf2mbs/", "plugins"))  # of the README
+        target = posixpath.normpath(posixpath.join(here, found[2]))
+        if target in ROOT_PAGES:
+            page = posixpath.relpath(ROOT_PAGES[target], here or ".")
+            return f"[{found[1]}]({page}{found[3] or ''})"
+        outside = target.startswith("../")
+        outside = outside or found[2].startswith(("urdf2mbs/", "plugins", "tests"))  # of the README
         outside = outside or found[2].endswith((".json", ".cff", "LICENSE"))
         return found[1].replace("`", "") if outside else found[0]
 
-    return re.sub(r"(?<!!)\[([^\]]+)\]\(([^):#]+)(?:#[^)]*)?\)", link, markdown)
+    return re.sub(r"(?<!!)\[([^\]]+)\]\(([^):#]+)(#[^)]*)?\)", link, markdown)
 
 
 def _of_the_root(name: str) -> str:
@@ -80,7 +90,7 @@ def pages() -> dict[str, str]:
         "reference/config.schema.json": json.dumps(make_schema(Plugins(installed=False)), indent=2),
         "reference/passes.md": _passes(),
         "reference/hooks.md": _hooks(),
-        "reference/door.md": _door(),
+        "reference/plugin-api.md": _door(),
         "reference/plugins.md": _plugins(),
     }
 
@@ -88,10 +98,10 @@ def pages() -> dict[str, str]:
 def _door() -> str:
     """Return the page of the names that a plugin imports, by subject."""
     lines = [
-        "# The door for plugins",
+        "# Plugin API",
         "",
         "A plugin imports from `urdf2mbs.plugin`; our own plugins import nothing else "
-        "of the core. A name keeps its meaning within one version of the door, which is "
+        "of the core. A name keeps its meaning within one version of this API, which is "
         f"{plugin.VERSION}.",
     ]
     for title, modules in plugin.EXPORTS.items():

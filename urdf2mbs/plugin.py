@@ -6,7 +6,7 @@ Everything else in the package may change from one day to the next.
 
 A plugin that only names its passes and commands imports no more than the hooks: the other names
 are imported when they are first used.  A type checker and an editor read them in ``plugin.pyi``;
-``python docs/make_stub.py`` writes it, from the table below; the page "door" of the docs as well.
+``python docs/make_stub.py`` writes it, from the table below.  So is the site's page "Plugin API".
 """
 
 #: The version of this interface.
