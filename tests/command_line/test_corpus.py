@@ -36,7 +36,7 @@ def test_what_must_not_be_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
         with pytest.raises(ZeroDivisionError):
             attempt("mbs", good)
     with monkeypatch.context() as patch:
-        patch.setattr("broken.main", lambda words: print("\x1b[1m") or 0)
+        patch.setattr("support.broken.main", lambda words: print("\x1b[1m") or 0)
         with pytest.raises(Finding, match="prints"):
             attempt("mbs", good)
     with monkeypatch.context() as patch:
@@ -44,11 +44,11 @@ def test_what_must_not_be_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
         with pytest.raises(Finding, match="the equations are not"):
             attempt("mbs", good)
     with monkeypatch.context() as patch:
-        patch.setattr("broken.PATIENCE", 0.0)
+        patch.setattr("support.broken.PATIENCE", 0.0)
         with pytest.raises(Finding, match="takes"):
             attempt("mbs", good)
     with monkeypatch.context() as patch:
-        patch.setattr("broken.main", lambda words: Path("half").write_bytes(b"") or _lie())
+        patch.setattr("support.broken.main", lambda words: Path("half").write_bytes(b"") or _lie())
         with pytest.raises(Finding, match="leaves"):
             attempt("stl", b"")
 

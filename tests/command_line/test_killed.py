@@ -1,5 +1,6 @@
-"""A run is killed, or fails, at any moment: no file is half, no edit is lost, and the next run
-works.
+"""A run that is killed, or fails, at any moment leaves no half file, and loses no edit.
+
+The next run works.
 
 The process ends, or a call of the system fails, at each step of writing in turn: the steps are
 counted, so the same ones are met every time.

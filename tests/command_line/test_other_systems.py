@@ -80,7 +80,7 @@ def test_outputs_on_two_drives(monkeypatch: pytest.MonkeyPatch) -> None:
         raise ValueError("Paths don't have the same drive")
 
     monkeypatch.setattr(many.os.path, "commonpath", two_drives)
-    assert many._find_common_folder([]) == Path.cwd()
+    assert many.find_common_folder([]) == Path.cwd()
 
 
 def test_line_ends_of_windows_in_every_input(tmp_path: Path) -> None:

@@ -36,7 +36,7 @@ def here(here: Path) -> Path:
     return here
 
 
-#: A command line, its exit code, and its error: a code, and perhaps what the message must have.
+#: A command line, its exit code, and the code of its error, perhaps with what the message has.
 COMMANDS = [
     ("convert tiny.urdf -o ''", 2, "usage"),
     ("convert ''", 2, "usage"),
@@ -120,15 +120,15 @@ COMMANDS = [
 ]
 
 
-@pytest.mark.parametrize(("line", "exit_code", "said"), COMMANDS, ids=lambda v: str(v)[:50])
+@pytest.mark.parametrize(("line", "exit_code", "code"), COMMANDS, ids=lambda v: str(v)[:50])
 def test_a_wrong_command_line(
-    line: str, exit_code: int, said: str, here: Path, capsys: Any
+    line: str, exit_code: int, code: str, here: Path, capsys: Any
 ) -> None:
     before = sorted(filter(Path.is_file, here.rglob("*")))
     assert main(shlex.split(line)) == exit_code
     err = capsys.readouterr().err
     assert err.count("error[") == 1
-    code, _, words = said.partition(".*")
+    code, _, words = code.partition(".*")
     assert re.search(rf"error\[(?:{code.partition(':')[0]})\](?s:.*){re.escape(words)}", err), err
     assert sorted(filter(Path.is_file, here.rglob("*"))) == before
     assert (here / "tiny.urdf").read_text() == TINY

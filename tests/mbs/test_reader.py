@@ -434,3 +434,22 @@ def test_what_an_object_is_without_its_elements() -> None:
     assert Mbs("m") == Mbs("m", "1.0", Base("ground", (0.0, 0.0, -9.81)))
     assert Light("", zero).active
     assert not Joint("j", "R1").actuated
+
+
+#: An end of a cut that is not placed yet.
+NO_END = b"<bodyname/>\n        <pointname>origin</pointname>"
+
+
+def test_a_cut_of_which_an_end_is_not_placed_yet_is_read_and_kept() -> None:
+    """A draft of MBSysPad; a body must have its parent all the same."""
+    text = write(everything())
+    end = b"<bodyname>arm</bodyname>\n        <pointname>tip</pointname>"
+    assert end in text
+    draft = read_mbs(text.replace(end, NO_END, 1), "m.mbs")
+    assert [cut.is_draft for cut in draft.cuts] == [True, False, False]
+    assert not any(cut.is_draft for cut in everything().cuts)
+    assert read_mbs(write(draft), "m.mbs") == draft
+    parent = b"<bodyname>trunk</bodyname>\n        <pointname>shoulder</pointname>"
+    assert parent in text
+    with pytest.raises(ConversionError, match="parent-unknown"):
+        read_mbs(text.replace(parent, NO_END, 1), "m.mbs")

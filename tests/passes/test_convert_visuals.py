@@ -6,7 +6,7 @@ import pytest
 
 from urdf2mbs import convert
 from urdf2mbs.mbs.model import GREY, Shape
-from urdf2mbs.passes.convert_visuals import _choose_stem
+from urdf2mbs.passes.convert_visuals import choose_stem
 
 ROBOT = """<robot name="coloured">
   <material name="blue"><color rgba="0 0.2 1 0.25"/></material>
@@ -77,7 +77,7 @@ def test_meshes_whose_names_differ_in_case_only(tmp_path: Path) -> None:
 def test_stems_of_mesh_files(files: list[str], stems: list[str]) -> None:
     chosen: list[str] = []
     for file in files:
-        chosen.append(_choose_stem(file, set(chosen)))
+        chosen.append(choose_stem(file, set(chosen)))
     assert chosen == stems
 
 

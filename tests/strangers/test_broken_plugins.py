@@ -1,5 +1,7 @@
-"""Whatever is wrong with a plugin: one message that names it, exit code 2 (1 if it failed on a
-robot), no traceback."""
+"""Whatever is wrong with a plugin, one message names it, and there is no traceback.
+
+The exit code is 2, or 1 if the plugin failed on a robot.
+"""
 
 import re
 from pathlib import Path

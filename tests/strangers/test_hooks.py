@@ -2,7 +2,6 @@
 
 import importlib
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +10,6 @@ import pytest
 import urdf2mbs
 from support.installed import install_file
 from urdf2mbs.cli import main
-from urdf2mbs.engine.plugins import _load_shared
 from urdf2mbs.testing import TINY
 
 PLUGIN = """
@@ -62,7 +60,7 @@ def urdf2mbs_intent(model):
 
 
 @pytest.fixture
-def lab(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+def lab(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder with a robot and its model; the plugin is installed."""
     site = tmp_path / "site"
     (tmp_path / "lab_hooks.py").write_text(PLUGIN)
@@ -73,8 +71,7 @@ def lab(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     monkeypatch.syspath_prepend(str(site))
     monkeypatch.delitem(sys.modules, "lab_hooks", raising=False)
     importlib.invalidate_caches()
-    yield tmp_path
-    _load_shared.cache_clear()
+    return tmp_path
 
 
 def test_lint_asks_the_plugins_for_faults(lab: Path, capsys: Any) -> None:

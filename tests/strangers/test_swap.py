@@ -1,5 +1,4 @@
-"""Every built-in pass but check can be replaced by a plugin that gives the same thing; only if
-asked to."""
+"""A plugin's pass takes the place of any built-in pass but check, and only where it is asked to."""
 
 import re
 from pathlib import Path

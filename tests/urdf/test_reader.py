@@ -417,6 +417,9 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
     with pytest.raises(ConversionError) as caught:
         read_robot(tmp_path / "robt.obj", Packages({}, tmp_path), {})
     assert caught.value.hint == "did you mean 'robot.urdf'?"
+    with pytest.raises(ConversionError) as caught:
+        read_robot(tmp_path / "atlas.urdf", Packages({}, tmp_path), {})
+    assert "did you mean" not in (caught.value.hint or "")
 
 
 def test_everything_of_the_model_is_filled(tmp_path: Path) -> None:

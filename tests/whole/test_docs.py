@@ -20,8 +20,8 @@ import pytest
 import yaml
 from lxml import etree
 
-from support.codes import CATALOGUE, TABLES
-from support.folders import ROOT
+from support.codes import CATALOGUE, TABLES, list_asserted_codes
+from support.folders import ROOT, TESTS
 from support.installed import install_file
 from support.plugin_files import passes_of
 from support.real_robots import FOLDER
@@ -227,6 +227,8 @@ def test_the_code_runs(
 ) -> None:
     monkeypatch.syspath_prepend(install_file(tmp_path / "site-packages", INSTALLED))
     monkeypatch.delitem(sys.modules, INSTALLED.stem, raising=False)
+    # to compile C's own library for a page takes a minute; test_live.py tests such pages
+    monkeypatch.setattr("urdf2mbs_simulate.live.find_zig", lambda: None)
     folder = tmp_path / "robots"
     folder.mkdir()
     monkeypatch.chdir(folder)
@@ -463,11 +465,29 @@ def test_every_code_stands_once_and_beside_what_says_it() -> None:
             assert text.startswith("note") or re.search(r"\w\W*\. [A-Z].*\.$", text), code
 
 
-def test_every_code_has_a_test() -> None:
-    folder = ROOT / "tests"
-    files = (*folder.rglob("*.py"), *folder.glob("whole/snapshots/*.txt"))
-    named = {word for file in files for word in re.findall(r"[\w-]+", file.read_text())}
-    assert set(CATALOGUE) - named == set()
+def test_a_test_asserts_every_code() -> None:
+    asserted = set()
+    for file in TESTS.rglob("test_*.py"):
+        asserted |= list_asserted_codes(file.read_text())
+    for file in TESTS.glob("whole/snapshots/*.txt"):
+        asserted |= {*re.findall(r"^(?:error|warning|note)\[(.*?)\]", file.read_text(), re.M)}
+    assert CATALOGUE.keys() - asserted == set()
+
+
+@pytest.mark.parametrize(
+    ("line", "asserted"),
+    [
+        ("assert error.code == 'two-parents'", True),
+        ("assert 'error[loop]: ' in said", True),
+        ("with pytest.raises(ConversionError, match='two-parents'): pass", True),
+        ("for text, code in ((LOOP, 'loop'),): pass", True),
+        ("convert(robot, diagnostics={**more, 'two-parents': 'note'}, without=['loop'])", False),
+        ("simulate(['init', 'loop'])", False),
+        ("assert calls == ['init', 'loop']", False),
+    ],
+)
+def test_a_code_that_a_test_only_names_is_not_asserted(line: str, asserted: bool) -> None:
+    assert bool({"two-parents", "loop"} & list_asserted_codes(line)) is asserted
 
 
 def test_every_command_is_in_the_readme_or_the_docs() -> None:
@@ -477,9 +497,13 @@ def test_every_command_is_in_the_readme_or_the_docs() -> None:
 
 
 def test_each_test_file_says_in_one_line_what_it_protects() -> None:
-    for file in sorted((ROOT / "tests").rglob("*.py")):
-        told = ast.get_docstring(ast.parse(file.read_text())) or ""
-        assert len(told.splitlines()[:1]) == 1, file
+    """In a sentence of its own: two files that protect the same should be one."""
+    told: dict[str, Path] = {}
+    for file in sorted(TESTS.rglob("test_*.py")):
+        line = (ast.get_docstring(ast.parse(file.read_text())) or "").partition("\n")[0]
+        assert re.fullmatch(r"(\S+ +){4,}\S+\.", line), f"{file}: {line!r}"
+        assert line not in told, f"{file} and {told.get(line)}"
+        told[line] = file
 
 
 def load_script(name: str, monkeypatch: pytest.MonkeyPatch) -> Any:

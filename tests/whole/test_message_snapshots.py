@@ -17,6 +17,7 @@ if __name__ == "__main__":
 import msgspec
 import pytest
 
+from support.codes import TABLES
 from support.rich_robot import PASSES, RICH, joint, limit, link
 from urdf2mbs import Result, convert
 from urdf2mbs.mbs.model import Body, Mbs
@@ -232,20 +233,30 @@ def plain(value: Any) -> Any:
 
 #: What other lines have, too.
 TWICE = ("joint-parameters", "project", "layout", "certificate")
+#: The room or plugin that says each code.
+ROOMS = {code: room for room, table in TABLES.items() for code in table}
 
 
 def lines(result: Result) -> Iterator[str]:
-    for found in result.diagnostics:
-        yield f"{found.level}[{found.code}] {found.link or found.joint or ''}: {found.message}"
-        if found.hint:
-            yield f"    {found.hint}"
+    """The lines of a snapshot: messages by the room that says them, then numbers by their kind."""
+    rooms = [ROOMS[found.code] for found in result.diagnostics]
+    for room in sorted({*rooms}):
+        yield f"## messages of {room}"
+        for found in result.diagnostics:
+            if ROOMS[found.code] == room:
+                where = found.link or found.joint or ""
+                yield f"{found.level}[{found.code}] {where}: {found.message}"
+                yield from [f"    {found.hint}"] if found.hint else ()
+    yield "## facts of the report"
     for name, fact in sorted(result.conversion.report.items()):
         if name not in TWICE and fact:
             yield f"{name}: {json.dumps(plain(fact))}"
     if result.report.left_out:
         yield f"left out: {json.dumps(plain(result.report.left_out))}"
+    yield "## the model"
     yield from parts(result.mbs)
     if result.conversion.settings.project is not None:
+        yield "## slopes of the forces"
         mass = MassModel(result.mbs)
         models = {
             model.name: {of.name: float(of.values[0]) for of in model.parameters}

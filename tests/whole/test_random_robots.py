@@ -1,5 +1,6 @@
 """Random robots stay the same robots: all joint types, any axis, any angle, any names."""
 
+from itertools import cycle, product
 from pathlib import Path
 
 import pytest
@@ -10,6 +11,7 @@ from support.build import SOLID, joint, link, robot
 from support.compare import beside_its_urdf, lost_shapes, structure_faults
 from support.examples import reproducible
 from support.oracle.urdf import Urdf
+from support.presets import PRESETS
 from support.strategies import robots, snapped
 from urdf2mbs import convert
 
@@ -38,42 +40,62 @@ def check(file: Path, text: str | bytes, base: str, keep: bool, snapped: float =
     assert set(result.frozen) == (set() if keep else urdf.moving_nothing())
 
 
-@pytest.mark.slow
-@settings(reproducible, max_examples=250)
-@given(robots(), st.sampled_from(("auto", "floating", "fixed")), st.booleans())
-def test_any_robot_is_the_same_robot(file: Path, text: bytes, base: str, keep: bool) -> None:
-    """By the preset faithful; tests/passes/test_compact.py has the other."""
-    # an axis within 1e-9 rad of a coordinate axis or plane is taken to lie on it; beyond that, and
-    # everywhere else, nothing is rounded
+def check_any_robot(file: Path, text: bytes, base: str, keep: bool) -> None:
+    """An axis within 1e-9 rad of a coordinate axis or plane is taken to lie on it; beyond that,
+    and everywhere else, nothing is rounded."""
     check(file, text, base, keep, snapped(text))
 
 
-@pytest.mark.parametrize("kind", ["revolute", "prismatic", "planar"])
-@pytest.mark.parametrize(
-    "axis",
-    [
-        "1 0 0", "0 1 0", "0 0 1", "-1 0 0", "0 -1 0", "0 0 -1", "5 0 0", "0 0 -1e-3",
-        "0 1 1", "0 1 -2", "1 0 1", "-1 0 2", "1 1 0", "-1 1 0", "-2 -1 0", "1 1 1", "-1 -2 3",
-        "1 2 -3", "1e-200 2e-200 0", "1e200 1e200 1e200", "1 2e-9 0", "1 1e-8 -1e-8",
-    ],
-)  # fmt: skip
-@pytest.mark.parametrize("keep", [False, True], ids=["pruned", "kept"])
-def test_every_axis(file: Path, axis: str, kind: str, keep: bool) -> None:
-    text = robot(
-        link("a", SOLID),
-        link("b", SOLID),
-        link("c", SOLID),
-        joint("a", "b", kind, axis=axis, xyz="1 2 3", rpy="1 2 3"),
-        joint("b", "c", kind, axis=axis),
-    )
-    check(file, text, "floating", keep)
+ANY_ROBOT = {
+    "text": robots(),
+    "base": st.sampled_from(("auto", "floating", "fixed")),
+    "keep": st.booleans(),
+}
 
 
-@pytest.mark.parametrize("off", [9.9e-10, 1e-12])
-@pytest.mark.parametrize("axis", ["1 {} 0", "0 -1 {}", "{} {} 1", "1 {} 1"])
-def test_a_nearly_aligned_axis_is_off_by_no_more_than_it_was(
-    file: Path, axis: str, off: float
+@settings(reproducible, max_examples=40)
+@given(**ANY_ROBOT)
+def test_any_robot_is_the_same_robot(file: Path, text: bytes, base: str, keep: bool) -> None:
+    """By the preset faithful; tests/plugins/compact/test_compact.py has the other."""
+    check_any_robot(file, text, base, keep)
+
+
+@pytest.mark.slow
+@settings(reproducible, max_examples=250)
+@given(**ANY_ROBOT)
+def test_any_of_many_robots_is_the_same_robot(
+    file: Path, text: bytes, base: str, keep: bool
 ) -> None:
+    check_any_robot(file, text, base, keep)
+
+
+AXES = {
+    "aligned": ("1 0 0", "0 1 0", "0 0 1", "-1 0 0", "0 -1 0", "0 0 -1"),
+    "in a plane": ("0 1 1", "0 1 -2", "1 0 1", "-1 0 2", "1 1 0", "-1 1 0", "-2 -1 0"),
+    "oblique": ("1 1 1", "-1 -2 3", "1 2 -3"),
+    "of any length": ("5 0 0", "0 0 -1e-3", "1e-200 2e-200 0", "1e200 1e200 1e200"),
+    "almost aligned": ("1 2e-9 0", "1 1e-8 -1e-8"),
+}
+
+
+@pytest.mark.parametrize("axes", AXES)
+def test_axes_of_all_joints_that_have_one(file: Path, axes: str) -> None:
+    elements = [link("root", SOLID)]
+    for number, axis in enumerate(AXES[axes]):
+        for kind in ("revolute", "prismatic", "planar"):
+            near, far = f"{kind}_{number}", f"{kind}_{number}_behind"
+            elements += [
+                link(near, SOLID),
+                link(far, SOLID),
+                joint("root", near, kind, axis=axis, xyz="1 2 3", rpy="1 2 3"),
+                joint(near, far, kind, axis=axis),
+            ]
+    check(file, robot(*elements), "floating", False)
+
+
+@pytest.mark.parametrize("axis", ["1 {} 0", "0 -1 {}", "{} {} 1", "1 {} 1"])
+def test_a_nearly_aligned_axis_is_off_by_no_more_than_it_was(file: Path, axis: str) -> None:
+    off = 9.9e-10
     turning = joint("a", "b", "revolute", axis=axis.format(off, off))
     text = robot(link("a", SOLID), link("b", SOLID), turning)
     check(file, text, "fixed", False, off)
@@ -82,11 +104,17 @@ def test_a_nearly_aligned_axis_is_off_by_no_more_than_it_was(
 @pytest.mark.parametrize(
     "rpy",
     [
-        "1.5708 0 0", "0 1.5708 0", "0 0 1.5708", "1.57079632679 1.57079632679 1.57079632679",
-        "0 -1.5707963267948966 0.3", "3.141592653589793 0 -3.141592653589793",
-        "0.5 1.5707963267948966 -0.5", "-3.14159 1e-9 0", "1e-300 0 0",
+        "1.5708 0 0",
+        "0 1.5708 0",
+        "0 0 1.5708",
+        "1.57079632679 1.57079632679 1.57079632679",
+        "0 -1.5707963267948966 0.3",
+        "3.141592653589793 0 -3.141592653589793",
+        "0.5 1.5707963267948966 -0.5",
+        "-3.14159 1e-9 0",
+        "1e-300 0 0",
     ],
-)  # fmt: skip
+)
 def test_every_turn(file: Path, rpy: str) -> None:
     turned = f'<origin xyz="0.1 0.2 0.3" rpy="{rpy}"/>'
     shapes = "".join(
@@ -108,11 +136,19 @@ def test_every_turn(file: Path, rpy: str) -> None:
     check(file, text, "fixed", True)
 
 
-@pytest.mark.parametrize("keep", [False, True], ids=["pruned", "kept"])
-@pytest.mark.parametrize("base", ["fixed", "floating"])
-@pytest.mark.parametrize("outer", ["fixed", "revolute", "planar", "floating"])
-@pytest.mark.parametrize("inner", ["fixed", "prismatic", "floating"])
-@pytest.mark.parametrize("shift", ["0 0 0", "0.1 0 0"])
+#: How links without mass are attached: the first and the third joint, and the second; with each
+#: pair of them another choice of the rest.
+ROWS = [
+    (inner, outer, *choice)
+    for (inner, outer), choice in zip(
+        product(("fixed", "prismatic", "floating"), ("fixed", "revolute", "planar", "floating")),
+        cycle(product(("0 0 0", "0.1 0 0"), ("fixed", "floating"), (False, True))),
+        strict=False,
+    )
+]
+
+
+@pytest.mark.parametrize(("inner", "outer", "shift", "base", "keep"), ROWS)
 def test_massless_links_in_a_row(
     file: Path, inner: str, outer: str, shift: str, base: str, keep: bool
 ) -> None:
@@ -133,21 +169,18 @@ def test_massless_links_in_a_row(
 
 
 @pytest.mark.parametrize(
-    ("first", "second"),
+    ("first", "second", "kind"),
     [
-        ("hip", "hip_origin_R3"),
-        ("hip", "hip_origin_R1"),
-        ("hip", "hip_axis_R3"),
-        ("hip", "hip_back_R2"),
-        ("hip_origin_R3", "hip"),
-        ("a-b", "a_b"),
-        ("a/b", "a b"),
-        ("floating_base", "floating_base_T1"),
-        ("floating_base_2", "floating_base"),
-        ("third", "third_T1"),
+        ("hip", "hip_origin_R3", "revolute"),
+        ("hip", "hip_axis_R3", "planar"),
+        ("hip_back_R2", "hip", "revolute"),
+        ("a-b", "a_b", "planar"),
+        ("a/b", "a b", "floating"),
+        ("floating_base", "floating_base_T1", "revolute"),
+        ("floating_base_2", "floating_base", "floating"),
+        ("third", "third_T1", "planar"),
     ],
 )
-@pytest.mark.parametrize("kind", ["revolute", "planar", "floating"])
 def test_joint_names_that_clash_with_those_of_driven_joints(
     file: Path, first: str, second: str, kind: str
 ) -> None:
@@ -194,11 +227,10 @@ def test_a_robot_of_any_size(file: Path, scale: float) -> None:
     check(file, text, "floating", False)
 
 
-@pytest.mark.parametrize("base", ["fixed", "floating"])
-@pytest.mark.parametrize("pipeline", ["faithful", "compact"])
-def test_nothing_but_frames(file: Path, base: str, pipeline: str) -> None:
+@pytest.mark.parametrize("pipeline", PRESETS)
+def test_nothing_but_frames(file: Path, pipeline: str) -> None:
     """All stay, as bodies without mass, and that is said."""
-    for links in ("a", "ab"):
+    for links, base in product(("a", "ab"), ("fixed", "floating")):
         text = robot(*map(link, links), *([joint("a", "b")] * (links == "ab")))
         file.write_text(text)
         result = convert(file, base=base, pipeline=pipeline)

@@ -31,20 +31,21 @@ class Progress:
         self._pass_name = ""
         self._begin = monotonic()
         """When the pass began."""
-        self._ended = Event()
+        self.ended = Event()
+        """Set when the run is done."""
         self._printer: Thread | None = None
         self.at = ""
         """The text of the next line."""
 
     def __enter__(self) -> Progress:
         if not self._quiet:
-            self._printer = Thread(target=self._print_lines, daemon=True)
+            self._printer = Thread(target=self.print_lines, daemon=True)
             self._printer.start()
         return self
 
     def __exit__(self, *_: object) -> None:
         """End the thread before the command prints its result."""
-        self._ended.set()
+        self.ended.set()
         if self._printer is not None:
             self._printer.join()
 
@@ -53,11 +54,12 @@ class Progress:
         if not self._quiet:
             print(f"... {text}", file=sys.stderr)
 
-    def _print_lines(self) -> None:
+    def print_lines(self) -> None:
+        """Print what the run is at, again and again until it has ended."""
         is_terminal = sys.__stderr__ is not None and sys.__stderr__.isatty()
         previous_text, waited = "", 0.0
         interval = self.PATIENCE if is_terminal else self.LOG_PATIENCE
-        while not self._ended.wait(interval):
+        while not self.ended.wait(interval):
             text = self.at
             waited = waited + interval if text == previous_text else 0.0
             print(f"... {text}, for {waited:.0f} s" if waited else f"... {text}", file=sys.stderr)

@@ -107,12 +107,12 @@ def _make_shape(conversion: Conversion, geometry: Geometry, name: str) -> Shape:
     assert isinstance(geometry, Mesh)
     stems = conversion.meshes
     if geometry.filename not in stems:
-        stems[geometry.filename] = _choose_stem(geometry.filename, set(stems.values()))
+        stems[geometry.filename] = choose_stem(geometry.filename, set(stems.values()))
     url = f"{VRML_FOLDER}/{stems[geometry.filename]}.wrl"
     return Shape("inline", name, scale=geometry.scale, url=url)
 
 
-def _choose_stem(filename: str, stems: set[str]) -> str:
+def choose_stem(filename: str, stems: set[str]) -> str:
     """Choose the name of the .wrl of a mesh file, without the suffix.
 
     It is the mesh file's own name, made safe for every file system, and different from those of

@@ -52,7 +52,7 @@ def convert_configs(configs: Iterable[tuple[Config, Lines]], arguments: argparse
     if arguments.workers is not None and arguments.workers < 1:
         raise ConfigError("usage", f"--workers {arguments.workers}: expected 1 or more")
     jobs = list_jobs(configs, installed_plugins=not arguments.no_plugins, force=arguments.force)
-    report_file = arguments.report or _find_common_folder(jobs) / REPORT
+    report_file = arguments.report or find_common_folder(jobs) / REPORT
     if not arguments.force:
         check_ours({report_file: b""})
     outcomes = _run_with_progress(jobs, arguments)
@@ -90,7 +90,7 @@ def convert_folder(arguments: argparse.Namespace) -> int:
     return convert_configs(configs, arguments)
 
 
-def _find_common_folder(jobs: list[Job]) -> Path:
+def find_common_folder(jobs: list[Job]) -> Path:
     """Return the folder that contains all outputs."""
     try:
         return Path(os.path.commonpath([Path(job.output or job.source).parent for job in jobs]))

@@ -10,10 +10,12 @@ from numpy.typing import NDArray
 
 from support.equations import few, trees, write_equations
 from support.examples import reproducible
+from support.mbs_models import everything
 from support.oracle.generated import Data, PythonEquations, error, random_state
 from support.oracle.generated import Sensor as Measured
 from support.oracle.pin import TOLERANCE, Truth, pin
 from urdf2mbs.mbs.model import Body, Connection, Joint, Mbs, Point, Sensor
+from urdf2mbs.mbs.writer import write
 from urdf2mbs_equations.constraints import iterate_constraints
 from urdf2mbs_equations.files import generate
 from urdf2mbs_equations.options import EquationOptions
@@ -415,3 +417,12 @@ def test_what_is_not_generated_says_why() -> None:
         mbs, b"<mbsDescR7/>", "bars.mbs", EquationOptions(language="python", energy=True)
     )
     assert made.left_out["com"] == made.left_out["momentum"] == "no body has a mass"
+
+
+def test_functions_that_need_a_cut_that_is_not_placed_yet_are_left_out_and_it_is_named() -> None:
+    mbs = everything()
+    mbs.cuts[0].endpoint1 = ("", None)
+    found = generate(mbs, write(mbs), "m.mbs", EquationOptions(language="python"))
+    assert {"cons_hJ", "cons_jdqd"} <= set(found.left_out)
+    assert "'a_ball'" in found.left_out["cons_hJ"]
+    assert {"dirdyna", "invdyna", "link", "extforces", "sensor"}.isdisjoint(found.left_out)

@@ -7,9 +7,11 @@ import msgspec
 import pytest
 from lxml import etree
 
+from support.mbs_models import everything
 from urdf2mbs.cli import main
 from urdf2mbs.mbs.model import Body, Connection, Drawing, Joint, Mbs, Point, Sensor
 from urdf2mbs.mbs.reader import read_mbs
+from urdf2mbs.mbs.writer import write
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs_report.draw import draw
 
@@ -288,3 +290,31 @@ def test_the_command_refuses_what_is_no_model(
     assert main(["diagram", str(tmp_path / "bad.mbs")]) == 1
     assert "bad.mbs" in capsys.readouterr().err
     assert not (tmp_path / "bad.svg").exists()
+
+
+def place_all() -> Mbs:
+    """Return the model that has everything, each part of it with a place in the diagram."""
+    mbs = everything()
+    for body in mbs.bodies:
+        for part in (*body.joints, *body.points):
+            part.position = part.position or (5.0, 5.0)
+    return mbs
+
+
+def test_a_cut_of_which_an_end_is_not_placed_yet_is_left_out() -> None:
+    mbs = place_all()
+    assert 'data-name="a_ball"' in draw(mbs)
+    mbs.cuts[0].endpoint1 = ("", None)
+    assert 'data-name="a_ball"' not in draw(mbs)
+    assert 'data-name="a_rod"' in draw(mbs)
+
+
+def test_a_sensor_on_a_bodys_own_frame_is_drawn_there() -> None:
+    mbs = place_all()
+    arm = mbs.bodies[1]
+    arm.points.append(Point("origin", sensor=Sensor("own")))
+    x, y = arm.joints[-1].position or (0.0, 0.0)
+    assert f'<title>origin\n(0, 0, 0) m\nsensor own</title><circle cx="{x:.10g}" cy="{y:.10g}"' in (
+        draw(mbs)
+    )
+    assert read_mbs(write(mbs), "m.mbs") == mbs

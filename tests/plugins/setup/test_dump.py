@@ -7,6 +7,7 @@ import yaml
 
 from support.pipelines import RAN, pipeline_of
 from urdf2mbs.cli import main
+from urdf2mbs.testing import TINY
 from urdf2mbs_setup.dump import Dump
 
 
@@ -61,3 +62,17 @@ def test_a_pipeline_that_writes_no_mbs_says_so(here: Path, capsys: Any) -> None:
     (here / "tiny.yaml").write_text(f"source: tiny.urdf\npipeline: {passes}\n")
     assert main(["run", "tiny.yaml"]) == 0
     assert capsys.readouterr().out.startswith("the pipeline writes no .mbs\n")
+
+
+def test_the_expanded_text_is_dumped_where_reading_it_fails(here: Path, capsys: Any) -> None:
+    """So that the line of the error can be looked up; a plain URDF is its own text."""
+    xacro = TINY.replace("<robot", '<robot xmlns:xacro="http://www.ros.org/wiki/xacro"', 1)
+    (here / "odd.xacro").write_text(xacro.replace('xyz="0.1 0 0.15"', 'xyz="${1} x 0"'))
+    assert main(["convert", "odd.xacro", "--dump", "states"]) == 1
+    said = capsys.readouterr().err
+    assert "'urdf2mbs convert --dump DIR' writes it, as DIR/expanded.urdf" in said
+    line = int(said.partition("(expanded):")[2].partition(":")[0])
+    expanded = here / "states" / "expanded.urdf"
+    assert 'xyz="1 x 0"' in expanded.read_text().splitlines()[line - 1]
+    assert main(["convert", "tiny.urdf", "--dump", "states"]) == 0
+    assert not expanded.exists()

@@ -332,3 +332,17 @@ def test_an_estimated_mass_does_not_set_an_arm_free() -> None:
         assert result.report.base_reason == "massless root"
         assert result.report.base_in_words.startswith("fixed base: root link 'a' has no mass")
         assert code in [diagnostic.code for diagnostic in result.diagnostics]
+
+
+def test_a_robot_without_mass_is_sent_here_only_where_that_helps() -> None:
+    """It has shapes, and nothing is estimated yet: of a flat shape there is no mass."""
+    ball, flat = '<sphere radius="1"/>', '<box size="1 1 0"/>'
+    for geometry, options, expected in (
+        (ball, {}, [True]),
+        (ball, {"density": 1000.0}, []),
+        (flat, {"density": 1000.0}, [False]),
+    ):
+        text = robot(link("a", shape("visual", geometry)))
+        found = convert_text(text, passes={"estimate-inertia": options}).diagnostics
+        hints = [one.hint or "" for one in found if one.code == "no-mass"]
+        assert ["estimate-inertia" in hint for hint in hints] == expected

@@ -1,7 +1,6 @@
 """Robots with an oddity each: what converts, what is refused, and what is said of it."""
 
 from collections.abc import Callable
-from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -94,70 +93,3 @@ def test_the_unknown_macro_is_left_out_if_the_user_says_so(run: Callable[..., An
         assert ("warning[xacro-left]" in said) == (level == "warning")
         assert "--level" not in said  # which is set already
         assert [body.name for body in read_mbs(output.read_bytes(), "").bodies] == ["base_body"]
-
-
-BODY = (
-    '<inertial><origin xyz="0 0 0.1"/><mass value="1"/>'
-    '<inertia ixx=".01" ixy="0" ixz="0" iyy=".01" iyz="0" izz=".01"/></inertial>'
-)
-XACRO = ' xmlns:xacro="http://www.ros.org/wiki/xacro"'
-
-
-def arm(tip: str = "", joint: str = "", kind: str = "continuous", head: str = "") -> str:
-    """A base and a tip, both with mass, on one joint."""
-    return (
-        f'<robot name="r"{head}>\n<link name="base">{BODY}</link>\n'
-        f'<link name="tip">{BODY}{tip}</link>\n<joint name="j" type="{kind}">'
-        f'<parent link="base"/><child link="tip"/>\n{joint}</joint>\n</robot>'
-    )
-
-
-BALL = '<sphere radius="1"/>'
-MASSLESS = (
-    f'<robot name="r"><link name="a"><visual><geometry>{BALL}</geometry></visual></link></robot>'
-)
-
-
-def test_no_mass_with_either_base(run: Callable[..., Any], tmp_path: Path) -> None:
-    source = tmp_path / "odd.urdf"
-    for base, preset in product(("fixed", "floating"), ("faithful", "compact")):
-        source.write_text(MASSLESS)
-        code, said, _ = run(source, "--base", base, "--pipeline", preset)
-        assert code == 0
-        assert "NO DYNAMICS: no link has a mass)\n" in said
-        # what is already set is not recommended
-        _, said, _ = run(
-            source, "--base", base, "--pipeline", preset, "--set", "estimate-inertia.density=1000"
-        )
-        assert "no-mass" not in said
-    flat = MASSLESS.replace('<sphere radius="1"/>', '<box size="1 1 0"/>')
-    source.write_text(flat)
-    _, said, _ = run(source, "--set", "estimate-inertia.density=1000")
-    assert "warning[no-mass]" in said
-    assert "estimate-inertia" not in said
-
-
-def test_the_expanded_text_is_dumped_where_reading_it_fails(
-    run: Callable[..., Any], tmp_path: Path
-) -> None:
-    source = tmp_path / "odd.xacro"
-    source.write_text(arm(head=XACRO, joint='<origin xyz="${1} x 0"/>'))
-    code, said, _ = run(source, "--dump", "states")
-    assert code == 1
-    assert "(expanded):" in said
-    assert "'urdf2mbs convert --dump DIR' writes it, as DIR/expanded.urdf" in said
-    line = int(said.partition("(expanded):")[2].partition(":")[0])
-    text = (tmp_path / "states" / "expanded.urdf").read_text()
-    assert 'xyz="1 x 0"' in text.splitlines()[line - 1]
-    source.write_text(arm())
-    run(source.rename(tmp_path / "plain.urdf"), "--dump", "states")
-    assert not (tmp_path / "states" / "expanded.urdf").exists()
-
-
-def test_a_file_that_is_not_there(run: Callable[..., Any], tmp_path: Path) -> None:
-    for name in ("fetch.svg", "fetch.urdf", "fetch.ur"):
-        (tmp_path / name).touch()
-    _, said, _ = run("fetch.urd")
-    assert "did you mean 'fetch.urdf'?" in said
-    _, said, _ = run("atlas.urdf")
-    assert "did you mean" not in said
