@@ -38,6 +38,10 @@ os.environ["OPENBLAS_NUM_THREADS"] = "1"
 if shutil.which("cc"):
     os.environ.setdefault("CC", str(TESTS / "support" / "cc"))
 
+# zig compiles a C library for pages, which takes a minute, and keeps it: once for all tests.
+_CACHES = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+os.environ.setdefault("ZIG_GLOBAL_CACHE_DIR", str(Path(_CACHES, "zig")))
+
 # A shell lets a command in the background ignore Ctrl-C, and with it all commands that tests start.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 if hasattr(signal, "SIGHUP"):  # as Windows does not; nohup lets it be ignored
