@@ -9,11 +9,9 @@ from collections.abc import Iterator
 from difflib import get_close_matches
 from typing import Any
 
-from jsonschema import Draft202012Validator, ValidationError
-from jsonschema.validators import extend
-
 from urdf2mbs.config.lines import Key, Lines, dotted
-from urdf2mbs.messages.diagnostics import ConfigError, nearest
+from urdf2mbs.config.schema_faults import SchemaFault, find_schema_faults
+from urdf2mbs.messages.diagnostics import ConfigError, counted, nearest
 from urdf2mbs.ranges import describe_range
 
 #: The types of JSON, in the words of a reader of YAML.
@@ -26,16 +24,6 @@ _TYPES = {
     "object": "a block of 'key: value' lines",
     "null": "nothing",
 }
-
-_TYPE_CHECKER = Draft202012Validator.TYPE_CHECKER
-#: Values from Python may be tuples, and nan is not a number.
-_CONFIG_TYPE_CHECKER = _TYPE_CHECKER.redefine(
-    "array", lambda _, value: isinstance(value, list | tuple)
-)
-_CONFIG_TYPE_CHECKER = _CONFIG_TYPE_CHECKER.redefine(
-    "number", lambda _, value: _TYPE_CHECKER.is_type(value, "number") and value == value
-)
-_Validator: Any = extend(Draft202012Validator, type_checker=_CONFIG_TYPE_CHECKER)
 
 
 def take_faults(
@@ -51,17 +39,17 @@ def take_faults(
         config_lines: The line of each value.
         block_key: The key of the block in the config.
     """
-    schema_errors = list(_Validator(schema).iter_errors(block_data))
+    schema_faults = list(find_schema_faults(block_data, schema, schema["$defs"]))
     faults = [
         fault
-        for schema_error in schema_errors
-        for fault in _describe(schema_error, config_lines, block_key)
+        for schema_fault in schema_faults
+        for fault in _describe(schema_fault, config_lines, block_key)
     ]
-    for schema_error in schema_errors:
-        if schema_error.path:
-            block_data.pop(schema_error.path[0], None)
-        elif schema_error.validator == "additionalProperties":
-            known_keys = schema_error.schema["properties"]
+    for schema_fault in schema_faults:
+        if schema_fault.key:
+            block_data.pop(schema_fault.key[0], None)
+        elif schema_fault.keyword == "additionalProperties":
+            known_keys = schema_fault.schema["properties"]
             for unknown_key in [
                 unknown_key for unknown_key in block_data if unknown_key not in known_keys
             ]:
@@ -72,62 +60,53 @@ def take_faults(
 
 
 def _describe(
-    schema_error: ValidationError, config_lines: Lines, block_key: Key
+    schema_fault: SchemaFault, config_lines: Lines, block_key: Key
 ) -> Iterator[ConfigError]:
-    """Yield the faults that cause an error of jsonschema."""
-    faulty_key = (*block_key, *schema_error.absolute_path)
-    match schema_error.validator:
+    """Yield the errors of a config for a fault of its data."""
+    faulty_key = (*block_key, *schema_fault.key)
+    match schema_fault.keyword:
         case "anyOf":
-            yield from _describe_alternatives(schema_error, config_lines, block_key)
+            yield from _describe_alternatives(schema_fault, config_lines, block_key)
         case "additionalProperties":
-            yield from _describe_unknown_keys(schema_error, config_lines, faulty_key)
+            yield from _describe_unknown_keys(schema_fault, config_lines, faulty_key)
         case "required":
-            yield from _describe_missing_keys(schema_error, config_lines, faulty_key)
+            yield from _describe_missing_keys(schema_fault, config_lines, faulty_key)
         case "type":
-            yield _describe_type(
-                [schema_error.validator_value], schema_error.instance, config_lines, faulty_key
-            )
-        case "items":
-            pass  # a list that is too long has a second error, of "maxItems"
+            expected_types = [schema_fault.expected]
+            yield _describe_type(expected_types, schema_fault.value, config_lines, faulty_key)
         case _:
-            yield _describe_value(schema_error, config_lines, faulty_key)
+            yield _describe_value(schema_fault, config_lines, faulty_key)
 
 
 def _describe_alternatives(
-    schema_error: ValidationError, config_lines: Lines, block_key: Key
+    schema_fault: SchemaFault, config_lines: Lines, block_key: Key
 ) -> Iterator[ConfigError]:
-    """Yield the faults of a value that may have one of several types."""
-    alternatives: dict[Any, list[ValidationError]] = {}
-    for inner_error in schema_error.context:
-        alternatives.setdefault(inner_error.schema_path[0], []).append(inner_error)
+    """Yield the errors of a value that may have one of several types."""
     # the type that the value has is the one that is meant
     matching_alternatives = [
-        inner_errors
-        for inner_errors in alternatives.values()
-        if any(inner_error.validator != "type" or inner_error.path for inner_error in inner_errors)
+        inner_faults
+        for inner_faults in schema_fault.alternatives
+        if any(fault.keyword != "type" or fault.key != schema_fault.key for fault in inner_faults)
     ]
     if not matching_alternatives:
-        expected_types = [inner_error.validator_value for inner_error in schema_error.context]
-        yield _describe_type(
-            expected_types,
-            schema_error.instance,
-            config_lines,
-            (*block_key, *schema_error.absolute_path),
-        )
+        expected_types = [
+            fault.expected for inner_faults in schema_fault.alternatives for fault in inner_faults
+        ]
+        faulty_key = (*block_key, *schema_fault.key)
+        yield _describe_type(expected_types, schema_fault.value, config_lines, faulty_key)
         return
-    for inner_error in max(
-        matching_alternatives,
-        key=lambda inner_errors: max(len(inner_error.path) for inner_error in inner_errors),
+    for inner_fault in max(
+        matching_alternatives, key=lambda faults: max(len(fault.key) for fault in faults)
     ):
-        yield from _describe(inner_error, config_lines, block_key)
+        yield from _describe(inner_fault, config_lines, block_key)
 
 
 def _describe_unknown_keys(
-    schema_error: ValidationError, config_lines: Lines, block_key: Key
+    schema_fault: SchemaFault, config_lines: Lines, block_key: Key
 ) -> Iterator[ConfigError]:
-    known_keys = schema_error.schema["properties"]
+    known_keys = schema_fault.schema["properties"]
     for unknown_key in [
-        unknown_key for unknown_key in schema_error.instance if unknown_key not in known_keys
+        unknown_key for unknown_key in schema_fault.value if unknown_key not in known_keys
     ]:
         known_names = ", ".join(known_keys) or "no keys at all"
         hint = nearest(str(unknown_key), known_keys) or f"known: {known_names}"
@@ -136,16 +115,16 @@ def _describe_unknown_keys(
 
 
 def _describe_missing_keys(
-    schema_error: ValidationError, config_lines: Lines, block_key: Key
+    schema_fault: SchemaFault, config_lines: Lines, block_key: Key
 ) -> Iterator[ConfigError]:
     near_names = [
-        nearest(str(missing_key), schema_error.schema["properties"])
-        for missing_key in schema_error.instance
+        nearest(str(given_key), schema_fault.schema["properties"])
+        for given_key in schema_fault.value
     ]
     for missing_key in [
         missing_key
-        for missing_key in schema_error.validator_value
-        if missing_key not in schema_error.instance
+        for missing_key in schema_fault.expected
+        if missing_key not in schema_fault.value
     ]:
         if not any(f"'{missing_key}'" in near_name for near_name in near_names if near_name):
             block_text = f" under '{dotted(block_key)}'" if block_key else ""
@@ -155,34 +134,34 @@ def _describe_missing_keys(
             )
 
 
-def _describe_value(
-    schema_error: ValidationError, config_lines: Lines, config_key: Key
-) -> ConfigError:
-    """Return the fault of a value of the right type."""
-    value, expected, code, hint = (
-        schema_error.instance,
-        schema_error.validator_value,
-        "config-type",
-        None,
-    )
-    fault_text = f": {schema_error.message}"
-    match schema_error.validator:
+def _describe_value(schema_fault: SchemaFault, config_lines: Lines, config_key: Key) -> ConfigError:
+    """Return the error of a value of the right type."""
+    value, expected = schema_fault.value, schema_fault.expected
+    code, hint = "config-type", None
+    match schema_fault.keyword:
         case "enum":
-            fault_text = f": {_shorten(value)} is not one of its values"
+            fault_text = f"{_shorten(value)} is not one of its values"
             hint = f"it is one of: {', '.join(map(str, expected))}"
             near_value = nearest(value, expected) if isinstance(value, str) else None
             hint = f"{hint}; {near_value}" if near_value else hint
         case "minimum" | "exclusiveMinimum" | "maximum" | "exclusiveMaximum":
-            code, fault_text = (
-                "value-range",
-                f": expected {describe_range(schema_error.schema)}, got {value!r}",
-            )
+            code = "value-range"
+            fault_text = f"expected {describe_range(schema_fault.schema)}, got {value!r}"
         case "minLength":
-            subject = "a key" if "propertyNames" in schema_error.schema_path else "the value"
-            fault_text = f": {subject} is empty; expected a name or a path"
+            subject = "a key" if schema_fault.is_name else "the value"
+            fault_text = f"{subject} is empty; expected a name or a path"
         case "minItems" | "maxItems":
-            fault_text = f": expected a list of {expected}, got one of {len(value)}"
-    return config_lines.error(code, f"'{dotted(config_key)}'{fault_text}", config_key, hint)
+            fault_text = f"expected a list of {expected}, got one of {len(value)}"
+        case "maxLength":
+            fault_text = f"expected at most {expected} letters, got {value!r}"
+        case "multipleOf":
+            fault_text = f"expected a multiple of {expected}, got {value!r}"
+        case "pattern":
+            fault_text = f"{value!r} does not match {expected!r}"
+        case _:  # minProperties or maxProperties
+            bound = "more" if schema_fault.keyword == "minProperties" else "less"
+            fault_text = f"expected {counted(expected, 'key')} or {bound}, got {len(value)}"
+    return config_lines.error(code, f"'{dotted(config_key)}': {fault_text}", config_key, hint)
 
 
 def _describe_type(

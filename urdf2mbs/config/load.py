@@ -213,7 +213,7 @@ def _read_fields(struct_class: Any, plain_data: Any, config_lines: Lines, block_
     try:
         return msgspec.convert(plain_data, struct_class)
     except _REFUSED as error:
-        from urdf2mbs.config.faults import take_faults  # jsonschema takes long
+        from urdf2mbs.config.faults import take_faults
 
         faults = take_faults(json_schema, plain_data, config_lines, block_key)
         if not faults:  # values that the class refuses together, or a text with a lone surrogate
