@@ -9,12 +9,16 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 import support.without  # noqa: F401  hides plugins
+import urdf2mbs
 from support.folders import ROOT, SHARED, TESTS
 from support.skips import find_unexpected
 from urdf2mbs.testing import TINY
 
-# The processes that tests start import the code of this checkout, too, however it was installed.
-_FOLDERS = [str(ROOT), str(ROOT / "plugins"), str(TESTS)]
+# The processes that tests start import the same code: that of this checkout, unless pytest was told
+# to test what is installed (-o pythonpath=tests).
+_FOLDERS = [str(TESTS)]
+if Path(urdf2mbs.__file__).parent == ROOT / "urdf2mbs":
+    _FOLDERS[:0] = [str(ROOT), str(ROOT / "plugins")]
 os.environ["PYTHONPATH"] = os.pathsep.join(
     dict.fromkeys([*_FOLDERS, *filter(None, os.environ.get("PYTHONPATH", "").split(os.pathsep))])
 )
