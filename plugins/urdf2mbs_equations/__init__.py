@@ -29,7 +29,7 @@ def urdf2mbs_passes() -> list[PassEntry]:
 @hookimpl
 def urdf2mbs_commands() -> list[Command]:
     """Return the command ``equations``."""
-    description = "write Robotran's equations for an .mbs file"
+    description = "write Robotran's equations for an .mbs file or a robot"
     return [Command("equations", description, "urdf2mbs_equations.commands.equations")]
 
 

@@ -8,6 +8,7 @@ urdf2mbs, so that it starts fast.
 from __future__ import annotations
 
 import json
+import os
 import random
 import sys
 from typing import Any
@@ -38,13 +39,25 @@ def main() -> None:
 
     mujoco.set_mju_user_warning(lambda text: None)  # otherwise it writes a log file
     try:
-        spec = mujoco.MjSpec.from_file(job["source"])
+        spec = _read_spec(mujoco, job["source"])
         model = spec.compile()
         result = _list_content(mujoco, spec, model, job)
     except (ValueError, TypeError, mujoco.FatalError, mujoco.UnexpectedError) as error:
         result = {"error": str(error)}
     with open(job["result"], "w", encoding="utf-8") as file:  # noqa: PTH123
         json.dump(result, file)
+
+
+def _read_spec(mujoco: Any, source: str) -> Any:
+    """Return the spec of an MJCF; MuJoCo itself reads only files whose names end in .xml."""
+    if source.endswith(".xml"):
+        return mujoco.MjSpec.from_file(source)
+    folder = os.path.dirname(source)  # noqa: PTH120
+    os.chdir(folder)  # what it includes is looked for here
+    with open(source, encoding="utf-8-sig") as file:  # noqa: PTH123
+        spec = mujoco.MjSpec.from_string(file.read())
+    spec.modelfiledir = folder
+    return spec
 
 
 def _limit_resources(job: dict[str, Any]) -> None:

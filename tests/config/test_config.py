@@ -81,8 +81,34 @@ passes: {check: {tolerance: 1e-6}}
         ("passes: {x: {}}}", 1, "config-yaml", "no '}' is expected"),
         ("source: a: b", 1, "config-yaml", "a second ':' in one line"),
         ("source: a\noutput\nbase: fixed", 2, "config-yaml", "no ':'"),
-        ("base: fixed\n- a", 2, "config-yaml", "does not continue the lines before it"),
-        ("a:\n  b: c\n  - d", 3, "config-yaml", "does not continue the lines before it"),
+        (
+            "base: fixed\n- a",
+            2,
+            "config-yaml",
+            "line 2 ('- a') is an item of a list, and not further in than line 1 ('base'), which "
+            "is a key",
+        ),
+        (
+            "a:\n  b: c\n  - d",
+            3,
+            "config-yaml",
+            "line 3 ('- d') is an item of a list, and not further in than line 2 ('b'), which is a "
+            "key\n  a block has items or keys",
+        ),
+        ("a:\n  - b\n  c: d", 3, "config-yaml", "line 3 ('c') is a key, and not further in than"),
+        (
+            "plugins:\n  - a.py\n - b.py",
+            3,
+            "config-yaml",
+            "line 3 ('- b.py') is further in than line 1 ('plugins'), and not as far as line 2 "
+            "('- a.py')\n  indent it as '- a.py'",
+        ),
+        (
+            "plugins:\n- a.py\n  - b.py",
+            3,
+            "config-yaml",
+            "line 3 ('- b.py') is further in than line 2, and so goes on with its value 'a.py'",
+        ),
         (
             "source: tiny.urdf  # a comment\n\n output: x.mbs",
             3,

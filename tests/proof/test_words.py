@@ -47,7 +47,7 @@ VERDICTS: dict[str, tuple[str, str, Plant, str]] = {
         TINY,
         "fixed",
         add_cut("rod", "dependent", "wrist_roll"),
-        "but for cut 'tie' (rod) (not in the URDF)",
+        "but for cut 'tie' (rod) (not in the robot's file)",
     ),
     "a force": (TINY, "auto", add_force, "force 'push' (left to the user functions)"),
     "a link": (

@@ -192,7 +192,7 @@ def parser(
     named = commands if named is None else named
     program = _Parser(
         prog="urdf2mbs",
-        description="Convert URDF and xacro robots to Robotran .mbs files.",
+        description="Convert URDF, xacro and MJCF robots to Robotran .mbs files.",
         epilog=_list_by_plugin(commands),
         formatter_class=_HelpFormatter,
     )

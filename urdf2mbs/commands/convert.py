@@ -36,7 +36,8 @@ def add_options(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "robot",
         metavar="ROBOT",
-        help="a .urdf or .xacro file, a folder, robot_descriptions:NAME, or - for standard input",
+        help="a .urdf, .xacro or MJCF file, a folder, robot_descriptions:NAME, or - for standard "
+        "input",
     )
     command.add_argument(
         "-o",

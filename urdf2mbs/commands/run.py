@@ -137,7 +137,8 @@ def _show_plan(conversion: Conversion, arguments: argparse.Namespace) -> int:
         )
     else:
         print(f"{conversion.robot.name}: the plan; nothing is written")
-        _print_merge(merge or {"words": {}}, arguments.verbose)
+        # without edits, the file is replaced by the new one
+        _print_merge(merge or conversion.report.get("replaced", {"words": {}}), arguments.verbose)
         if not merge and not any(changed_files.values()):
             print("  nothing changes")
         for change_kind, paths in changed_files.items():

@@ -140,7 +140,7 @@ def robot_or_config(arguments: argparse.Namespace) -> tuple[Config, Lines]:
         return without_config(str(file), None, arguments)
     for field_name in choose_fields(arguments, ALONE):
         message = f"{FLAGS[field_name].flag} is for a robot without a config"
-        hint = f"write it in '{file}', or name the .urdf or .xacro file instead"
+        hint = f"write it in '{file}', or name the robot's own file instead"
         raise ConfigError("usage", message, hint=hint)
     return read_config(file, arguments)
 

@@ -61,8 +61,8 @@ def add_options(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "robot",
         metavar="ROBOT",
-        help="a .urdf or .xacro file, an .mbs, robot_descriptions:NAME, - for standard input; or a "
-        "config, whose passes make the robot",
+        help="a .urdf, .xacro or MJCF file, an .mbs, robot_descriptions:NAME, - for standard "
+        "input; or a config, whose passes make the robot",
     )
     command.add_argument(
         "model",

@@ -112,6 +112,12 @@ def _find_indentation(lines: list[str]) -> YamlFault | None:
     last = next(iter(_list_blocks(lines[-1], len(lines))), None)
     if last is None:
         return None
+    is_item = last.word.startswith("- ")
+    level = [block for block in blocks if block.indent == last.indent]
+    if level and is_item != level[-1].word.startswith("- "):
+        kinds = ("an item of a list", "a key") if is_item else ("a key", "an item of a list")
+        reason = f"{last} is {kinds[0]}, and not further in than {level[-1]}, which is {kinds[1]}"
+        return YamlFault(reason, "a block has items or keys: indent a list below its own key")
     outer = [block for block in blocks if block.indent < last.indent]
     inner = [block for block in blocks if block.indent > last.indent]
     if len(outer) + len(inner) < len(blocks) or not blocks:
@@ -123,8 +129,8 @@ def _find_indentation(lines: list[str]) -> YamlFault | None:
         reason = f"{inner[0]} is further in than {last}"
         return YamlFault(reason, f"indent '{last.word}' as '{inner[0].word}'")
     reason = f"{last} is further in than {outer[-1]}, and not as far as {inner[0]}"
-    hint = f"indent it as '{inner[0].word}', or as '{outer[-1].word}'"
-    return YamlFault(reason, hint)
+    hint = f"indent it as '{inner[0].word}'"
+    return YamlFault(reason, hint if is_item else f"{hint}, or as '{outer[-1].word}'")
 
 
 def _list_blocks(line: str, number: int) -> list[_Block]:

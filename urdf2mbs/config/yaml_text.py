@@ -92,6 +92,7 @@ def _find_lines(root_node: yaml.Node, file_name: str | None) -> dict[Key, int]:
     pending: list[tuple[yaml.Node, Key]] = [(root_node, ())]
     while pending:
         node, node_key = pending.pop()
+        _check_value(node, file_name)
         lines_by_key.setdefault(node_key, node.start_mark.line + 1)
         if len(lines_by_key) > MAX_VALUES or len(node_key) > MAX_DEPTH:
             raise _too_many_error(node)
@@ -116,6 +117,22 @@ def _find_lines(root_node: yaml.Node, file_name: str | None) -> dict[Key, int]:
                 _keep_as_text(value_node)
             pending.append((value_node, inner_key))
     return lines_by_key
+
+
+def _check_value(node: yaml.Node, file_name: str | None) -> None:
+    """Raise ConfigError for a value that goes on in the next line, which was meant as an item."""
+    start, end = node.start_mark, node.end_mark
+    if isinstance(node, yaml.ScalarNode) and not node.style and end.line > start.line:
+        value, dash, item = str(node.value).partition(" - ")
+        if dash:
+            message = (
+                f"line {start.line + 2} ('- {item}') is further in than line {start.line + 1}, and "
+                f"so goes on with its value '{value}'"
+            )
+            hint = "indent all items of a list alike, below a key without a value"
+            raise ConfigError(
+                "config-yaml", message, file=file_name, line=start.line + 2, hint=hint
+            )
 
 
 def _keep_as_text(argument_node: yaml.Node) -> None:

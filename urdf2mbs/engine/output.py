@@ -65,7 +65,7 @@ def _list_folders(conversion: Conversion, project: Path) -> list[Path]:
 
 
 def plan(conversion: Conversion, *, force: bool = False) -> dict[str, list[Path]]:
-    """Return the files that ``write`` would create, change and remove.
+    """Return the files that ``write`` would create, change and remove, but for bases of merges.
 
     Args:
         conversion: The finished conversion.
@@ -78,6 +78,8 @@ def plan(conversion: Conversion, *, force: bool = False) -> dict[str, list[Path]
     if not force:
         check_ours(file_contents, _list_replaced(file_contents))
     file_contents |= _select_untouched(conversion.files_of("starter"))
+    for file_path in conversion.files_of("base"):  # of the next merge, which no user looks for
+        file_contents.pop(file_path, None)
     existing_contents = {
         file_path: _read_existing(file_path) for file_path in file_contents if file_path.is_file()
     }

@@ -77,7 +77,7 @@ def compare_cuts(robot: Robot, mbs: Mbs) -> CutComparison:
             reason = "in <gazebo> of the URDF, whose ends are not read here"
             comparison.not_compared[name] = reason
         else:
-            comparison.but_for[name] = "not in the URDF"
+            comparison.but_for[name] = "not in the robot's file"
     return comparison
 
 

@@ -113,8 +113,8 @@ def compare_closures(closures: list[Closure], mbs: Mbs, tolerance: float) -> Clo
             del cuts[name]
             comparison.same.append(name)
             continue
-        message = f"the loop that '{closure.name}' closes in the URDF has no {closure.kind} there "
-        message += "in the .mbs"
+        message = f"the loop that '{closure.name}' closes in the first robot has no "
+        message += f"{closure.kind} there in the .mbs"
         if name:
             message += f"; the nearest one, '{name}', is {distances[name]:.3g} m off"
         comparison.differences.append(Difference("cut", message))

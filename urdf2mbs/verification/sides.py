@@ -256,7 +256,25 @@ def _refer_to_robot(source: Source, model: Model, fields: dict[str, Any]) -> Ref
             for change in conversion.checked.changed
         },
         conversion=conversion,
+        closures=_list_stated_closures(conversion, fields),
     )
+
+
+def _list_stated_closures(conversion: Conversion, fields: dict[str, Any]) -> list[Closure]:
+    """Return what closes the loops of a robot whose file states cuts, as an MJCF does.
+
+    A pass makes them, which the reading of the robot does not run.
+    """
+    expansion = conversion.input.expansion
+    if expansion is None or "loops" not in expansion.settings.get("passes", {}):
+        return []
+    from urdf2mbs.verification.loops import list_closures
+
+    source = {"source": str(conversion.settings.source)}
+    fields = {name: value for name, value in fields.items() if name not in ("source", "output")}
+    pipeline = Pipeline(*config_of({**source, "pipeline": "faithful"}, **fields))
+    mbs = pipeline.run(stop_after="emit").mbs
+    return list_closures(convert_to_robot(mbs, ""), mbs)
 
 
 def _read_robot(given: dict[str, Any], fields: dict[str, Any], mbs: Mbs) -> Conversion:

@@ -43,7 +43,8 @@ def add_options(command: argparse.ArgumentParser) -> None:
         "config",
         type=path,
         metavar="ROBOT",
-        help="a .urdf or .xacro file, robot_descriptions:NAME, - for standard input, or a config",
+        help="a .urdf, .xacro or MJCF file, robot_descriptions:NAME, - for standard input, or a "
+        "config",
     )
     add_json(command)
     add_verbose(command)

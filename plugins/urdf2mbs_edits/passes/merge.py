@@ -59,7 +59,11 @@ class Merge(Pass):
         edited = files.read_bytes(output) if files.is_file(output) else b""
         base = base_file.read_base(output)
         is_edited = base is not None or was_ours(output)
-        if not edited or is_ours(output) or not is_edited:
+        if not edited or not is_edited or conversion.files[output] == edited:
+            return
+        if is_ours(output) or settings.fresh:
+            self._list_changes(conversion, edited)
+        if is_ours(output):
             return
         if settings.fresh:
             conversion.files[output] = File(conversion.files[output], replaces=edited)
@@ -72,6 +76,22 @@ class Merge(Pass):
                     hint="write elsewhere, or start over by --fresh",
                 )
             self._merge(conversion, base, edited)
+
+    def _list_changes(self, conversion: Conversion, replaced: bytes) -> None:
+        """List the changes of a file that is replaced as a whole, for ``--plan``."""
+        from urdf2mbs_edits.merge.merge import merge
+        from urdf2mbs_edits.merge.plan import COMPUTED
+
+        output = conversion.settings.output
+        try:
+            model = read_mbs(replaced, str(output))
+        except ConversionError:
+            return  # somebody broke the file: it is replaced, whatever it contains
+        plan = merge(model, model, conversion.mbs, "urdf", str(output)).plan
+        sentences, brief = _describe(conversion, plan)
+        kinds = ("updated", COMPUTED)
+        words = {heading: sentences[heading] for heading in kinds if heading in sentences}
+        conversion.report["replaced"] = {"words": words, "brief": brief}
 
     def _merge(self, conversion: Conversion, base: bytes, edited: bytes) -> None:
         """Merge the edits from ``base`` to ``edited`` into the model and file of a conversion."""
@@ -101,18 +121,23 @@ def _read_edited(data: bytes, output: Path) -> Mbs:
         ) from None
 
 
-def _report(conversion: Conversion, plan: Plan) -> None:
-    """Add the plan to the report, and warn of conflicts, lost edits and negative masses."""
+def _describe(conversion: Conversion, plan: Plan) -> tuple[dict[str, list[str]], dict[str, str]]:
+    """Return the sentences of a plan by heading, and a brief text for a heading with many."""
     from urdf2mbs_edits.merge.check import SideNames
     from urdf2mbs_edits.merge.plan import COMPUTED
 
     computed = plan.list_computed(conversion.state(JointModels).values)
-    sentences = plan.describe(SideNames(), computed)
     models = dict.fromkeys(change.owner.removeprefix("user model ") for change in computed)
     brief = {COMPUTED: f"{counted(len(computed), 'value')} of {some(models, 4)}"}
+    return plan.describe(SideNames(), computed), brief if len(computed) > MAX_LISTED else {}
+
+
+def _report(conversion: Conversion, plan: Plan) -> None:
+    """Add the plan to the report, and warn of conflicts, lost edits and negative masses."""
+    sentences, brief = _describe(conversion, plan)
     conversion.report["merge"] = {
         "words": sentences,
-        "brief": brief if len(computed) > MAX_LISTED else {},
+        "brief": brief,
         **msgspec.to_builtins(plan),
     }
     for sentence in sentences["in conflict"]:

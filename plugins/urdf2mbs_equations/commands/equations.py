@@ -1,4 +1,4 @@
-"""`equations`: Robotran's equations for an .mbs.
+"""`equations`: Robotran's equations for an .mbs, or for a robot.
 
 Writes the files of Robotran's symbolic engine: mass matrix, forces, inverse
 dynamics, sensors and constraints of the model, as functions to call.

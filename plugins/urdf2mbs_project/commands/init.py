@@ -64,7 +64,7 @@ BASE_COMMENTS = {
 def add_options(command: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     command.add_argument(
-        "robot", metavar="ROBOT", help="a .urdf or .xacro file, or robot_descriptions:NAME"
+        "robot", metavar="ROBOT", help="a .urdf, .xacro or MJCF file, or robot_descriptions:NAME"
     )
     command.add_argument(
         "-o", "--output", type=path, metavar="CONFIG.yaml", help="default: the robot's name, here"

@@ -50,8 +50,8 @@ def add_options(command: argparse.ArgumentParser) -> None:
         "config",
         type=path,
         metavar="MODEL.mbs",
-        help="the file, the folder of its project, or - for standard input; or a .urdf, .xacro or "
-        "CONFIG.yaml, which is converted first, with the options below",
+        help="the file, the folder of its project, or - for standard input; or a .urdf, .xacro, "
+        "MJCF or CONFIG.yaml, which is converted first, with the options below",
     )
     command.add_argument(
         "-o",

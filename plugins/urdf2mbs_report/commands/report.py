@@ -61,8 +61,8 @@ def add_options(command: argparse.ArgumentParser) -> None:
         "config",
         type=path,
         metavar="CONFIG.yaml",
-        help="or a .urdf or .xacro file, with the options below; or an .mbs, of any origin, or "
-        "the folder of its project",
+        help="or a .urdf, .xacro or MJCF file, with the options below; or an .mbs, of any origin, "
+        "or the folder of its project",
     )
     command.add_argument(
         "-o",

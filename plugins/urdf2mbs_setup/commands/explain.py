@@ -68,7 +68,7 @@ def add_options(command: argparse.ArgumentParser) -> None:
         type=path,
         metavar="CONFIG.yaml",
         nargs="?",
-        help="or the name of a pass; or a .urdf or .xacro file, with the options below; "
+        help="or the name of a pass; or a .urdf, .xacro or MJCF file, with the options below; "
         "without: every known pass",
     )
     add_json(command)

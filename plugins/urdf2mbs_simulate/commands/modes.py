@@ -37,7 +37,7 @@ def add_options(command: argparse.ArgumentParser) -> None:
         "config",
         type=path,
         metavar="SOURCE",
-        help="a project's folder, an .mbs, a CONFIG.yaml, or a .urdf or .xacro file",
+        help="a project's folder, an .mbs, a CONFIG.yaml, or a .urdf, .xacro or MJCF file",
     )
     command.add_argument(
         "-o",

@@ -78,7 +78,7 @@ def add_options(command: argparse.ArgumentParser) -> None:
         "config",
         type=path,
         metavar="SOURCE",
-        help="a project's folder, an .mbs, a CONFIG.yaml, or a .urdf or .xacro file with the "
+        help="a project's folder, an .mbs, a CONFIG.yaml, or a .urdf, .xacro or MJCF file with the "
         "options below",
     )
     command.add_argument(
@@ -91,7 +91,7 @@ def add_options(command: argparse.ArgumentParser) -> None:
         "package ziglang",
     )
     command.add_argument(
-        "--time", type=float, default=2.0, metavar="S", help="the time to simulate (2 s)"
+        "--time", type=_read_seconds, default=2.0, metavar="S", help="the time to simulate (2 s)"
     )
     command.add_argument(
         "--push",
@@ -124,6 +124,15 @@ def add_options(command: argparse.ArgumentParser) -> None:
         help="of the user functions (default: c, if those in Python are unchanged)",
     )
     add_fields(command, *ALONE)
+
+
+def _read_seconds(text: str) -> float:
+    """Return a time of the command line (s)."""
+    try:
+        return float(text)
+    except ValueError:
+        message = f"'{text}': expected a number of seconds without a unit, such as 1.5"
+        raise argparse.ArgumentTypeError(message) from None
 
 
 class _Clock:

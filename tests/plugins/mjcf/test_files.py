@@ -118,6 +118,22 @@ def test_files_of_the_model_are_read(folder: Path) -> None:
     assert visual.geometry.filename == "meshes/far.obj"
 
 
+@pytest.mark.parametrize("file", ["robot.mjcf", "robot.XML", "robot"])
+def test_a_file_may_have_any_ending(file: str, folder: Path) -> None:
+    """MuJoCo reads only .xml by itself; included files and meshes are found all the same."""
+    (folder / "parts").mkdir()
+    part = (
+        '<mujoco><worldbody><body name="part"><joint/><geom size=".1"/></body></worldbody></mujoco>'
+    )
+    (folder / "parts" / "part.xml").write_text(part)
+    text = with_mesh("cube.obj", '<include file="parts/part.xml"/>')
+    expected = make(text)
+    assert "part" in expected.robot.links
+    Path(file).write_text("\ufeff" + text, encoding="utf-8")
+    result = convert(file, output="robot.mbs")
+    assert result.data == expected.data
+
+
 def test_a_mesh_is_where_its_file_has_it(folder: Path) -> None:
     """MuJoCo has moved it to its centre, and turned it to its axes."""
     import mujoco

@@ -265,7 +265,7 @@ def test_commands_take_an_mjcf(capsys: Any) -> None:
         assert main([command, "robot.xml"]) == 0, capsys.readouterr().err
     assert main(["verify", "robot.xml", "robot.mbs"]) == 0
     assert "the same robot, and as MuJoCo computes it, to 1e-13" in capsys.readouterr().out
-    assert main(["run", "robot.yaml", "--force"]) == 0
+    assert main(["run", "pair.yaml", "--force"]) == 0
     for command in ("equations", "diagram"):
         assert main([command, "robot.xml"]) == 0, capsys.readouterr().err
     words = ["--time", "0.01", "--language", "python", "-o", "moved/"]
@@ -277,10 +277,10 @@ def test_armature_is_no_difference_where_a_model_has_no_rotors(capsys: Any) -> N
     Path("robot.xml").write_text(with_parts().replace('name="two"', 'name="two" armature=".3"'))
     assert main(["convert", "robot.xml", "-o", "robot.mbs"]) == 0
     assert main(["init", "robot.xml"]) == 0
-    assert "rotors" not in Path("robot.yaml").read_text(), "the MJCF asks for them already"
-    assert main(["run", "robot.yaml"]) == 0
+    assert "rotors" not in Path("pair.yaml").read_text(), "the MJCF asks for them already"
+    assert main(["run", "pair.yaml"]) == 0
     capsys.readouterr()
-    for model in ("robot.mbs", "robot.xml", "robot", "robot.yaml"):
+    for model in ("robot.mbs", "robot.xml", "pair", "pair.yaml"):
         assert main(["verify", "robot.xml", model]) == 0, model
         assert capsys.readouterr().out.count("as MuJoCo computes it") == 1
 
@@ -304,3 +304,35 @@ def test_a_urdf_with_many_comments_is_soon_known() -> None:
     assert not is_mjcf(comments + b"<robot><mujoco/></robot>" + comments)
     assert is_mjcf(b"\xef\xbb\xbf<!DOCTYPE mujoco>\n<mujoco>")
     assert not is_mjcf(b"<!-- <mujoco> ")
+
+
+#: Three bars on the world, and a pivot that closes the loop of them.
+FOUR_BARS = """<mujoco model="four"><worldbody>
+  <body name="a"><joint name="ja" axis="0 1 0"/><geom size=".1" mass="1"/>
+    <body name="b" pos="0 0 .3"><joint name="jb" axis="0 1 0"/><geom size=".1" mass="1"/></body>
+  </body>
+  <body name="c" pos=".4 0 0"><joint name="jc" axis="0 1 0"/><geom size=".1" mass="1"/></body>
+</worldbody><equality><connect body1="b" body2="c" anchor=".4 0 0"/></equality></mujoco>"""
+
+
+def test_cuts_of_an_mjcf_are_compared_with_those_of_a_model(capsys: Any) -> None:
+    """A loop that the MJCF closes is its own; elsewhere, or open, it is a difference."""
+    Path("four.xml").write_text(FOUR_BARS)
+    Path("moved.xml").write_text(FOUR_BARS.replace('anchor=".4 0 0"', 'anchor=".3 0 0"'))
+    Path("open.xml").write_text(FOUR_BARS.replace("connect", "weld active='false'"))
+    for name in ("four", "open"):
+        assert main(["convert", f"{name}.xml", "-o", f"{name}.mbs"]) == 0
+    out = capsys.readouterr().out
+    assert "not compared: cut 'equality0' (ball) (in four.xml, whose ends are not read here)" in out
+    assert "but for" not in out
+
+    assert main(["verify", "four.xml", "four.mbs"]) == 0
+    assert capsys.readouterr().out.endswith("as MuJoCo computes it, to 1e-13\n")
+    assert main(["verify", "moved.xml", "four.mbs"]) == 3
+    out = capsys.readouterr().out
+    assert "that 'equality0' closes in the first robot has no ball there in the .mbs; the" in out
+    assert "'equality0', is 0.1 m off" in out
+    assert main(["verify", "four.xml", "open.mbs"]) == 3
+    assert "closes in the first robot has no ball there in the .mbs\n" in capsys.readouterr().out
+    assert main(["verify", "open.xml", "four.mbs"]) == 0
+    assert "but for cut 'equality0' (ball) (not in the robot's file)" in capsys.readouterr().out

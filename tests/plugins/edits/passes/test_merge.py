@@ -88,7 +88,7 @@ def test_the_plan_writes_nothing_and_is_what_happens(folder: Path, capsys: Any) 
     assert convert("--plan") == 0
     output = capsys.readouterr().out
     assert "body 'arm': mass 2 -> 4 kg" in output
-    assert "changed files: one.mbs, one.mbs.base" in output
+    assert "changed files: one.mbs\n" in output  # its base is no file for people
     assert convert("--plan", "--json") == 0
     plan = json.loads(capsys.readouterr().out)
     assert [change["field"] for change in plan["merge"]["updated"]] == ["mass"]
@@ -96,6 +96,27 @@ def test_the_plan_writes_nothing_and_is_what_happens(folder: Path, capsys: Any) 
     assert convert("-q") == 0
     changed = {path.name for path, data in before.items() if path.read_bytes() != data}
     assert changed == {".urdf2mbs", "one.mbs", "one.mbs.base"}
+
+
+def test_the_plan_without_edits_lists_what_changes_in_the_model(folder: Path, capsys: Any) -> None:
+    assert convert("-q") == 0
+    assert convert("--plan") == 0
+    assert "one: the plan; nothing is written\n  nothing changes\n" in capsys.readouterr().out
+    robot('value="2"', 'value="4"')
+    for flag in ((), ("--force",)):
+        assert convert("--plan", *flag) == 0
+        output = capsys.readouterr().out
+        assert "  updated: 1\n    body 'arm': mass 2 -> 4 kg\n" in output
+        assert "kept" not in output
+        assert "changed files: one.mbs\n" in output
+    # to start over gives up an edit, which is a change of the file
+    edit("one.mbs", edits.sensor)
+    assert convert("--plan", "--force") == 0
+    assert "my_sensor" in capsys.readouterr().out
+    # a file that is broken is replaced all the same
+    Path("one.mbs").write_text("<mbsDescR7>")
+    assert convert("--plan", "--force") == 0
+    assert "  changed files: one.mbs\n" in capsys.readouterr().out
 
 
 def test_what_is_computed_anew_is_one_line_of_the_plan(folder: Path, capsys: Any) -> None:
