@@ -42,38 +42,72 @@ CONTENTS = {
     "alias": b"a: &a [*a]\n",
     "laughs": LAUGHS,
     "more_laughs": b"source: tiny.urdf\npasses: {emit: {z: &z [x]}, check: {x: [*z]}}\nafter: {"
-    + LAUGHS.replace(b"\n", b", ") + b"}\n",
+    + LAUGHS.replace(b"\n", b", ")
+    + b"}\n",
     "elements": b"<robot>" + b"<a>" * 10_000,
     "truncated": TINY.encode()[:300],
     "exits": b"raise SystemExit(0)\n",
     "no_syntax": b"def\n",
-}  # fmt: skip
+}
 #: Names of what is no readable file.
 NAMES = (
-    "missing.x", "folder", "dangling", "loop", "tiny.urdf/x", "x" * 300, "x" * 5000,
-    "a\x1b[2Jb", "a\nerror[internal]: b", "a\0b", "a\udcff", "", "~nobody/x",
-    "http://127.0.0.1:9/x.urdf", "robot_descriptions:nothing_of_the_kind",
-)  # fmt: skip
+    "missing.x",
+    "folder",
+    "dangling",
+    "loop",
+    "tiny.urdf/x",
+    "x" * 300,
+    "x" * 5000,
+    "a\x1b[2Jb",
+    "a\nerror[internal]: b",
+    "a\0b",
+    "a\udcff",
+    "",
+    "~nobody/x",
+    "http://127.0.0.1:9/x.urdf",
+    "robot_descriptions:nothing_of_the_kind",
+)
 BAD = [*CONTENTS, *NAMES, *(["/dev/null"] if Path("/dev/null").exists() else []), "-"]
 
 #: What is read: X stands for the bad file.
 READING = (
     "simulate X",
-    "run X", "run X tiny.yaml", "convert X -o out.mbs", "report X", "verify X tiny.mbs",
-    "verify tiny.urdf X", "diagram X", "equations X", "explain X", "init X",
-    "explain --plugin X", "schema --plugin X", "convert tiny.urdf --plugin X",
+    "run X",
+    "run X tiny.yaml",
+    "convert X -o out.mbs",
+    "report X",
+    "verify X tiny.mbs",
+    "verify tiny.urdf X",
+    "diagram X",
+    "equations X",
+    "explain X",
+    "init X",
+    "explain --plugin X",
+    "schema --plugin X",
+    "convert tiny.urdf --plugin X",
     "convert tiny.urdf --set posture.srdf=X --set posture.state=home",
-)  # fmt: skip
+)
 #: Where X is not a file to read; these may do well.
 ELSEWHERE = (
-    "convert tiny.urdf -o X", "report tiny.urdf -o X", "diagram tiny.mbs -o X",
-    "equations tiny.mbs -o X", "init tiny.urdf -o X", "new-pass swing -o X",
-    "convert tiny.urdf --dump X", "convert tiny.urdf --package p=X", "new-pass X",
+    "convert tiny.urdf -o X",
+    "report tiny.urdf -o X",
+    "diagram tiny.mbs -o X",
+    "equations tiny.mbs -o X",
+    "init tiny.urdf -o X",
+    "new-pass swing -o X",
+    "convert tiny.urdf --dump X",
+    "convert tiny.urdf --package p=X",
+    "new-pass X",
     "simulate tiny.mbs --push X",
-    "convert tiny.urdf --stop-after X", "convert tiny.urdf --pipeline X",
-    "convert tiny.urdf --set X.X=X", "convert tiny.urdf --level X=X", "convert tiny.urdf --arg X",
-    "convert tiny.urdf --after X=X", "verify tiny.urdf tiny.mbs --tolerance X", "doctor X",
-)  # fmt: skip
+    "convert tiny.urdf --stop-after X",
+    "convert tiny.urdf --pipeline X",
+    "convert tiny.urdf --set X.X=X",
+    "convert tiny.urdf --level X=X",
+    "convert tiny.urdf --arg X",
+    "convert tiny.urdf --after X=X",
+    "verify tiny.urdf tiny.mbs --tolerance X",
+    "doctor X",
+)
 
 
 @pytest.fixture(scope="module")
@@ -94,7 +128,8 @@ def good(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def here(good: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+def untouched(good: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """Change to that folder, and return it; all that is in it must stay."""
     monkeypatch.chdir(good)
     monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(b"")))
     before = state(good)
@@ -128,34 +163,34 @@ def call(words: list[str], capsys: Any) -> tuple[int, str]:
 
 
 @pytest.mark.parametrize("command", READING)
-def test_a_command_that_reads(command: str, here: Path, capsys: Any) -> None:
-    before = state(here)
+def test_a_command_that_reads(command: str, untouched: Path, capsys: Any) -> None:
+    before = state(untouched)
     for bad in BAD:
         words = [word.replace("X", bad) for word in command.split(" ")]
         code, said = call(words, capsys)
         # explain reads a config; a robot only has to be there
         assert code in (1, 2) or (words[0] == "explain" and bad in CONTENTS), (words, said)
-        assert state(here) == before, (words, "nothing is written")
+        assert state(untouched) == before, (words, "nothing is written")
 
 
 @pytest.mark.parametrize("command", ELSEWHERE)
-def test_a_command_that_does_something_else(command: str, here: Path, capsys: Any) -> None:
-    before = state(here)
+def test_a_command_that_does_something_else(command: str, untouched: Path, capsys: Any) -> None:
+    before = state(untouched)
     for bad in ("missing", *NAMES, "/dev/null"):
         words = [word.replace("X", bad) for word in command.split(" ")]
         code, said = call(words, capsys)
         assert code in (0, 1, 2), (words, said)
         if code:
-            assert state(here) == before, (words, "nothing is written")
-        for name in sorted(state(here) - before, reverse=True):
-            path = here / name
+            assert state(untouched) == before, (words, "nothing is written")
+        for name in sorted(state(untouched) - before, reverse=True):
+            path = untouched / name
             path.rmdir() if path.is_dir() else path.unlink()
 
 
 @pytest.mark.parametrize("bad", BAD)
-def test_from_python(bad: str, here: Path) -> None:
+def test_from_python(bad: str, untouched: Path) -> None:
     """No exception but ours leaves the library."""
-    model, robot = here / "tiny.mbs", str(here / "tiny.urdf")
+    model, robot = untouched / "tiny.mbs", str(untouched / "tiny.urdf")
     for act in (
         lambda: convert(bad),
         lambda: convert(robot, plugins=[bad]),
@@ -260,7 +295,7 @@ def test_streams_that_are_closed(good: Path, monkeypatch: pytest.MonkeyPatch) ->
     ],
 )
 def test_too_little_memory(
-    where: str, command: str, here: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any
+    where: str, command: str, untouched: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any
 ) -> None:
     def full(*_: Any, **__: Any) -> None:
         raise MemoryError

@@ -20,47 +20,53 @@ ACTS = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e]")
 
 
 @pytest.fixture
-def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.chdir(tmp_path)
+def nasty(here: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Add files in which names have control characters."""
     monkeypatch.setenv("NO_COLOR", "1")
-    (tmp_path / "tiny.urdf").write_text(TINY)
     # what XML permits: C1 controls, as references also a carriage return and a new line
     name = "shoulder&#x9b;2J&#x85;&#x202e;&#13;&#10;error[fake]: all is lost"
     odd = TINY.replace('"shoulder"', f'"{name}"')
-    (tmp_path / "odd.urdf").write_text(odd.replace('type="revolute"', 'type="hinge"', 1))
-    (tmp_path / "kept.urdf").write_text(odd)
-    (tmp_path / "odd.yaml").write_text(f"source: tiny.urdf\npipeline: {json.dumps(NASTY)}\n")
-    (tmp_path / "plugin.yaml").write_text(f"source: {json.dumps(NASTY)}\n")
-    return tmp_path
+    (here / "odd.urdf").write_text(odd.replace('type="revolute"', 'type="hinge"', 1))
+    (here / "kept.urdf").write_text(odd)
+    (here / "odd.yaml").write_text(f"source: tiny.urdf\npipeline: {json.dumps(NASTY)}\n")
+    (here / "plugin.yaml").write_text(f"source: {json.dumps(NASTY)}\n")
+    return here
 
 
 @pytest.mark.parametrize(
     "words",
     [
-        ["convert", "odd.urdf"], ["convert", "kept.urdf", "-v"], ["report", "kept.urdf", "-v"],
-        ["run", "odd.yaml"], ["explain", "plugin.yaml"], ["convert", NASTY],
-        ["convert", "tiny.urdf", "-o", NASTY], ["verify", "tiny.urdf", NASTY],
-        ["init", "kept.urdf", "-o", "k.yaml"], ["convert", "tiny.urdf", "--set", f"{NASTY}.a=1"],
-        ["convert", "tiny.urdf", "--arg", f"{NASTY}:=1"], ["diagram", NASTY], ["new-pass", NASTY],
-        ["explain", "--plugin", NASTY], ["doctor", NASTY],
+        ["convert", "odd.urdf"],
+        ["convert", "kept.urdf", "-v"],
+        ["report", "kept.urdf", "-v"],
+        ["run", "odd.yaml"],
+        ["explain", "plugin.yaml"],
+        ["convert", NASTY],
+        ["convert", "tiny.urdf", "-o", NASTY],
+        ["verify", "tiny.urdf", NASTY],
+        ["init", "kept.urdf", "-o", "k.yaml"],
+        ["convert", "tiny.urdf", "--set", f"{NASTY}.a=1"],
+        ["convert", "tiny.urdf", "--arg", f"{NASTY}:=1"],
+        ["diagram", NASTY],
+        ["new-pass", NASTY],
+        ["explain", "--plugin", NASTY],
+        ["doctor", NASTY],
     ],
     ids=lambda words: " ".join(words)[:40].encode("unicode_escape").decode(),
-)  # fmt: skip
-@pytest.mark.parametrize("more", [[], ["--json"]], ids=["plain", "json"])
-def test_no_control_character_is_printed(
-    words: list[str], more: list[str], here: Path, capsys: Any
-) -> None:
-    with suppress(SystemExit):  # of argparse
-        main([*words, *more])
-    said = capsys.readouterr()
-    assert said.out + said.err
-    assert not ACTS.search(said.out + said.err)
-    assert not re.search("^error.fake", said.out + said.err, re.MULTILINE)
-    if more and said.out and words[0] not in ("init", "new-pass"):
-        json.loads(said.out)
+)
+def test_no_control_character_is_printed(words: list[str], nasty: Path, capsys: Any) -> None:
+    for more in ([], ["--json"]):
+        with suppress(SystemExit):  # of argparse
+            main([*words, *more])
+        said = capsys.readouterr()
+        assert said.out + said.err
+        assert not ACTS.search(said.out + said.err)
+        assert not re.search("^error.fake", said.out + said.err, re.MULTILINE)
+        if more and said.out and words[0] not in ("init", "new-pass"):
+            json.loads(said.out)
 
 
-def test_json_gives_the_name_back(here: Path, capsys: Any) -> None:
+def test_json_gives_the_name_back(nasty: Path, capsys: Any) -> None:
     assert main(["convert", "kept.urdf", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert any("\x9b2J\x85\u202e\r\nerror[fake]" in name for name in str_of(found))
@@ -74,9 +80,9 @@ def str_of(data: Any) -> list[str]:
     return [data] if isinstance(data, str) else []
 
 
-def test_an_error_as_text_from_python(here: Path) -> None:
+def test_an_error_as_text_from_python(nasty: Path) -> None:
     with pytest.raises(ConversionError) as caught:
-        convert(here / "odd.urdf")
+        convert(nasty / "odd.urdf")
     assert not ACTS.search(str(caught.value))
     assert r"\x9b2J\x85\u202e\r\nerror[fake]" in str(caught.value)
 

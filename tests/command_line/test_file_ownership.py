@@ -13,13 +13,6 @@ from urdf2mbs import convert
 from urdf2mbs.cli import main
 from urdf2mbs.testing import TINY
 
-
-@pytest.fixture
-def here(here: Path) -> Path:
-    (here / "other.urdf").write_text(TINY.replace("0 0.5 0", "0 0.6 0"))
-    return here
-
-
 ONE = ("--workers", "1")
 #: Commands, and the file of another that each would write.
 WRITE = [
@@ -71,7 +64,7 @@ def test_every_command_asks_whose_a_file_is(
 def test_a_project_never_lands_in_the_folder_of_its_robot(here: Path, capsys: Any) -> None:
     source = here / "solo12" / "urdf" / "solo12.urdf"
     source.parent.mkdir(parents=True)
-    source.write_text(TINY)
+    source.write_text(TINY.replace('"tiny"', '"solo12"'))
     before = sorted(here.rglob("*"))
     for folder in ("solo12", "solo12/urdf/", "."):
         assert main(["convert", str(source), "-o", folder]) == 2
@@ -112,6 +105,7 @@ def make(source: str, *more: str) -> int:
 
 
 def test_equations_that_are_made_again_are_not_stale(here: Path, capsys: Any) -> None:
+    (here / "other.urdf").write_text(TINY.replace("0 0.5 0", "0 0.6 0"))
     for source in ("tiny.urdf", "other.urdf"):
         assert make(source, "--set", "equations.language=python") == 0
     assert "equations-stale" not in capsys.readouterr().err
@@ -133,9 +127,12 @@ def test_main_asks_whether_the_equations_fit(here: Path, fits: bool) -> None:
         "class MbsData:\n    def __init__(self, path):\n        raise SystemExit('loaded')\n"
     )
     done = subprocess.run(
-        [sys.executable, "lamp/workR/main.py"], capture_output=True, text=True, check=False,
+        [sys.executable, "lamp/workR/main.py"],
+        capture_output=True,
+        text=True,
+        check=False,
         env={**os.environ, "PYTHONPATH": os.pathsep.join([str(library), os.environ["PYTHONPATH"]])},
-    )  # fmt: skip
+    )
     assert done.returncode == 1
     assert ("loaded" in done.stderr) is fits
     assert ("Make them anew: urdf2mbs equations" in done.stderr) is not fits

@@ -165,8 +165,10 @@ def test_the_same_bytes_go_to_a_file_and_to_standard_output(
     assert main(["verify", "-", "tiny.mbs"]) == 0
     assert main(["equations", "-"]) == 2
     assert sorted(file.name for file in here.glob("tiny.[msu]*[!e]")) == [
-        "tiny.mbs", "tiny.svg", "tiny.urdf",
-    ]  # fmt: skip
+        "tiny.mbs",
+        "tiny.svg",
+        "tiny.urdf",
+    ]
 
 
 def test_a_report_recommends_no_run_that_has_been_done(here: Path, capsys: Any) -> None:

@@ -34,9 +34,13 @@ pytestmark = [
 State = dict[str, bytes]
 #: The calls by which something on the disk changes: before each of them a process may end.
 STEPS: list[tuple[Any, str]] = [
-    (os, "fsync"), (os, "replace"), (Path, "open"), (Path, "unlink"), (Path, "mkdir"),
+    (os, "fsync"),
+    (os, "replace"),
+    (Path, "open"),
+    (Path, "unlink"),
+    (Path, "mkdir"),
     (Path, "chmod"),
-]  # fmt: skip
+]
 
 
 @contextmanager

@@ -18,9 +18,29 @@ from urdf2mbs_many.commands import many
 
 @pytest.mark.parametrize(
     "name",
-    ["con", "CON", "nul.mbs", "Aux.tar.gz", "com1", "LPT9.yaml", "prn .x", "a.", "a ", "a:b", "a|b",
-     "a?", "a*", "a<b", 'a"', "a\\b", "a/b", "a\nb", "a\x1f", ""],
-)  # fmt: skip
+    [
+        "con",
+        "CON",
+        "nul.mbs",
+        "Aux.tar.gz",
+        "com1",
+        "LPT9.yaml",
+        "prn .x",
+        "a.",
+        "a ",
+        "a:b",
+        "a|b",
+        "a?",
+        "a*",
+        "a<b",
+        'a"',
+        "a\\b",
+        "a/b",
+        "a\nb",
+        "a\x1f",
+        "",
+    ],
+)
 def test_names_that_windows_has_not(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

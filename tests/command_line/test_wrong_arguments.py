@@ -19,14 +19,19 @@ MACROS = '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:mac
 
 
 @pytest.fixture
-def here(here: Path) -> Path:
+def lab(here: Path) -> Path:
     """A folder with a robot, its .mbs, configs and folders, which is where we are."""
     assert main(["convert", "tiny.urdf", "-q"]) == 0
     files = {
-        "tiny.yaml": "source: tiny.urdf\n", "short.yaml": "source: tiny.urdf\npipeline: [expand]\n",
-        "robot.yaml": TINY, "sweep.yaml": SWEEP, "blank.urdf": " ", "no.urdf": "<robot/>",
-        "macros.xacro": f"{MACROS}</robot>", "calls.xacro": f"{MACROS}<xacro:a/></robot>",
-    }  # fmt: skip
+        "tiny.yaml": "source: tiny.urdf\n",
+        "short.yaml": "source: tiny.urdf\npipeline: [expand]\n",
+        "robot.yaml": TINY,
+        "sweep.yaml": SWEEP,
+        "blank.urdf": " ",
+        "no.urdf": "<robot/>",
+        "macros.xacro": f"{MACROS}</robot>",
+        "calls.xacro": f"{MACROS}<xacro:a/></robot>",
+    }
     for name, text in files.items():
         (here / name).write_text(text)
     for name in ("d", "d.mbs", "p", "p/workR", "r"):
@@ -121,17 +126,15 @@ COMMANDS = [
 
 
 @pytest.mark.parametrize(("line", "exit_code", "code"), COMMANDS, ids=lambda v: str(v)[:50])
-def test_a_wrong_command_line(
-    line: str, exit_code: int, code: str, here: Path, capsys: Any
-) -> None:
-    before = sorted(filter(Path.is_file, here.rglob("*")))
+def test_a_wrong_command_line(line: str, exit_code: int, code: str, lab: Path, capsys: Any) -> None:
+    before = sorted(filter(Path.is_file, lab.rglob("*")))
     assert main(shlex.split(line)) == exit_code
     err = capsys.readouterr().err
     assert err.count("error[") == 1
     code, _, words = code.partition(".*")
     assert re.search(rf"error\[(?:{code.partition(':')[0]})\](?s:.*){re.escape(words)}", err), err
-    assert sorted(filter(Path.is_file, here.rglob("*"))) == before
-    assert (here / "tiny.urdf").read_text() == TINY
+    assert sorted(filter(Path.is_file, lab.rglob("*"))) == before
+    assert (lab / "tiny.urdf").read_text() == TINY
 
 
 @pytest.mark.parametrize(
@@ -148,13 +151,13 @@ def test_a_wrong_command_line(
         ("new-pass swing -o ''", "the name is empty"),
     ],
 )
-def test_words_that_argparse_refuses(line: str, said: str, here: Path, capsys: Any) -> None:
-    before = sorted(here.iterdir())
+def test_words_that_argparse_refuses(line: str, said: str, lab: Path, capsys: Any) -> None:
+    before = sorted(lab.iterdir())
     with pytest.raises(SystemExit) as caught:
         main(shlex.split(line))
     assert caught.value.code == 2
     assert said in capsys.readouterr().err
-    assert sorted(here.iterdir()) == before
+    assert sorted(lab.iterdir()) == before
 
 
 #: What follows ``source: tiny.urdf`` in a config, the code of an error, and its line.
@@ -169,18 +172,28 @@ CONFIGS = [
     ("before: {nosuch: check}", "unknown-pass", 2),
     ("swap: {layuot: x}", "unknown-pass", 2),
     ("swap: {layout: urdf3mbs}", "unknown-plugin", 2),
-    ("passes: {posture: {hold: {joints: [nobody], stiffness: 1, damping: 1}}}", "posture-hold",
-     None),
-    ("passes: {loops: {cuts: {c: {ends: [{link: hand}, {link: body}]}}, dependent: [wrist_roll]}}",
-     "loops-dependent", None),
+    (
+        "passes: {posture: {hold: {joints: [nobody], stiffness: 1, damping: 1}}}",
+        "posture-hold",
+        None,
+    ),
+    (
+        "passes: {loops: {cuts: {c: {ends: [{link: hand}, {link: body}]}}, "
+        "dependent: [wrist_roll]}}",
+        "loops-dependent",
+        None,
+    ),
     ("passes: {forces: {wrenches: {w: {link: nobody}}}}", "forces-link", None),
     ("passes: {forces: {wrenches: {1w: {link: hand}}}}", "forces-name", None),
-    ("passes: {forces: {springs: {s: {ends: [{link: hand}, {link: hand}], stiffness: 1}}}}",
-     "forces-spring", None),
+    (
+        "passes: {forces: {springs: {s: {ends: [{link: hand}, {link: hand}], stiffness: 1}}}}",
+        "forces-spring",
+        None,
+    ),
     ("sweep: {xacro_arg: {a: [1]}}", "unknown-key", 2),
     ("passes: {contacts: {zz: 1}, equations: {langage: c}}", "unknown-key", 2),
     ("passes: {posture: {hold: {jonts: [a]}}}", "unknown-key", 2),
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize(("more", "code", "line"), CONFIGS, ids=lambda v: str(v)[:40])
@@ -206,6 +219,11 @@ def test_all_faults_of_a_config_are_told_at_once(tmp_path: Path) -> None:
         Pipeline(*load(tmp_path / "c.yaml"), installed_plugins=False)
     faults = [*caught.value.earlier, caught.value]
     assert [(fault.line, (fault.hint or "").partition("did you mean ")[2]) for fault in faults] == [
-        (2, "'project'?"), (3, "'pipeline'?"), (4, "'floating'?"), (5, "'compact'?"),
-        (6, "'passes: {equations: {}}'?"), (7, ""), (8, "'mesh-missing'?"),
-    ]  # fmt: skip
+        (2, "'project'?"),
+        (3, "'pipeline'?"),
+        (4, "'floating'?"),
+        (5, "'compact'?"),
+        (6, "'passes: {equations: {}}'?"),
+        (7, ""),
+        (8, "'mesh-missing'?"),
+    ]

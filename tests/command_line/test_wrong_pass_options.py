@@ -36,7 +36,7 @@ ENDS = [{"link": "arm"}, {"link": "hand"}]
         ("sensors", {"links": ["hnad"]}, "sensors-links"),
         ("sensors", {"only": ["imu"]}, "sensors-only"),
     ],
-)  # fmt: skip
+)
 def test_wrong_options(name: str, options: dict[str, Any], code: str) -> None:
     with pytest.raises(ConfigError) as caught:
         convert_text(TINY, passes={name: options})

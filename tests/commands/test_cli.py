@@ -26,13 +26,13 @@ from urdf2mbs.testing import TINY
 
 
 @pytest.fixture
-def robot(here: Path) -> Path:
+def folder(here: Path) -> Path:
     """A folder with a tiny robot and its config, which is where we are."""
     (here / "tiny.yaml").write_text("source: tiny.urdf\n")
     return here
 
 
-def test_run(robot: Path, capsys: Any) -> None:
+def test_run(folder: Path, capsys: Any) -> None:
     assert main(["run", "tiny.yaml"]) == 0
     said = capsys.readouterr()
     assert said.out.splitlines() == [
@@ -42,10 +42,13 @@ def test_run(robot: Path, capsys: Any) -> None:
     ]
     assert "warning[base-guessed]" in said.err
     assert "note[" not in said.err
-    assert len(read_mbs((robot / "tiny.mbs").read_bytes(), "").bodies) == 3
-    assert {file.name for file in robot.iterdir()} - {"tiny.mbs.base"} == {
-        ".urdf2mbs", "tiny.mbs", "tiny.urdf", "tiny.yaml",
-    }  # fmt: skip
+    assert len(read_mbs((folder / "tiny.mbs").read_bytes(), "").bodies) == 3
+    assert {file.name for file in folder.iterdir()} - {"tiny.mbs.base"} == {
+        ".urdf2mbs",
+        "tiny.mbs",
+        "tiny.urdf",
+        "tiny.yaml",
+    }
     assert main(["run", "-v", "tiny.yaml"]) == 0
     said = capsys.readouterr()
     assert " ms  decompose-joints\n" in said.err
@@ -53,7 +56,7 @@ def test_run(robot: Path, capsys: Any) -> None:
     assert "  5 links -> 3 bodies, " in said.out
 
 
-def test_one_line_for_one_cause(robot: Path, capsys: Any) -> None:
+def test_one_line_for_one_cause(folder: Path, capsys: Any) -> None:
     """Warnings of one code are one, a text that is nowhere has no lines."""
     names = ("dynamic", "limits", "axs", "mimc", "orign", "safty_controller", "calibraton")
     wrong = "".join(
@@ -61,7 +64,7 @@ def test_one_line_for_one_cause(robot: Path, capsys: Any) -> None:
         f'<child link="l_{name}"/><{name}/></joint>'
         for name in names
     )
-    (robot / "tiny.urdf").write_text(TINY.replace("</robot>", f"{wrong}</robot>"))
+    (folder / "tiny.urdf").write_text(TINY.replace("</robot>", f"{wrong}</robot>"))
     assert main(["convert", "tiny.urdf", "-o", "a.mbs"]) == 0
     said = capsys.readouterr()
     first, *others = [line for line in said.err.splitlines() if "warning[" in line]
@@ -76,7 +79,7 @@ def test_one_line_for_one_cause(robot: Path, capsys: Any) -> None:
     assert capsys.readouterr().err.count("warning[misspelt]") == 7
 
 
-def test_run_json(robot: Path, capsys: Any) -> None:
+def test_run_json(folder: Path, capsys: Any) -> None:
     assert main(["run", "--json", "tiny.yaml"]) == 0
     report = json.loads(capsys.readouterr().out)
     assert report["names"]["coordinates"]["wrist_pitch"] == ["wrist_pitch"]
@@ -97,9 +100,9 @@ def test_help_imports_no_heavy_package() -> None:
         ("import urdf2mbs; urdf2mbs.convert('plain.urdf').write()", 150),
     ],
 )
-def test_a_conversion_starts_fast(program: str, most: int, robot: Path) -> None:
+def test_a_conversion_starts_fast(program: str, most: int, folder: Path) -> None:
     """It imports few modules of ours, no numpy, and starts no other process."""
-    (robot / "plain.urdf").write_text(build.robot(build.link("a", build.solid())))
+    (folder / "plain.urdf").write_text(build.robot(build.link("a", build.solid())))
     modules = loaded(program) - loaded("import lxml.etree, msgspec, pluggy, pluggy._manager")
     ours = {name for name in modules if name.startswith("urdf2mbs")}
     assert len(ours) <= most
@@ -129,12 +132,12 @@ class Ear:
 
 @pytest.mark.parametrize("verbose", [False, True])
 def test_a_run_that_lasts_says_where_it_is(
-    verbose: bool, robot: Path, monkeypatch: pytest.MonkeyPatch
+    verbose: bool, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     ear = Ear()
     monkeypatch.setattr(sys, "stderr", ear)
     monkeypatch.setattr(Progress, "LOG_PATIENCE", 0.001)
-    pipeline = Pipeline(*load(robot / "tiny.yaml"))
+    pipeline = Pipeline(*load(folder / "tiny.yaml"))
     with Progress(Namespace(verbose=verbose)) as progress:
         pipeline.watch(progress)
         pipeline.watch(ear)
@@ -165,8 +168,10 @@ def test_a_log_gets_fewer_lines_than_a_terminal(
     progress.print_lines()
     assert set(intervals) == {interval}
     assert capsys.readouterr().err.splitlines() == [
-        "... loading", f"... loading, for {interval:.0f} s", "... compiling",
-    ]  # fmt: skip
+        "... loading",
+        f"... loading, for {interval:.0f} s",
+        "... compiling",
+    ]
 
 
 def test_the_end_of_a_pass_that_counts_is_estimated(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -210,30 +215,34 @@ def test_the_version_is_found_without_a_folder_of_that_name(
     assert find_version() == "9.1"
 
 
-def test_versions_in_file_names_stay(robot: Path) -> None:
+def test_versions_in_file_names_stay(folder: Path) -> None:
     for name in ("panda_v1.0.urdf", "panda_v1.1.URDF", "a.b.urdf.xacro", ".urdf"):
-        (robot / name).write_text(TINY)
+        (folder / name).write_text(TINY)
         assert main(["convert", name]) == 0
-    assert {file.name for file in robot.glob("*.mbs")} | {".urdf.mbs"} == {
-        "panda_v1.0.mbs", "panda_v1.1.mbs", "a.b.mbs", ".urdf.mbs",
-    }  # fmt: skip
+    assert {file.name for file in folder.glob("*.mbs")} | {".urdf.mbs"} == {
+        "panda_v1.0.mbs",
+        "panda_v1.1.mbs",
+        "a.b.mbs",
+        ".urdf.mbs",
+    }
 
 
-@pytest.mark.parametrize("encoding", ["cp1252", "ascii"])
-@pytest.mark.parametrize("command", [["convert", "r.urdf"], ["convert", "r.urdf", "--json"]])
+@pytest.mark.parametrize(("encoding", "more"), [("cp1252", []), ("ascii", ["--json"])])
 def test_names_that_the_pipe_has_no_letters_for(
-    robot: Path, encoding: str, command: list[str]
+    folder: Path, encoding: str, more: list[str]
 ) -> None:
-    (robot / "r.urdf").write_text(TINY.replace('"tiny"', '"机器人"'), "utf-8")
+    (folder / "r.urdf").write_text(TINY.replace('"tiny"', '"机器人"'), "utf-8")
     done = subprocess.run(
-        [sys.executable, "-m", "urdf2mbs", *command],
-        check=False, capture_output=True, env={**os.environ, "PYTHONIOENCODING": encoding},
-    )  # fmt: skip
+        [sys.executable, "-m", "urdf2mbs", "convert", "r.urdf", *more],
+        check=False,
+        capture_output=True,
+        env={**os.environ, "PYTHONIOENCODING": encoding},
+    )
     assert done.returncode == 0, done.stderr
     assert rb"\u673a\u5668\u4eba" in done.stdout
 
 
-def test_verify_needs_no_output(robot: Path, capsys: Any) -> None:
+def test_verify_needs_no_output(folder: Path, capsys: Any) -> None:
     assert main(["convert", "tiny.urdf"]) == 0
-    (robot / "tiny.urdf.mbs").mkdir()
+    (folder / "tiny.urdf.mbs").mkdir()
     assert main(["verify", "tiny.urdf", "tiny.mbs"]) == 0

@@ -27,9 +27,13 @@ sys.exit(main())
 
 @pytest.mark.parametrize(
     ("number", "module"),
-    [(signal.SIGINT, "argparse"), (signal.SIGINT, "lxml.etree"), (signal.SIGTERM, "argparse"),
-     (signal.SIGHUP, "urdf2mbs.engine.output")],
-)  # fmt: skip
+    [
+        (signal.SIGINT, "argparse"),
+        (signal.SIGINT, "lxml.etree"),
+        (signal.SIGTERM, "argparse"),
+        (signal.SIGHUP, "urdf2mbs.engine.output"),
+    ],
+)
 def test_while_python_imports(number: signal.Signals, module: str, tmp_path: Path) -> None:
     (tmp_path / "tiny.urdf").write_text(TINY)
     done = run(["-c", AT_IMPORT, str(int(number)), module, "convert", "tiny.urdf"], tmp_path)

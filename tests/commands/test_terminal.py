@@ -77,9 +77,13 @@ def test_help_has_no_colours_of_a_verdict(monkeypatch: pytest.MonkeyPatch) -> No
     ],
 )
 def test_colours(
-    terminal: bool, variable: str, when: str, coloured: bool, here: Path,
+    terminal: bool,
+    variable: str,
+    when: str,
+    coloured: bool,
+    here: Path,
     monkeypatch: pytest.MonkeyPatch,
-) -> None:  # fmt: skip
+) -> None:
     monkeypatch.setenv("TERM", "xterm")
     monkeypatch.setenv("WT_SESSION", "1")
     monkeypatch.delenv("NO_COLOR", raising=False)

@@ -84,10 +84,14 @@ def test_rounding_does_not_add_up_along_an_arm(tmp_path: Path) -> None:
     small beside."""
     half, straight, down = "3.14159265359", "0 0 0", "0 -0.2 0"
     arm = [
-        ("0 0 0.5", f"0 0 {half}", "0 0 1"), (down, f"0 {half} 0", "-1 0 0"),
-        (down, straight, "0 -1 0"), (down, straight, "-1 0 0"), (down, f"0 {half} 0", "0 -1 0"),
-        (down, straight, "1 0 0"), (straight, f"0 {half} 0", "0 1 0"),
-    ]  # fmt: skip
+        ("0 0 0.5", f"0 0 {half}", "0 0 1"),
+        (down, f"0 {half} 0", "-1 0 0"),
+        (down, straight, "0 -1 0"),
+        (down, straight, "-1 0 0"),
+        (down, f"0 {half} 0", "0 -1 0"),
+        (down, straight, "1 0 0"),
+        (straight, f"0 {half} 0", "0 1 0"),
+    ]
     text, before = link("world"), "world"
     for number, (xyz, rpy, axis) in enumerate(arm):
         at = straight if number == 6 else "0 -0.1 0"

@@ -63,8 +63,12 @@ passes: {check: {tolerance: 1e-6}}
         ("source: 3", 1, "config-type", "'source': expected a word, got 3"),
         ("source: x\ngravity: [1, 2]", 2, "config-type", "'gravity': expected a list of 3"),
         ("source: x\ngravity: [0, 0, down]", 2, "config-type", "'gravity.2': expected a number"),
-        ("source: x\ngravity: [0, 0, 1.0e+300]", 2, "value-range",
-         "'gravity.2': expected a number from -1000 to 1000, got 1e+300"),
+        (
+            "source: x\ngravity: [0, 0, 1.0e+300]",
+            2,
+            "value-range",
+            "'gravity.2': expected a number from -1000 to 1000, got 1e+300",
+        ),
         ("source: x\ngravity: [0, 0, .nan]", 2, "config-type", "got nan"),
         ("source: x\npackages:\n  a: 1\n", 3, "config-type", "'packages.a'"),
         ("source: x\npasses:\n  a: b\n", 3, "config-type", "'passes.a'"),
@@ -148,7 +152,7 @@ passes: {check: {tolerance: 1e-6}}
         ("a: &x\n  - *x", 1, "config-yaml", "lists in one another"),
         ("[" * 5000, 1, "config-yaml", "lists in one another"),
     ],
-)  # fmt: skip
+)
 def test_what_is_wrong_and_where(text: str, line: int | None, code: str, said: str) -> None:
     with pytest.raises(ConfigError) as caught:
         parse(text, FILE)[1].check()
@@ -235,14 +239,22 @@ class Options(msgspec.Struct, forbid_unknown_fields=True, rename="kebab"):
         ("\n    must: 1\n    rules:\n      - name: 1", 6, "config-type", "'passes.p.rules.0.name'"),
         ("\n    must: 1\n    rules:\n      - nam: a", 6, "unknown-key", "'passes.p.rules.0.nam'"),
         ("\n    must: 1\n    for-each:\n      x: 3", 6, "config-type", "'passes.p.for-each.x'"),
-        ("{must: 1, for-each: {a: {}, b: {by-link: {c: 1, '...': x}}}}", 3, "config-type",
-         "'passes.p.for-each.b.by-link....': expected a number, got 'x'"),
+        (
+            "{must: 1, for-each: {a: {}, b: {by-link: {c: 1, '...': x}}}}",
+            3,
+            "config-type",
+            "'passes.p.for-each.b.by-link....': expected a number, got 'x'",
+        ),
         ("{must: 1, for-each: {a: {by-link: 3}}}", 3, "config-type", "lines or nothing, got 3"),
-        ("{must: 1, deep-words: {a.b: [{}, {k: 1, l: x}]}}", 3, "config-type",
-         "'passes.p.deep-words.a.b.1.l'"),
+        (
+            "{must: 1, deep-words: {a.b: [{}, {k: 1, l: x}]}}",
+            3,
+            "config-type",
+            "'passes.p.deep-words.a.b.1.l'",
+        ),
         ("[]", 3, "config-type", "'passes.p': expected 'key: value' lines"),
     ],
-)  # fmt: skip
+)
 def test_options_of_a_pass(options: str, line: int, code: str, said: str) -> None:
     text = f"source: x\npasses:\n  p: {options}"
     data = yaml.safe_load(text)["passes"]["p"]
@@ -257,8 +269,18 @@ def test_options_of_a_pass(options: str, line: int, code: str, said: str) -> Non
 def test_words_of_the_command_line_and_numbers_with_an_exponent() -> None:
     texts = ("1.5", "[a, b]", "a b", "{", "true", "*", "1e", "1e1x", "1e1", "1E+1", "-2e-3")
     assert [parse_value(text) for text in texts] == [
-        1.5, ["a", "b"], "a b", "{", True, "*", "1e", "1e1x", 10.0, 10.0, -0.002,
-    ]  # fmt: skip
+        1.5,
+        ["a", "b"],
+        "a b",
+        "{",
+        True,
+        "*",
+        "1e",
+        "1e1x",
+        10.0,
+        10.0,
+        -0.002,
+    ]
     config, _ = parse("source: a.urdf\ngravity: [0, 0, 1e1]\nxacro_args: {a: 1e1}\n", None)
     assert config.gravity[2] == 10.0
     assert config.xacro_args == {"a": "1e1"}, "arguments are as they are written"
@@ -285,16 +307,19 @@ def test_python_takes_the_fields_of_a_config_or_a_config(tmp_path: Path) -> None
 def test_python_takes_a_config_file_and_changes_it(tmp_path: Path) -> None:
     (tmp_path / "tiny.urdf").write_text(TINY)
     file = tmp_path / "tiny.yaml"
-    file.write_text("source: tiny.urdf\nbase: fixed\ndiagnostics: {collision: warning}\n"
-                    "passes: {layout: {style: tree}, check: {tolerance: 1.0e-8}}\n")  # fmt: skip
+    file.write_text(
+        "source: tiny.urdf\nbase: fixed\ndiagnostics: {collision: warning}\n"
+        "passes: {layout: {style: tree}, check: {tolerance: 1.0e-8}}\n"
+    )
     config, lines = config_of(
         file, base="floating", diagnostics={"limit": "note"}, passes={"layout": {"keep": False}}
     )
     assert (config.base, lines.folder) == ("floating", tmp_path)
     assert config.diagnostics == {"collision": "warning", "limit": "note"}
     assert config.passes == {
-        "layout": {"style": "tree", "keep": False}, "check": {"tolerance": 1e-8},
-    }  # fmt: skip
+        "layout": {"style": "tree", "keep": False},
+        "check": {"tolerance": 1e-8},
+    }
     assert convert(file).mbs.base.gravity == (0.0, 0.0, -9.81)
 
 

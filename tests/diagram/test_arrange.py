@@ -17,7 +17,7 @@ from urdf2mbs.diagram import arrange
 from urdf2mbs.mbs.model import Body, Joint, Mbs, Point, Sensor
 from urdf2mbs.spatial import Vec
 
-eighty = settings(reproducible, max_examples=80)
+forty = settings(reproducible, max_examples=40)
 
 
 @st.composite
@@ -62,7 +62,7 @@ def robots(draw: st.DrawFn) -> Mbs:
     return mbs
 
 
-@eighty
+@forty
 @given(trees(), st.sampled_from(("robot", "tree")))
 def test_no_fault_in_random_trees(mbs: Mbs, style: str) -> None:
     arrange(mbs, style)
@@ -70,7 +70,7 @@ def test_no_fault_in_random_trees(mbs: Mbs, style: str) -> None:
 
 
 @pytest.mark.slow
-@eighty
+@forty
 @given(robots())
 def test_no_fault_in_random_robots(mbs: Mbs) -> None:
     arrange(mbs)

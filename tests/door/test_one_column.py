@@ -33,8 +33,11 @@ def test_each_body_is_below_the_one_before() -> None:
         assert len({y for _, y in positions}) == 1
         assert body.drawing is not None
         left, right = positions[-1][0] + body.drawing.position[0], body.drawing.size[0]
-        assert all(point.position == (left + right, point.position[1])
-                   for point in body.points if point.position)  # fmt: skip
+        assert all(
+            point.position == (left + right, point.position[1])
+            for point in body.points
+            if point.position
+        )
     assert mbs.base.position is not None
     rows.insert(0, mbs.base.position[1])
     assert all(below - above == 100.0 for above, below in pairwise(rows))

@@ -58,9 +58,16 @@ def test_a_follower_starts_where_its_leader_puts_it(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("line", "hint"),
-    [("uper_joint,1", "upper_joint"), ("tip_joint,1", ""), ("upper_joint,east", ""),
-     ("upper_joint", ""), ("upper_joint,nan", ""), ("upper_joint,inf", ""), ("", "")],
-)  # fmt: skip
+    [
+        ("uper_joint,1", "upper_joint"),
+        ("tip_joint,1", ""),
+        ("upper_joint,east", ""),
+        ("upper_joint", ""),
+        ("upper_joint,nan", ""),
+        ("upper_joint,inf", ""),
+        ("", ""),
+    ],
+)
 def test_a_wrong_line_is_named(line: str, hint: str, tmp_path: Path) -> None:
     write_robot(tmp_path)
     with pytest.raises(ConfigError, match=r"pose.csv:2: error\[pose-line\]") as caught:

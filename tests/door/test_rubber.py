@@ -25,13 +25,16 @@ WHEEL = f"""<robot name="wheel"><link name="base"/>
 def convert(folder: Path, *joints: str) -> Any:
     (folder / "wheel.urdf").write_text(WHEEL)
     return urdf2mbs.convert(
-        folder / "wheel.urdf", base="fixed", plugins=[PLUGIN],
-        output={"project": folder / "wheel", "language": "both"}, after={"forces": "rubber"},
+        folder / "wheel.urdf",
+        base="fixed",
+        plugins=[PLUGIN],
+        output={"project": folder / "wheel", "language": "both"},
+        after={"forces": "rubber"},
         passes={
             "rubber": {"joints": list(joints), "stiffness": STIFFNESS},
             "posture": {"joints": {"axle": START}},
         },
-    )  # fmt: skip
+    )
 
 
 @pytest.mark.parametrize("language", ["python", "c"])

@@ -39,8 +39,10 @@ def test_a_field_that_does_not_exist_is_an_error(
 ) -> None:
     error = fail(tmp_path, f"pass\nconversion.{field} = conversion.robot")
     assert (error.code, error.file, error.line) == (
-        "plugin-failed", str(tmp_path / "lab.py"), 4,
-    )  # fmt: skip
+        "plugin-failed",
+        str(tmp_path / "lab.py"),
+        4,
+    )
     state = f"conversion.state(Class).{field} keeps data of a plugin"
     expected = f"AttributeError: a Conversion has no field '{field}'; {remedy}{state}"
     assert remedy is None or error.message.endswith(expected)

@@ -51,12 +51,16 @@ def test_before_and_after_and_without(tmp_path: Path) -> None:
     usual = names(plugins=[file])
     at = usual.index("insert-base")
     assert names(plugins=[file], before={"insert-base": "scale"}) == [
-        *usual[:at], "scale", *usual[at:],
-    ]  # fmt: skip
+        *usual[:at],
+        "scale",
+        *usual[at:],
+    ]
     placed = names(
-        plugins=[file], pipeline=["expand", "prune-massless", "insert-base"],
-        without=["insert-base"], after={"expand": "scale", "scale": "insert-base"},
-    )  # fmt: skip
+        plugins=[file],
+        pipeline=["expand", "prune-massless", "insert-base"],
+        without=["insert-base"],
+        after={"expand": "scale", "scale": "insert-base"},
+    )
     assert placed == ["expand", "scale", "insert-base", "prune-massless"]
     short = ["expand", "check", "layout", "insert-base"]
     assert names(pipeline=short, without=["check", "layout"]) == ["expand", "insert-base"]
@@ -116,9 +120,9 @@ def test_a_plugin_keeps_a_state_and_tells_it_in_the_summary(
 ) -> None:
     """As ours have; what a pass keeps in its state, a summary tells."""
     text = SCALE.replace("import Pass", "import Pass, Summary").replace(
-        "        conversion.robot", "        conversion.state(Scaled).links.append(self.link)\n"
         "        conversion.robot",
-    )  # fmt: skip
+        "        conversion.state(Scaled).links.append(self.link)\n        conversion.robot",
+    )
     text += """
 class Scaled:
     def __init__(self):
@@ -153,8 +157,11 @@ def test_a_preset_of_a_plugin_extends_compact(tmp_path: Path) -> None:
     ],
 )
 def test_a_broken_preset_is_told(preset: str, said: str, tmp_path: Path) -> None:
-    file = write(tmp_path, "from urdf2mbs.plugin import hookimpl\n@hookimpl\n"
-                 f"def urdf2mbs_presets(): return {{'mine': {preset}}}\n")  # fmt: skip
+    file = write(
+        tmp_path,
+        "from urdf2mbs.plugin import hookimpl\n@hookimpl\n"
+        f"def urdf2mbs_presets(): return {{'mine': {preset}}}\n",
+    )
     with pytest.raises(ConfigError, match="plugin-broken") as wrong:
         convert_text(plugins=[file])
     assert said in wrong.value.message

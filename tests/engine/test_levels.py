@@ -33,8 +33,9 @@ def test_all_errors_are_told_at_once(folder: Path, capsys: Any) -> None:
     with pytest.raises(ConversionError) as caught:
         convert("tiny.urdf", strict=True)
     assert re.findall(r"error\[([a-z-]+)\]", str(caught.value)) == [
-        "misspelt", "base-guessed",
-    ]  # fmt: skip
+        "misspelt",
+        "base-guessed",
+    ]
     assert main(["run", "tiny.yaml", "--strict", "--json"]) == 1
     said = capsys.readouterr()
     assert said.err.count("error[") == 2

@@ -39,8 +39,10 @@ ROBOTS: dict[str, tuple[Path, dict[str, dict[str, Any]]]] = {
             "forces": {
                 "wrenches": {"push": {"link": "chest", "force": [10, 0, 0], "stop": 0.1}},
                 "springs": {
-                    "band": {"ends": [{"link": "left_foot"}, {"link": "right_foot"}],
-                             "stiffness": 20.0}
+                    "band": {
+                        "ends": [{"link": "left_foot"}, {"link": "right_foot"}],
+                        "stiffness": 20.0,
+                    }
                 },
             },
         },
@@ -65,15 +67,17 @@ ROBOTS: dict[str, tuple[Path, dict[str, dict[str, Any]]]] = {
         CONFIGS / "arm.urdf.xacro",
         {"posture": {"joints": {"elbow": 0.5}}, "snap": {"angle": 1e-4}},
     ),
-}  # fmt: skip
+}
 
 
 def pipeline(robot: str, preset: str | list[str], folder: Path) -> Pipeline:
     source, options = ROBOTS[robot]
     given = {
-        "source": str(source), "output": {"project": str(folder)}, "pipeline": preset,
+        "source": str(source),
+        "output": {"project": str(folder)},
+        "pipeline": preset,
         "passes": options,
-    }  # fmt: skip
+    }
     return Pipeline(typed(Config, given, Lines()), Lines())
 
 
@@ -100,8 +104,13 @@ class Seen:
 
 #: Passes that change no section: they look, write files, or say how to simulate.
 ONLY_LOOK = {
-    "certificate", "check", "equations", "find-singular", "left-out", "project",
-}  # fmt: skip
+    "certificate",
+    "check",
+    "equations",
+    "find-singular",
+    "left-out",
+    "project",
+}
 
 
 @pytest.mark.parametrize("preset", PRESETS)

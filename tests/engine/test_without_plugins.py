@@ -36,9 +36,13 @@ def files_of(folder: Path, away: str) -> tuple[dict[str, bytes], str]:
     (folder / "plain.urdf").write_text(TINY)
     (folder / "plain.yaml").write_text("source: plain.urdf\noutput: run.mbs\n")
     done = subprocess.run(
-        [sys.executable, "-c", PROGRAM], cwd=folder, env=environment(away),
-        check=False, capture_output=True, text=True,
-    )  # fmt: skip
+        [sys.executable, "-c", PROGRAM],
+        cwd=folder,
+        env=environment(away),
+        check=False,
+        capture_output=True,
+        text=True,
+    )
     assert done.returncode == 0, done.stderr
     return {file.name: file.read_bytes() for file in folder.glob("*.mbs")}, done.stdout
 
@@ -48,7 +52,9 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
     return files_of(tmp_path_factory.mktemp("whole") / "all", "")[0]
 
 
-@pytest.mark.parametrize("away", ["all", *OWN])
+@pytest.mark.parametrize(
+    "away", ["all", *(pytest.param(name, marks=pytest.mark.slow) for name in OWN)]
+)
 def test_the_commands_of_the_core_need_no_plugin(
     away: str, whole: dict[str, bytes], tmp_path: Path
 ) -> None:
@@ -73,9 +79,13 @@ def test_work_without_its_plugin_is_an_error(
     text = TINY.replace("</robot>", f"{inside}</robot>").replace("<robot ", f"<robot {xmlns} ")
     (tmp_path / "plain.urdf").write_text(text)
     done = subprocess.run(
-        [sys.executable, "-m", "urdf2mbs", "convert", "plain.urdf", "-o", "p/"], cwd=tmp_path,
-        env=environment(plugin), check=False, capture_output=True, text=True,
-    )  # fmt: skip
+        [sys.executable, "-m", "urdf2mbs", "convert", "plain.urdf", "-o", "p/"],
+        cwd=tmp_path,
+        env=environment(plugin),
+        check=False,
+        capture_output=True,
+        text=True,
+    )
     assert done.returncode == 2
     assert says in done.stderr
     assert not (tmp_path / "p").exists()
@@ -88,9 +98,23 @@ def test_the_tests_of_the_core_need_no_plugin(away: str, tmp_path: Path) -> None
     them without any plugin."""
     folders = [str(TESTS / room) for room in ("commands", "config", "engine")]
     done = subprocess.run(
-        [sys.executable, "-m", "pytest", "-q", "-m", "not slow", "-p", "no:cacheprovider",
-         f"--basetemp={tmp_path}", *folders, f"--ignore={Path(__file__).resolve()}"],
-        cwd=TESTS.parent, env=environment(away),
-        check=False, capture_output=True, text=True,
-    )  # fmt: skip
+        [
+            sys.executable,
+            "-m",
+            "pytest",
+            "-q",
+            "-m",
+            "not slow",
+            "-p",
+            "no:cacheprovider",
+            f"--basetemp={tmp_path}",
+            *folders,
+            f"--ignore={Path(__file__).resolve()}",
+        ],
+        cwd=TESTS.parent,
+        env=environment(away),
+        check=False,
+        capture_output=True,
+        text=True,
+    )
     assert done.returncode == 0, done.stdout

@@ -51,25 +51,37 @@ def run_config(folder: Path, plugin: str | None, capsys: Any, config: str = "") 
         ("import sys\nsys.exit(0)\n", r"mine.py:2: .*SystemExit: 0"),
         ("", r"plugin-empty\].*\n.*@hookimpl"),
         ("\0", r"plugin-broken\].*null bytes"),
-        (HOOKS + "@hookimpl\ndef urdf2mbs_pass(): pass\n",
-         r"mine.py: .*unknown hook 'urdf2mbs_pass'.*\n.*the hooks are: urdf2mbs_passes\(\),"),
-        (HOOKS + "@hookimpl\ndef urdf2mbs_before_pass(robot): pass\n",
-         r"mine.py: .*\{'robot'\}.*\n.*before_pass\(pass_, conversion\)"),
+        (
+            HOOKS + "@hookimpl\ndef urdf2mbs_pass(): pass\n",
+            r"mine.py: .*unknown hook 'urdf2mbs_pass'.*\n.*the hooks are: urdf2mbs_passes\(\),",
+        ),
+        (
+            HOOKS + "@hookimpl\ndef urdf2mbs_before_pass(robot): pass\n",
+            r"mine.py: .*\{'robot'\}.*\n.*before_pass\(pass_, conversion\)",
+        ),
         (PASS + "None\n", r"urdf2mbs_passes returned nothing; expected a list\n.*of the classes"),
         (PASS + "['a']\n", r"returned 'a'; expected a subclass of Pass"),
         (PASS + "[][0]\n", r"mine.py:4: .*urdf2mbs_passes failed: IndexError"),
         (PASS + "[make('', run)]\n", r"pass '': its name"),
         (CLASS + "  pass\n" + LIST + "[A]\n", r"no method 'run'\n.*run\(self, conversion\)"),
-        (CLASS + "  def run(self, conversion, options): pass\n" + LIST + "[A]\n",
-         r"its 'run' cannot be called\b.*\n.*self, conversion"),
+        (
+            CLASS + "  def run(self, conversion, options): pass\n" + LIST + "[A]\n",
+            r"its 'run' cannot be called\b.*\n.*self, conversion",
+        ),
         (PASS + "[make('a', run, reads=('robot'))]\n", r"'reads' is 'robot'\n.*\('robot',\)"),
-        ("from __future__ import annotations\n" + CLASS + "  at: re.Pattern = None\n"
-         "  def run(self, conversion): pass\n" + LIST + "[A]\n", r"plugin-broken\].*NameError"),
-        ("from pathlib import Path\n" + CLASS + "  at: Path = Path()\n"
-         "  def run(self, conversion): pass\n" + LIST + "[A]\n", r"options cannot be read from"),
+        (
+            "from __future__ import annotations\n" + CLASS + "  at: re.Pattern = None\n"
+            "  def run(self, conversion): pass\n" + LIST + "[A]\n",
+            r"plugin-broken\].*NameError",
+        ),
+        (
+            "from pathlib import Path\n" + CLASS + "  at: Path = Path()\n"
+            "  def run(self, conversion): pass\n" + LIST + "[A]\n",
+            r"options cannot be read from",
+        ),
         (PASS + "[make('a', run)] * 2\n", r"two passes 'a'"),
     ],
-)  # fmt: skip
+)
 def test_a_broken_plugin_is_one_message(
     plugin: str | None, said: str, tmp_path: Path, capsys: Any
 ) -> None:
@@ -111,24 +123,36 @@ def test_files_of_one_name_do_not_mix(tmp_path: Path, capsys: Any) -> None:
         ("import sys; sys.exit('enough')", "plugin-failed", 3, "SystemExit: enough"),
         # the line is in the plugin, and not in what the plugin calls
         ("import json\n  json.loads('{')", "plugin-failed", 4, "JSONDecodeError"),
-        ("from urdf2mbs.plugin import ConversionError as E; raise E('own', 'no legs')",
-         "own", None, "no legs"),
+        (
+            "from urdf2mbs.plugin import ConversionError as E; raise E('own', 'no legs')",
+            "own",
+            None,
+            "no legs",
+        ),
         ("conversion.robot = None", "plugin-failed", None, ""),
         ("conversion.robot.links['arm'] = None", "plugin-failed", None, ""),
         # a robot that is no tree: the next pass would stumble over it, or drop half of it
-        ("conversion.robot.links.clear(); conversion.robot.joints.clear()",
-         "plugin-robot-broken", None, ""),
+        (
+            "conversion.robot.links.clear(); conversion.robot.joints.clear()",
+            "plugin-robot-broken",
+            None,
+            "",
+        ),
         ("del conversion.robot.links['tool']", "plugin-robot-broken", None, "names 'tool'"),
         ("del conversion.robot.joints['shoulder']", "plugin-robot-broken", None, "body, arm"),
         ("conversion.robot.links['arm'].name = 'x'", "plugin-robot-broken", None, "called 'x'"),
         ("conversion.robot.joints['shoulder'].name = 'x'", "plugin-robot-broken", None, "'x'"),
-        ("conversion.robot.joints['tool_mount'].child = 'arm'", "plugin-robot-broken", None,
-         "child of the joints 'shoulder' and"),
+        (
+            "conversion.robot.joints['tool_mount'].child = 'arm'",
+            "plugin-robot-broken",
+            None,
+            "child of the joints 'shoulder' and",
+        ),
         ("conversion.robot.joints['shoulder'].parent = 'tool'", "plugin-robot-broken", None, ""),
         ("conversion.files['a'] = b''", "plugin-output-broken", None, "'a': bytes"),
         ("conversion.files[conversion.settings.output] = ''", "plugin-output-broken", None, ""),
     ],
-)  # fmt: skip
+)
 def test_what_a_pass_does_wrong(
     does: str, code: str, line: int | None, said: str, tmp_path: Path
 ) -> None:
@@ -163,8 +187,9 @@ def test_an_exception_in_a_hook(
     assert code == 1
     assert re.search(
         rf"mine.py:5: error\[plugin-failed\]: hook 'urdf2mbs_{when}_pass' of plugin 'mine', called "
-        rf"{when} pass 'insert-base', failed on robot 'tiny': AssertionError: no mimic", err,
-    ), err  # fmt: skip
+        rf"{when} pass 'insert-base', failed on robot 'tiny': AssertionError: no mimic",
+        err,
+    ), err
 
 
 @pytest.mark.parametrize(

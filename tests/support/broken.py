@@ -33,8 +33,12 @@ CONVERT = (
     "verify {} tiny.mbs",
     "convert {} -o out/ --pipeline compact --set snap.angle=0.01",
 )
-MODEL = ("diagram {} -o out/a.svg", "verify tiny.urdf {}", "diff tiny.mbs {}",
-         "equations {} -o out/ --language c --energy --derivatives")  # fmt: skip
+MODEL = (
+    "diagram {} -o out/a.svg",
+    "verify tiny.urdf {}",
+    "diff tiny.mbs {}",
+    "equations {} -o out/ --language c --energy --derivatives",
+)
 MESHES = ("stl", "obj", "ply", "dae", "glb", "gltf", "wrl")
 #: Each kind of file: its name, and the commands that read it.
 KINDS: dict[str, tuple[str, tuple[str, ...]]] = {
@@ -43,12 +47,14 @@ KINDS: dict[str, tuple[str, tuple[str, ...]]] = {
     "include": ("broken.inc", ("convert include.xacro -o out/",)),
     "numbers": ("broken.inc", ("convert numbers.xacro -o out/",)),
     "config": ("broken.yaml", ("run {}", "explain {}")),
-    "srdf": ("broken.srdf", ("convert tiny.urdf -o out/ --set posture.srdf={} "
-                             "--set posture.state=home",)),
+    "srdf": (
+        "broken.srdf",
+        ("convert tiny.urdf -o out/ --set posture.srdf={} --set posture.state=home",),
+    ),
     "mbs": ("broken.mbs", MODEL),
     **{kind: (f"broken.{kind}", (f"convert {kind}.urdf -o out/",)) for kind in MESHES},
     "certificate": ("p/dataR/p.proof.json", ("verify tiny.urdf p",)),
-}  # fmt: skip
+}
 #: Good files that ``prepare`` makes.
 MADE = {"mbs": ("tiny.mbs", "closed/dataR/closed.mbs"), "certificate": ("p/dataR/p.proof.json",)}
 MESHED = (

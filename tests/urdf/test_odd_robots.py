@@ -64,8 +64,11 @@ def check(run: Callable[..., Any], source: Path, wanted: tuple[int, str | None, 
         assert found == exit_code, said
         assert word in said
         level = "error" if exit_code else "warning"
-        told = [line.partition("[")[2].partition("]")[0] for line in said.splitlines()
-                if f"{level}[" in line]  # fmt: skip
+        told = [
+            line.partition("[")[2].partition("]")[0]
+            for line in said.splitlines()
+            if f"{level}[" in line
+        ]
         # a body that lost its inertia may make the mass matrix singular, too
         told = [one for one in told if one not in ("singular", "base-guessed")]
         if code != "mesh-missing":  # no file has its meshes beside it

@@ -1,6 +1,7 @@
 """A loop in a plane is the same robot wherever it is cut, but not if it closes elsewhere."""
 
 import re
+import shutil
 from pathlib import Path
 
 import pytest
@@ -67,13 +68,23 @@ def cut_at_a() -> str:
     return robot(*elements, close("A", "world", "a", "0 -1 0"))
 
 
-@pytest.fixture
-def loops(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+@pytest.fixture(scope="module")
+def converted(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of four parallelograms and their models."""
+    folder = tmp_path_factory.mktemp("loops")
     texts = {"c": cut_at_c(), "b": cut_at_b(), "a": cut_at_a(), "off": cut_at_b(0.05)}
     for name, text in texts.items():
-        Path(f"{name}.urdf").write_text(re.sub("<limit[^>]*>", "", text))  # a cut has none
-        Path(f"{name}.mbs").write_bytes(convert(f"{name}.urdf").data)
+        source = folder / f"{name}.urdf"
+        source.write_text(re.sub("<limit[^>]*>", "", text))  # a cut has none
+        source.with_suffix(".mbs").write_bytes(convert(source).data)
+    return folder
+
+
+@pytest.fixture
+def loops(converted: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Change to a copy of that folder."""
+    shutil.copytree(converted, tmp_path, dirs_exist_ok=True)
+    monkeypatch.chdir(tmp_path)
 
 
 @pytest.mark.usefixtures("loops")
@@ -153,8 +164,10 @@ def test_a_fault_of_the_first_model_is_no_difference(tmp_path: Path) -> None:
 @pytest.mark.usefixtures("loops")
 def test_numbers_of_a_joint_that_is_a_cut_are_a_difference() -> None:
     text = Path("c.urdf").read_text()
-    damped = text.replace('<joint name="B" type="continuous">',
-                          '<joint name="B" type="continuous"><dynamics damping="3"/>')  # fmt: skip
+    damped = text.replace(
+        '<joint name="B" type="continuous">',
+        '<joint name="B" type="continuous"><dynamics damping="3"/>',
+    )
     Path("damped.urdf").write_text(damped)
     verdict = verify("damped.urdf", "b.mbs")
     (difference,) = verdict.differences

@@ -13,8 +13,11 @@ from urdf2mbs.cli import main
 from urdf2mbs.verification import Verdict
 
 #: With turned joints, and a link that is fixed to the world.
-HUMANOID = re.sub('(name="(?:left|right)_(?:knee|elbow|wrist|ankle)".*?rpy=")0 0 0',
-                  r"\g<1>0.3 0.2 -0.5", make_humanoid())  # fmt: skip
+HUMANOID = re.sub(
+    '(name="(?:left|right)_(?:knee|elbow|wrist|ankle)".*?rpy=")0 0 0',
+    r"\g<1>0.3 0.2 -0.5",
+    make_humanoid(),
+)
 
 
 def compare(tmp_path: Path, second: str, seed: int = 7, first: str = HUMANOID) -> Verdict:

@@ -271,10 +271,24 @@ def test_links_lead_somewhere(page: Path) -> None:
 
 #: Pages that say all in words and tables.
 WITHOUT_PICTURE = (
-    "install", "questions", "limits", "glossary", "mapping", "mjcf", "xacro", "simulate-reference",
-    "how-simulation-works", "how-equations-are-made", "beside-robotran", "diff", "diagnostics",
-    "codes", "config", "certificate", "ci",
-)  # fmt: skip
+    "install",
+    "questions",
+    "limits",
+    "glossary",
+    "mapping",
+    "mjcf",
+    "xacro",
+    "simulate-reference",
+    "how-simulation-works",
+    "how-equations-are-made",
+    "beside-robotran",
+    "diff",
+    "diagnostics",
+    "codes",
+    "config",
+    "certificate",
+    "ci",
+)
 
 
 def test_every_page_of_a_task_has_a_picture_and_every_picture_its_page() -> None:
@@ -406,11 +420,22 @@ def test_every_element_and_attribute_of_urdf_is_mapped() -> None:
 
 #: Where the code of an error, a warning, a note or a difference stands among the arguments.
 TAKES_CODE = {
-    "failed": 1, "choose": 2,
-    "ConversionError": 0, "ConfigError": 0, "Diagnostic": 1, "warn": 0, "note": 0, "fail": 0,
-    "error": 0, "_failed": 0, "SimulationError": 0,
-    "Fault": 0, "Slip": 0, "add_point": 3, "fault": 0,
-}  # fmt: skip
+    "failed": 1,
+    "choose": 2,
+    "ConversionError": 0,
+    "ConfigError": 0,
+    "Diagnostic": 1,
+    "warn": 0,
+    "note": 0,
+    "fail": 0,
+    "error": 0,
+    "_failed": 0,
+    "SimulationError": 0,
+    "Fault": 0,
+    "Slip": 0,
+    "add_point": 3,
+    "fault": 0,
+}
 
 
 @cache

@@ -42,47 +42,82 @@ ODD = (
         f'<link name="of_{name}">{content}</link>' + joint(name, parent, axis, more, kind)
         for name, parent, axis, more, kind, content in (
             ("flat", "root", "0 0 1", limit(1, -1), "revolute", SOLID.format(3)),
-            ("light", "root", "0 1 0", LIMIT, "revolute",
-             SOLID.format(1).replace('"1"', '"-1"', 1)),
-            ("shell", "root", "1 0 0", limit(-0.5, 0.5), "revolute",
-             '<collision><geometry><mesh filename="gone.stl"/></geometry></collision>'
-             f"<visual>{BALL}</visual>"),
-            ("lid", "of_shell", "1 1 0", limit(0.25, 0.5), "prismatic",
-             f'<collision>{BALL}</collision><visual><geometry><mesh filename="gone.stl" '
-             'scale="1 1 -2"/></geometry></visual>'),
+            (
+                "light",
+                "root",
+                "0 1 0",
+                LIMIT,
+                "revolute",
+                SOLID.format(1).replace('"1"', '"-1"', 1),
+            ),
+            (
+                "shell",
+                "root",
+                "1 0 0",
+                limit(-0.5, 0.5),
+                "revolute",
+                '<collision><geometry><mesh filename="gone.stl"/></geometry></collision>'
+                f"<visual>{BALL}</visual>",
+            ),
+            (
+                "lid",
+                "of_shell",
+                "1 1 0",
+                limit(0.25, 0.5),
+                "prismatic",
+                f'<collision>{BALL}</collision><visual><geometry><mesh filename="gone.stl" '
+                'scale="1 1 -2"/></geometry></visual>',
+            ),
             ("flag", "of_lid", "0 0 1", LIMIT + '<dynamics damping="1"/>', "revolute", ""),
-            ("wing", "of_flat", "0 0 1", LIMIT + '<mimic joint="lid" multiplier="-9"/>', "revolute",
-             SOLID.format(1) + "<sensor/>"),
+            (
+                "wing",
+                "of_flat",
+                "0 0 1",
+                LIMIT + '<mimic joint="lid" multiplier="-9"/>',
+                "revolute",
+                SOLID.format(1) + "<sensor/>",
+            ),
             ("plate", "root", "0 0 2", "", "planar", SOLID.format(1)),
             ("stuck", "root", "0 1 0", "", "fixed", SOLID.format(1)),
-            ("far", "of_stuck", "0.0001 0 1", limit(2, 9) + '<dynamics friction="2"/>', "revolute",
-             SOLID.format(1)),
+            (
+                "far",
+                "of_stuck",
+                "0.0001 0 1",
+                limit(2, 9) + '<dynamics friction="2"/>',
+                "revolute",
+                SOLID.format(1),
+            ),
         )
     )
     + '<gazebo reference="of_far"><sensor name="eye" type="imu"/><mu1>0.3</mu1></gazebo>'
     + '<gazebo reference="of_wing"><sensor name="eye" type="imu"/></gazebo>'
     + '<gazebo reference="of_flag"><sensor name="lost" type="imu"/></gazebo>'
     + '<gazebo><joint name="of_far" type="revolute"><parent>of_far</parent><child>of_wing</child>'
-    '<pose>0 0 1 0 0 0</pose><axis><xyz>1 2 3</xyz></axis></joint>'
+    "<pose>0 0 1 0 0 0</pose><axis><xyz>1 2 3</xyz></axis></joint>"
     '<joint name="screw" type="screw"><parent>of_far</parent>'
     "<child>of_wing</child></joint></gazebo>"
     + '<transmission><joint name="far"/><actuator name="m"><motorInertia>0.01</motorInertia>'
     "</actuator></transmission></robot>"
-)  # fmt: skip
+)
 #: A robot that falls apart without its meshes, of which the URDF says little.
 BARE = (
     '<robot name="bare"><link name="world"/>'
     + joint("up", "world", "0 0 1", limit(-1, 1), "prismatic", rpy="0 0 0")
     + f'<link name="of_up"><visual>{BALL}</visual></link>'
-    + joint("turn", "of_up", "1 0 0", limit(-1, 1), rpy="0 0 0") + link("of_turn")
-    + joint("hang", "of_up", "0 1 0", '<mimic joint="turn"/>', "continuous") + link("of_hang")
-    + joint("lead", "of_up", "0 1 0", "", "continuous") + '<link name="of_lead"/>'
+    + joint("turn", "of_up", "1 0 0", limit(-1, 1), rpy="0 0 0")
+    + link("of_turn")
+    + joint("hang", "of_up", "0 1 0", '<mimic joint="turn"/>', "continuous")
+    + link("of_hang")
+    + joint("lead", "of_up", "0 1 0", "", "continuous")
+    + '<link name="of_lead"/>'
     + joint("flag", "of_up", "0 1 0", '<mimic joint="lead"/>', "continuous")
-    + '<link name="of_flag"/>' + joint("light", "of_up", "0 1 0", "", "continuous")
-    + '<link name="of_light"/>' + link("of_sway")
+    + '<link name="of_flag"/>'
+    + joint("light", "of_up", "0 1 0", "", "continuous")
+    + '<link name="of_light"/>'
+    + link("of_sway")
     + joint("sway", "of_up", "0 1 0", '<mimic joint="light" multiplier="2"/>', "continuous")
     + "</robot>"
-)  # fmt: skip
+)
 #: Point masses, which nothing resists to turn.
 POINT = '<inertial><mass value="2"/><inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/>'
 POINTS = (
@@ -91,96 +126,137 @@ POINTS = (
     + joint("b", "a", "0 0 1", limit(-1, 1) + '<dynamics friction="1" damping="2"/>')
     + joint("c", "of_b", "1 0 0", '<dynamics friction="3"/>', "continuous", at="0 0 1")
     + "</robot>"
-)  # fmt: skip
+)
 #: Links without mass beside fixed joints whose forces are measured.
 MEASURED = (
-    '<robot name="measured">' + link("a")
-    + joint("mount", "a", "0 0 1", kind="fixed", at="0.1 0 0") + '<link name="of_mount"/>'
-    + joint("turn", "of_mount", "0 0 1", limit(-1, 1), at="0 0 0") + link("of_turn")
-    + joint("bend", "of_turn", "0 1 0", limit(-1, 1)) + '<link name="of_bend"/>'
-    + joint("plate", "of_bend", "0 0 1", kind="fixed", at="0 0 0", rpy="0 0 0") + link("of_plate")
+    '<robot name="measured">'
+    + link("a")
+    + joint("mount", "a", "0 0 1", kind="fixed", at="0.1 0 0")
+    + '<link name="of_mount"/>'
+    + joint("turn", "of_mount", "0 0 1", limit(-1, 1), at="0 0 0")
+    + link("of_turn")
+    + joint("bend", "of_turn", "0 1 0", limit(-1, 1))
+    + '<link name="of_bend"/>'
+    + joint("plate", "of_bend", "0 0 1", kind="fixed", at="0 0 0", rpy="0 0 0")
+    + link("of_plate")
     + "</robot>"
-)  # fmt: skip
+)
 
 
 def tree(*joints: tuple[str, str, str, str]) -> str:
     """Links l0, l1 ... behind joints of this parent, axis, kind and rpy."""
     return (
-        '<robot name="tree">' + link("l0", 2.0)
+        '<robot name="tree">'
+        + link("l0", 2.0)
         + "".join(
-            joint(f"j{n}", parent, axis, limit(-1, 1), kind, "0.1 0.3 -0.2", rpy)
-            .replace(f"of_j{n}", f"l{n}") + link(f"l{n}")
+            joint(f"j{n}", parent, axis, limit(-1, 1), kind, "0.1 0.3 -0.2", rpy).replace(
+                f"of_j{n}", f"l{n}"
+            )
+            + link(f"l{n}")
             for n, (parent, axis, kind, rpy) in enumerate(joints, start=1)
         )
         + "</robot>"
-    )  # fmt: skip
+    )
 
 
 #: A tree whose joints turn about axes in all directions.
 TREE = tree(
-    ("l0", "1 2 3", "revolute", "0 0 0"), ("l1", "1e-12 1 0", "revolute", "0.3 0 0"),
-    ("l1", "0 0 -1", "prismatic", "0.1 0.2 0.3"), ("l2", "1 1 0", "revolute", "0 0 0"),
-    ("l2", "0 0 1", "floating", "0.4 0 0"), ("l5", "-1 2 0", "revolute", "0 0.5 0"),
-    ("l5", "-1 2 0", "continuous", "0 0.5 0.7"), ("l0", "0 -2 1", "planar", "0 0 1"),
-    ("l8", "1 0 0", "revolute", "1.5707963 0 0"), ("l8", "0 1 1", "fixed", "1 1 1"),
-    ("l10", "0 1 1", "revolute", "0 0 -1.5707963267948966"), ("l11", "0 -1 1", "revolute", "0 0 0"),
+    ("l0", "1 2 3", "revolute", "0 0 0"),
+    ("l1", "1e-12 1 0", "revolute", "0.3 0 0"),
+    ("l1", "0 0 -1", "prismatic", "0.1 0.2 0.3"),
+    ("l2", "1 1 0", "revolute", "0 0 0"),
+    ("l2", "0 0 1", "floating", "0.4 0 0"),
+    ("l5", "-1 2 0", "revolute", "0 0.5 0"),
+    ("l5", "-1 2 0", "continuous", "0 0.5 0.7"),
+    ("l0", "0 -2 1", "planar", "0 0 1"),
+    ("l8", "1 0 0", "revolute", "1.5707963 0 0"),
+    ("l8", "0 1 1", "fixed", "1 1 1"),
+    ("l10", "0 1 1", "revolute", "0 0 -1.5707963267948966"),
+    ("l11", "0 -1 1", "revolute", "0 0 0"),
     ("l12", "1 1 1", "revolute", "1 2 3"),
-)  # fmt: skip
+)
 #: Meshes that are well, mirrored, coloured, lost, broken, not ours, and with a face too many.
 FACES = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv nan 0 0\nf 1 2 3\n"
 FILES = {
-    "one.obj": FACES, "odd.obj": f"{FACES}f 1 2 4\n", "worn.obj": f"{FACES}f 1 2 4\n",
-    "bad.obj": "v 0 0 0\n", "own.obj": FACES, "p/animationR/vrml/own.wrl": "mine",
+    "one.obj": FACES,
+    "odd.obj": f"{FACES}f 1 2 4\n",
+    "worn.obj": f"{FACES}f 1 2 4\n",
+    "bad.obj": "v 0 0 0\n",
+    "own.obj": FACES,
+    "p/animationR/vrml/own.wrl": "mine",
     "p/animationR/vrml/one_mirror_y.wrl": "mine",
-}  # fmt: skip
+}
 MESHES = (
     '<robot name="meshes">'
     + "".join(
-        link(f"of_m{n}", 1.0, '<visual><geometry><mesh filename="{}" scale="{}"/></geometry>'
-             '<material name="c{}"><color rgba="{}"/></material></visual>'.format(*mesh))
+        link(
+            f"of_m{n}",
+            1.0,
+            '<visual><geometry><mesh filename="{}" scale="{}"/></geometry>'
+            '<material name="c{}"><color rgba="{}"/></material></visual>'.format(*mesh),
+        )
         + (joint(f"m{n}", f"of_m{n - 1}", "0 0 1", kind="fixed") if n else "")
         for n, mesh in enumerate(
             (
-                ("one.obj", "1 2 3", 0, "1 0 0 1"), ("one.obj", "1 -2 3", 1, "1 0 0 1"),
-                ("one.obj", "-1 -2 1", 2, "1 0 0 1"), ("one.obj", "1 1 1", 3, "0 1 0 1"),
-                ("one.obj", "1 1 1", 4, "0 1 0 0.25"), ("gone.stl", "1 1 1", 5, "1 1 1 1"),
-                ("odd.obj", "1 1 1", 6, "1 1 1 1"), ("gone.stl", "1 1 1", 7, "1 1 1 1"),
-                ("worn.obj", "1 1 1", 8, "1 1 1 1"), ("bad.obj", "1 1 1", 9, "1 1 1 1"),
-                ("own.obj", "1 1 1", 10, "1 1 1 1"), ("lost.obj", "1 1 1", 11, "1 1 1 1"),
-                ("odd.obj", "1 1 1", 12, "1 1 1 1"), ("gone.stl", "1 1 1", 13, "1 1 1 1"),
+                ("one.obj", "1 2 3", 0, "1 0 0 1"),
+                ("one.obj", "1 -2 3", 1, "1 0 0 1"),
+                ("one.obj", "-1 -2 1", 2, "1 0 0 1"),
+                ("one.obj", "1 1 1", 3, "0 1 0 1"),
+                ("one.obj", "1 1 1", 4, "0 1 0 0.25"),
+                ("gone.stl", "1 1 1", 5, "1 1 1 1"),
+                ("odd.obj", "1 1 1", 6, "1 1 1 1"),
+                ("gone.stl", "1 1 1", 7, "1 1 1 1"),
+                ("worn.obj", "1 1 1", 8, "1 1 1 1"),
+                ("bad.obj", "1 1 1", 9, "1 1 1 1"),
+                ("own.obj", "1 1 1", 10, "1 1 1 1"),
+                ("lost.obj", "1 1 1", 11, "1 1 1 1"),
+                ("odd.obj", "1 1 1", 12, "1 1 1 1"),
+                ("gone.stl", "1 1 1", 13, "1 1 1 1"),
             )
         )
     )
     + "</robot>"
-)  # fmt: skip
+)
 FAST = {
     **PASSES,
     "posture": {
         "joints": {"leg": 0.9, "swing": -0.3},
-        "hold": {"frequency": 900.0, "damping_ratio": 2.0,
-                 "gains": {"arm": {"stiffness": 9e9, "damping": 7e4}}},
+        "hold": {
+            "frequency": 900.0,
+            "damping_ratio": 2.0,
+            "gains": {"arm": {"stiffness": 9e9, "damping": 7e4}},
+        },
     },
     "contacts": {"links": ["of_ankle"], "stiffness": 9e8, "speed": 1e-5},
     "joint-parameters": {"stop_frequency": 800.0},
-}  # fmt: skip
+}
 CASES: dict[str, tuple[str, dict[str, Any]]] = {
     "tree-compact": (TREE, {"pipeline": "compact"}),
     "tree-rounded": (
-        TREE, {"pipeline": "compact", "passes": {"align-frames": {"tolerance": 1e-6}}}
+        TREE,
+        {"pipeline": "compact", "passes": {"align-frames": {"tolerance": 1e-6}}},
     ),
     "tree": (TREE, {"pipeline": "faithful"}),
     "fast": (RICH, {"pipeline": "compact", "base": "floating", "passes": FAST, "project": "p"}),
     "weightless": (
         RICH,
         {
-            "pipeline": "compact", "base": "floating", "project": "p", "gravity": [0, 0, 0],
+            "pipeline": "compact",
+            "base": "floating",
+            "project": "p",
+            "gravity": [0, 0, 0],
             "passes": {
                 "contacts": {"links": ["of_ankle"]},
                 "posture": {"hold": {}},
                 "forces": {
                     "wrenches": {"pull": {"link": "of_arm", "force": [1, 0, 0]}},
-                    "springs": {"coil": {"ends": [{"link": "of_arm"}, {"link": "trunk"}],
-                                         "stiffness": 3, "length": 0.5}},
+                    "springs": {
+                        "coil": {
+                            "ends": [{"link": "of_arm"}, {"link": "trunk"}],
+                            "stiffness": 3,
+                            "length": 0.5,
+                        }
+                    },
                 },
             },
         },
@@ -190,7 +266,9 @@ CASES: dict[str, tuple[str, dict[str, Any]]] = {
     "odd": (
         ODD,
         {
-            "project": "p", "pipeline": "compact", "base": "fixed",
+            "project": "p",
+            "pipeline": "compact",
+            "base": "fixed",
             "passes": {
                 "estimate-inertia": {"density": 500, "repair": True},
                 "snap": {"angle": 0.001},
@@ -209,7 +287,7 @@ CASES: dict[str, tuple[str, dict[str, Any]]] = {
     ),
     "points": (POINTS, {"base": "floating"}),
     "meshes": (MESHES, {"project": "p", "files": FILES, "base": "floating"}),
-}  # fmt: skip
+}
 
 
 def number(value: float) -> float:

@@ -33,10 +33,18 @@ class CsvTable(Pass):
         numbers = conversion.mbs.numbers()
         for body in conversion.mbs.bodies:
             for joint in body.joints:
-                table.writerow([
-                    numbers[joint.name], joint.name, joint.type, joint.nature, joint.q, body.name,
-                    body.parent, body.mass if joint is body.joints[-1] else None,
-                ])  # fmt: skip
+                table.writerow(
+                    [
+                        numbers[joint.name],
+                        joint.name,
+                        joint.type,
+                        joint.nature,
+                        joint.q,
+                        body.name,
+                        body.parent,
+                        body.mass if joint is body.joints[-1] else None,
+                    ]
+                )
         conversion.files[conversion.settings.output] = text.getvalue().encode()
 
 
