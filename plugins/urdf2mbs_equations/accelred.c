@@ -382,3 +382,58 @@ int mbs_invdynared(MbsData *s, double tsim)
     }
     return MBS_INFO_SUCCESS;
 }
+
+/* --- coupling --- */
+/* q[follower] = factor q[leader] + offset, where several couplings of one follower are added. */
+typedef struct Coupling {
+    int follower, leader;
+    double factor, offset;
+} Coupling;
+
+/* --- couplings --- (an example: each file has its own) */
+enum {COUPLINGS = 1};
+static const Coupling couplings[] = {
+    {3, 2, -0.5, 0.25},
+};
+
+/* --- followers --- */
+/* Set q, qd and qdd of followers by those of their leaders: q = T q + offset. */
+void mbs_followers(MbsData *s)
+{
+    for (const Coupling *c = couplings; c < couplings + COUPLINGS; c++)
+        s->q[c->follower] = s->qd[c->follower] = s->qdd[c->follower] = 0.0;
+    for (const Coupling *c = couplings; c < couplings + COUPLINGS; c++) {
+        s->q[c->follower] += c->factor * s->q[c->leader] + c->offset;
+        s->qd[c->follower] += c->factor * s->qd[c->leader];
+        s->qdd[c->follower] += c->factor * s->qdd[c->leader];
+    }
+}
+
+/* f = T' f of forces, such as c.  What belongs to followers is added to their leaders, and is then
+   zero. */
+void mbs_reduce_vector(double *f)
+{
+    for (const Coupling *c = couplings; c < couplings + COUPLINGS; c++)
+        f[c->leader] += c->factor * f[c->follower];
+    for (const Coupling *c = couplings; c < couplings + COUPLINGS; c++)
+        f[c->follower] = 0.0;
+}
+
+/* A = A T of a matrix, such as the Jacobian of a sensor. */
+void mbs_reduce_columns(double **matrix, int n_rows)
+{
+    for (int row = 1; row <= n_rows; row++)
+        mbs_reduce_vector(matrix[row]);
+}
+
+/* A = T' A T of a matrix, such as M, and the derivatives of forces. */
+void mbs_reduce_matrix(double **matrix)
+{
+    mbs_reduce_columns(matrix, JOINTS);
+    for (int column = 1; column <= JOINTS; column++) {
+        for (const Coupling *c = couplings; c < couplings + COUPLINGS; c++)
+            matrix[c->leader][column] += c->factor * matrix[c->follower][column];
+        for (const Coupling *c = couplings; c < couplings + COUPLINGS; c++)
+            matrix[c->follower][column] = 0.0;
+    }
+}

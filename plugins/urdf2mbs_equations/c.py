@@ -12,9 +12,11 @@ Variables that several pieces use are elements of an array: ``w`` of numbers, ``
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from urdf2mbs.plugin import Mbs
+from urdf2mbs_equations.followers import Follower
 from urdf2mbs_equations.pairs import pair_mirrored
 from urdf2mbs_equations.routine import (
     Absent,
@@ -114,6 +116,18 @@ class CWriter(Writer):
             if self.pairs and content.mirrored:
                 text = self._add_pairs(name, content, text)
         return self._write_includes(name, text) + text.rstrip("\n") + "\n"
+
+    def write_followers(self, followers: Sequence[Follower]) -> str:
+        """Return the file that moves followers and reduces matrices, without its head."""
+        rows = [
+            f"    {{{joint}, {leader}, {factor!r}, {offset if k == 0 else 0.0!r}}},\n"
+            for joint, factors, offset in followers
+            for k, (leader, factor) in enumerate(factors.items())
+        ]
+        sizes = _write_enum({"JOINTS": len(self.mbs.numbers()), "COUPLINGS": len(rows)})
+        table = f"static const Coupling couplings[] = {{\n{''.join(rows)}}};\n\n"
+        coupling, functions = self.read_sections("coupling"), self.read_sections("followers")
+        return f'#include "mbs_data.h"\n\n{coupling}{sizes}{table}{functions}'
 
     def _add_pairs(self, name: str, routine: Routine, plain_text: str) -> str:
         """Write a function twice: with pairs for gcc and clang, without for other compilers."""

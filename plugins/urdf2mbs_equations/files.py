@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
@@ -12,6 +12,7 @@ from urdf2mbs_equations.c import CWriter
 from urdf2mbs_equations.constraints import find_constant_gaps
 from urdf2mbs_equations.contents import ContentMaker
 from urdf2mbs_equations.equations_fit import fingerprint
+from urdf2mbs_equations.followers import Follower
 from urdf2mbs_equations.latex import write_document
 from urdf2mbs_equations.latex_recursion import write_recursion
 from urdf2mbs_equations.matlab import MatlabWriter
@@ -92,6 +93,8 @@ class Equations:
     symbols: dict[str, str] = field(default_factory=dict)
     """What each symbol of the formulas is, with its number and unit."""
     fixed: list[FixedJoint] = field(default_factory=list)
+    followers: list[str] = field(default_factory=list)
+    """The joints that are known to follow others."""
     warnings: list[Diagnostic] = field(default_factory=list)
 
 
@@ -101,6 +104,8 @@ def generate(
     file: str,
     options: EquationOptions,
     functions: Iterable[str] = FUNCTIONS,
+    *,
+    followers: Sequence[Follower] = (),
 ) -> Equations:
     """Generate the equations of a model in one language.
 
@@ -110,6 +115,8 @@ def generate(
         file: The name of the .mbs file, for heads and messages.
         options: The options; the language is ``python``, ``c`` or ``matlab``.
         functions: The functions of Robotran to generate.
+        followers: Joints that follow others.  Formulas are those of the joints that lead; C and
+            MATLAB get what reduces M, c and other results to these.
 
     Raises:
         ConversionError: The name of the model is not an identifier, which Robotran needs.
@@ -137,25 +144,29 @@ def generate(
     names += ENERGY if options.energy else ()
     names += DERIVATIVES if options.derivatives else ()
     if options.language == "latex":
-        _write_latex(mbs, data, file, equations)
+        _write_latex(mbs, data, file, equations, followers)
         return equations
     file_writer = _FileWriter(mbs, data, file, options, equations)
     for name in names:
         file_writer.write(name)
     if options.language == "matlab":
-        file_writer.write_matlab_data(data)
+        file_writer.write_matlab_data(data, followers)
+    if isinstance(file_writer.writer, CWriter) and followers:
+        file_writer.write_followers(file_writer.writer, followers)
     return equations
 
 
-def _write_latex(mbs: Mbs, data: bytes, file: str, equations: Equations) -> None:
+def _write_latex(
+    mbs: Mbs, data: bytes, file: str, equations: Equations, followers: Sequence[Follower]
+) -> None:
     """Write formulas of M, c and g; of larger robots, the recursion that computes them."""
     try:
-        symbolic = make_symbolic_equations(mbs)
+        symbolic = make_symbolic_equations(mbs, followers)
         text = write_document(symbolic)
         equations.formulas, equations.symbols = list_formulas(symbolic), list_symbols(symbolic)
     except NoFormulasError as error:
         equations.left_out["formulas"] = f"{error}; the file has the recursion of Newton and Euler"
-        text = write_recursion(mbs)
+        text = write_recursion(mbs, followers)
     checksum = f"Fits (tree, numbers): sha256 {fingerprint(data, 'tree, numbers')}"
     head = f"% {MARK} {quoted(Path(file).name)}. Do not edit: generate again.\n% {checksum}\n\n"
     equations.files[f"{mbs.name}_equations.tex"] = f"{head}{text}".encode()
@@ -206,13 +217,28 @@ class _FileWriter:
         file = f"mbs_{name}_{self.mbs.name}.{writer.suffix}"
         equations.files[file] = f"{lines}\n{text}".encode()
 
-    def write_matlab_data(self, data: bytes) -> None:
+    def write_followers(self, writer: CWriter, followers: Sequence[Follower]) -> None:
+        """Write what moves followers, and reduces M, c and other results to their leaders."""
+        head = (
+            *self.head,
+            f"followers of {self.mbs.name}, {len(self.mbs.numbers())} joints",
+            "They follow others by <mimic>. q = T q + offset, where columns of followers are zero:",
+            "  mbs_followers(s);         q, qd and qdd of followers",
+            "  mbs_dirdyna(M, c, s, t);",
+            "  mbs_reduce_matrix(M);     M = T' M T",
+            "  mbs_reduce_vector(c);     c = T' c",
+        )
+        lines = "".join(f"// {line}\n" for line in head)
+        file = f"mbs_followers_{self.mbs.name}.c"
+        self.equations.files[file] = f"{lines}\n{writer.write_followers(followers)}".encode()
+
+    def write_matlab_data(self, data: bytes, followers: Sequence[Follower]) -> None:
         """Write the data of the .mbs, which must fit its numbers, and an example."""
         checksum = f"Fits (tree, numbers): sha256 {fingerprint(data, 'tree, numbers')}"
         name, (mark, fits) = self.mbs.name, self.head
         for file, lines, text in (
-            (f"{name}_data.m", (mark, checksum), write_data(self.mbs)),
-            (f"{name}_example.m", (mark, fits), write_example(self.mbs)),
+            (f"{name}_data.m", (mark, checksum), write_data(self.mbs, followers)),
+            (f"{name}_example.m", (mark, fits), write_example(self.mbs, followers)),
         ):
             head = "".join(f"% {line}\n" for line in lines)
             self.equations.files[file] = f"{head}\n{text}".encode()

@@ -42,7 +42,7 @@ def write_document(equations: SymbolicEquations) -> str:
     text = f"\\begin{{align*}}\n{body}\n\\end{{align*}}\n{write_legend(equations)}\n"
     rows = [
         f"${write_symbol(symbol)}$ & {escape(joint.name)} & {describe_joint(joint)}"
-        for symbol, joint in equations.joints.items()
+        for symbol, joint in (equations.joints | equations.followers).items()
     ]
     text += write_table("lll", rows)
     rows = [
@@ -86,15 +86,17 @@ def write_table(columns: str, rows: Iterable[str]) -> str:
 
 
 def write_equations(equations: SymbolicEquations) -> str:
-    """Return M, c and g as lines of an ``align``."""
+    """Return M, c and g, and what followers are, as lines of an ``align``."""
+    subscripts = equations.subscripts
     elements = {
-        f"M_{{{row + 1}{column + 1}}}": formula
+        f"M_{{{subscripts[row]}{subscripts[column]}}}": formula
         for (row, column), formula in equations.mass_matrix.items()
     }
     lines = [_write_matrix(equations)] if _fits_on_line(equations) else []
     elements = {} if lines else elements
     for letter, formulas in (("c", equations.coriolis), ("g", equations.gravity)):
-        elements |= {f"{letter}_{k}": formula for k, formula in enumerate(formulas, start=1)}
+        elements |= {f"{letter}_{k}": each for k, each in zip(subscripts, formulas, strict=True)}
+    elements |= {write_symbol(symbol): formula for symbol, formula in equations.relations.items()}
     lines += [
         f"{name} &= {_write_lines(formula)}" for name, formula in elements.items() if formula.terms
     ]

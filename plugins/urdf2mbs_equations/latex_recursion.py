@@ -6,9 +6,10 @@ numbers of each joint and body that they need.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from urdf2mbs.plugin import Mbs
+from urdf2mbs_equations.followers import Follower
 from urdf2mbs_equations.latex import DOCUMENT, escape, write_table
 from urdf2mbs_equations.tree import is_fixed
 
@@ -41,7 +42,13 @@ n_i &= I_i \dot\omega_i + \omega_i \times I_i \omega_i + r_i \times F_i
 """
 
 
-def write_recursion(mbs: Mbs) -> str:
+FOLLOWERS = r"""Joints that follow others have the positions of this table; $\dot q$ and
+$\ddot q$ follow likewise, without the offset. The force of the joint that leads is its own $\tau$,
+plus that of each follower times its multiplier.
+"""
+
+
+def write_recursion(mbs: Mbs, followers: Sequence[Follower] = ()) -> str:
     """Return a document with the recursion and the numbers of a model, without its head."""
     numbers, points = mbs.numbers(), mbs.points()
     joints = ["$i$ & joint & $\\lambda$ & motion & $p_i$ at $q_i = 0$ (m)"]
@@ -70,6 +77,14 @@ def write_recursion(mbs: Mbs) -> str:
             )
     gravity = f"$g = ({_write_numbers(mbs.base.gravity)})$ m/s$^2$.\n"
     tables = write_table("rlrll", joints) + write_table("rlrll", bodies)
+    if followers:
+        rows = (
+            f"$q_{{{joint}}}$ & = "
+            + "".join(f"{k:+.6g} $q_{{{leader}}}$ " for leader, k in factors.items())
+            + f"{offset:+.6g}"
+            for joint, factors, offset in followers
+        )
+        tables += FOLLOWERS + write_table("ll", rows)
     return DOCUMENT % (escape(mbs.name), TEXT + gravity + tables)
 
 

@@ -10,12 +10,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from urdf2mbs.plugin import Mbs, quoted
+from urdf2mbs_equations.followers import Follower
 
 #: The natures of joints, and the names of the lists of their numbers.
 NATURES = {"independent": "qu", "dependent": "qv", "driven": "qc"}
 
 
-def write_data(mbs: Mbs) -> str:
+def write_data(mbs: Mbs, followers: Sequence[Follower] = ()) -> str:
     """Return the function ``NAME_data``, which fills the struct, without its head."""
     joints, n = list(mbs.joints().values()), len(mbs.joints())
     text = f"function s = {mbs.name}_data()\n"
@@ -34,6 +35,7 @@ def write_data(mbs: Mbs) -> str:
         values = [getattr(joint, name) or 0.0 for joint in joints]
         text += f"s.{name} = {_write_row(values)}';\n"
     text += f"s.Qq = zeros({n},1);\n"
+    text += _write_followers(followers, n)
     text += _write_bodies(mbs, numbers)
     text += "% Anchor points in the frames of their bodies (m): those of the base, then by body.\n"
     points = [point.coordinates for point in mbs.points().values()]
@@ -41,6 +43,20 @@ def write_data(mbs: Mbs) -> str:
     rods = [cut.length or 0.0 for cut in mbs.cuts if cut.kind == "rod"]
     text += f"s.lrod = {_write_row(rods)}';  % lengths of rods (m)\n"
     return f"{text}end\n"
+
+
+def _write_followers(followers: Sequence[Follower], n: int) -> str:
+    """Write the matrix T and the offsets of joints that follow others."""
+    if not followers:
+        return ""
+    text = "% Joints that follow others (<mimic>): q = T q + offset.\n"
+    text += f"s.followers = {_write_row(follower.joint for follower in followers)};\n"
+    text += f"s.T = eye({n});\ns.offset = zeros({n},1);\n"
+    for joint, factors, offset in followers:
+        text += f"s.T({joint},{joint}) = 0;\n"
+        text += "".join(f"s.T({joint},{leader}) = {k!r};\n" for leader, k in factors.items())
+        text += f"s.offset({joint}) = {offset!r};\n"
+    return text
 
 
 def _write_bodies(mbs: Mbs, numbers: dict[str, int]) -> str:
@@ -84,7 +100,7 @@ def _write_columns(field: str, n_rows: int, columns: Sequence[Sequence[float]]) 
     return f"s.{field} = [ ...\n{lines}]';\n"
 
 
-def write_example(mbs: Mbs) -> str:
+def write_example(mbs: Mbs, followers: Sequence[Follower] = ()) -> str:
     """Return the function ``NAME_example``, which computes accelerations, without its head."""
     name = mbs.name
     joints = enumerate(mbs.joints().values(), start=1)
@@ -97,26 +113,43 @@ if nargin == 0
   s = {name}_data();
 end
 """
+    if followers:
+        text += """\
+% Followers move with their leaders, which feel their masses: M, c and Qq are those of the joints
+% that lead, and rows and columns of followers are zero.
+s.q = s.T * s.q + s.offset;
+s.qd = s.T * s.qd;
+s.qdd = s.T * s.qdd;
+"""
+    elif mbs.user_constraints:
+        text += "% User constraints are not called: their dependent joints move freely here.\n"
     call = f"_{name}(s, 0, struct())"
     if mbs.links:
         text += f"% Forces of links: [s.frc, s.trq] = mbs_link_{name}(s, 0, usrfun);\n"
     if any(point.extforce for body in mbs.bodies for point in body.points):
         text += f"% External forces: [s.frc, s.trq] = mbs_extforces_{name}(s, 0, usrfun);\n"
+    text += f"[M, c] = mbs_dirdyna{call};\n"
+    free = "[s.qu, s.qv]"
+    if followers:
+        text += "M = s.T' * M * s.T;\nc = s.T' * c;\ns.Qq = s.T' * s.Qq;\n"
+        free = f"setdiff({free}, s.followers)"
     text += f"""\
-[M, c] = mbs_dirdyna{call};
-free = [s.qu, s.qv];
+free = {free};
 qdd = s.qdd;
 forces = s.Qq(free) - c(free) - M(free,s.qc) * qdd(s.qc);
 """
+    end = "qdd = s.T * qdd;\nend\n" if followers else "end\n"
     if not mbs.cuts:
-        return f"{text}qdd(free) = M(free,free) \\ forces;\nend\n"
-    return f"""{text}\
+        return f"{text}qdd(free) = M(free,free) \\ forces;\n{end}"
+    text += f"""\
 % The loops stay closed: J qdd + Jdqd = 0. They are closed where h = 0.
 [h, J] = mbs_cons_hJ{call};
 Jdqd = mbs_cons_jdqd{call};
+"""
+    text += "J = J * s.T;\n" if followers else ""
+    return f"""{text}\
 n = numel(h);
 right = [forces; -Jdqd - J(:,s.qc) * qdd(s.qc)];
 solution = [M(free,free), J(:,free)'; J(:,free), zeros(n,n)] \\ right;
 qdd(free) = solution(1:numel(free));
-end
-"""
+{end}"""

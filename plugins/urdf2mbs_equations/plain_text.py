@@ -15,13 +15,15 @@ DOTS = ("", "\u0307", "\u0308")
 
 
 def list_formulas(equations: SymbolicEquations) -> dict[str, str]:
-    """Return the elements of M, c and g that are not zero, by their names."""
+    """Return the elements of M, c and g that are not zero, and followers, by their names."""
+    subscripts = equations.subscripts
     elements = {
-        f"M{row + 1}{column + 1}": formula
+        f"M{subscripts[row]}{subscripts[column]}": formula
         for (row, column), formula in equations.mass_matrix.items()
     }
     for letter, formulas in (("c", equations.coriolis), ("g", equations.gravity)):
-        elements |= {f"{letter}{k}": formula for k, formula in enumerate(formulas, start=1)}
+        elements |= {f"{letter}{k}": each for k, each in zip(subscripts, formulas, strict=True)}
+    elements |= {write_symbol(symbol): formula for symbol, formula in equations.relations.items()}
     return {
         name.translate(SUBSCRIPTS): write_text(formula)
         for name, formula in elements.items()
@@ -31,9 +33,11 @@ def list_formulas(equations: SymbolicEquations) -> dict[str, str]:
 
 def list_symbols(equations: SymbolicEquations) -> dict[str, str]:
     """Return what each symbol is: the name of a joint, or a number with its unit and meaning."""
-    joints = {write_symbol(symbol): joint.name for symbol, joint in equations.joints.items()}
+    all_joints = equations.joints | equations.followers
+    joints = {write_symbol(symbol): joint.name for symbol, joint in all_joints.items()}
     return joints | {
-        write_symbol(symbol): f"{quantity.value!r} {quantity.unit}: {quantity.meaning}"
+        write_symbol(symbol): f"{quantity.value!r} {quantity.unit}".rstrip()
+        + f": {quantity.meaning}"
         for symbol, quantity in equations.quantities.items()
     }
 

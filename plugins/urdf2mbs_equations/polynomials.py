@@ -11,7 +11,7 @@ Coefficients are sums and products of 1, 2, 1/2 and i, which floats represent ex
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from operator import add
 
 from urdf2mbs_equations.graph import Graph, Op, SignedNode
@@ -21,12 +21,28 @@ Powers = tuple[int, ...]
 #: The coefficient of each product of powers; those that are zero are left out.
 Polynomial = dict[Powers, complex]
 
+#: The largest number of products that become a term, in a product of two polynomials.
+MAX_PRODUCTS = 100
+
+
+class TooManyTermsError(ValueError):
+    """A polynomial that is longer than anybody reads, and takes long to make."""
+
 
 class Ring:
     """Polynomials in variables with these names, as in ``m[3]`` and ``q[2]``."""
 
-    def __init__(self, variables: Iterable[str]) -> None:
+    def __init__(
+        self, variables: Iterable[str], multiples: Mapping[str, tuple[str, int]] | None = None
+    ) -> None:
+        """Make a ring.
+
+        Args:
+            variables: The names.
+            multiples: Angles that are a variable times a whole number.
+        """
         self.index = {name: k for k, name in enumerate(variables)}
+        self.multiples = multiples or {}
 
     def make_constant(self, value: complex) -> Polynomial:
         """Return the polynomial that is a number."""
@@ -40,17 +56,20 @@ class Ring:
 
     def make_cosine(self, angle: str) -> Polynomial:
         """Return the cosine of an angle, whose variable is the exponential z."""
-        return self.make_power(angle, 1, 0.5) | self.make_power(angle, -1, 0.5)
+        angle, n = self.multiples.get(angle, (angle, 1))
+        return self.make_power(angle, n, 0.5) | self.make_power(angle, -n, 0.5)
 
     def make_sine(self, angle: str) -> Polynomial:
         """Return the sine of an angle, whose variable is the exponential z."""
-        return self.make_power(angle, 1, -0.5j) | self.make_power(angle, -1, 0.5j)
+        angle, n = self.multiples.get(angle, (angle, 1))
+        return self.make_power(angle, n, -0.5j) | self.make_power(angle, -n, 0.5j)
 
     def evaluate(
         self,
         graph: Graph,
         results: Iterable[SignedNode],
         read_symbol: Callable[[str], Polynomial],
+        max_terms: int,
     ) -> dict[SignedNode, Polynomial]:
         """Evaluate results of a graph that has no quotients and no roots.
 
@@ -58,6 +77,10 @@ class Ring:
             graph: The graph; its sines and cosines are those of symbols.
             results: The signed nodes.
             read_symbol: Returns the polynomial of a symbol that is no angle.
+            max_terms: The largest number of terms of a polynomial.
+
+        Raises:
+            TooManyTermsError: A polynomial has more.
         """
         values: dict[int, Polynomial] = {0: {}}
         for node in graph.find_dependencies(results):
@@ -69,6 +92,8 @@ class Ring:
             elif op == Op.ADD:
                 values[node] = add_polynomials(values[left], values[abs(right)], right > 0)
             elif op == Op.MUL:
+                if len(values[left]) * len(values[right]) > MAX_PRODUCTS * max_terms:
+                    raise TooManyTermsError
                 values[node] = multiply(values[left], values[right])
             elif op == Op.SIN:
                 values[node] = self.make_sine(graph.name[left])
@@ -76,6 +101,8 @@ class Ring:
                 values[node] = self.make_cosine(graph.name[left])
             else:
                 raise NotImplementedError(op.name)
+            if len(values[node]) > max_terms:
+                raise TooManyTermsError
         return {
             result: values[result] if result >= 0 else negate(values[-result]) for result in results
         }

@@ -34,7 +34,7 @@ ZERO = (0.0, 0.0, 0.0)
 #: The elements of an inertia, by Robotran's index.
 INERTIA = {1: "xx", 2: "xy", 3: "xz", 5: "yy", 6: "yz", 9: "zz"}
 #: The places of symbols in a product, by letter.
-RANKS = {"m": 0, "I": 1, "g": 2, "l": 10, "d": 11, "alpha": 12, "q": 20}
+RANKS = {"m": 0, "I": 1, "g": 2, "l": 10, "d": 11, "alpha": 12, "r": 13, "b": 14, "q": 20}
 #: The place of velocities in a product, after sines and cosines.
 RATE_RANK = 55
 

@@ -12,10 +12,11 @@ A project has them in ``user_cons_hJ``, whoever wrote it.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
+from urdf2mbs_equations.followers import Follower
 from urdf2mbs_project.singular import spread
 from urdf2mbs_simulate.model_code import count_rows
 from urdf2mbs_simulate.partition import find_pivots
@@ -28,16 +29,6 @@ ROUNDING = 1e-12
 
 #: Returns h (rows) and J (rows, joints + 1) of the user's constraints at q (joints + 1).
 Constraints = Callable[[Any], tuple[Any, Any]]
-
-
-class Follower(NamedTuple):
-    """A joint whose position is ``offset``, and the sum of ``factor`` times that of a leader."""
-
-    joint: int
-    """Its number; those of its leaders are the keys of ``factors``."""
-    factors: dict[int, float]
-    offset: float
-    """rad or m."""
 
 
 def find_followers(data: MbsData) -> list[Follower]:

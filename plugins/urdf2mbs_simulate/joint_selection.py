@@ -20,8 +20,9 @@ from typing import Any
 
 import numpy as np
 
+from urdf2mbs_equations.followers import Follower
 from urdf2mbs_equations.tree import is_fixed
-from urdf2mbs_simulate.couplings import Follower, find_followers
+from urdf2mbs_simulate.couplings import find_followers
 from urdf2mbs_simulate.python_code import MbsData
 
 #: The arguments of functions that differ from others.

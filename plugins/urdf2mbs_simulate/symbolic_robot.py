@@ -51,27 +51,21 @@ class SymbolicRobot(Robot):
         """
         super().__init__(data, "python", sympy, moving=True)
         try:
-            self.equations = make_symbolic_equations(data._run.mbs)
+            self.equations = make_symbolic_equations(data._run.mbs, self.selection.followers)
         except NoFormulasError as error:
             raise ValueError(f"{error}; math=casadi takes robots of any size") from None
         self.functions = _OtherFunctions(data, self.selection, sympy)
-        coordinates = list(self.equations.joints)
-        all_joints = [
-            sympy.Matrix([self._convert_factor(q._replace(n_dots=n)) for q in coordinates])
+        self.q, self.qd, self.qdd = (
+            sympy.Matrix(
+                [self._convert_factor(q._replace(n_dots=n)) for q in self.equations.joints]
+            )
             for n in range(3)
-        ]
-        moving = [joint.name for joint in self.equations.joints.values()]
-        leading = [moving.index(name) for name in self.joints]
-        self.q, self.qd, self.qdd = (sympy.Matrix([x[k] for k in leading]) for x in all_joints)
-        self.reduction, self.offset = self._make_reduction(moving)
-        """T and q0: the positions of all moving joints are T q + q0."""
-        self.rules = {
-            symbol: value
-            for n, x in enumerate(all_joints[:2])
-            for symbol, value in zip(x, self._spread((self.q, self.qd)[n], n == 0), strict=True)
-            if symbol != value
+        )
+        self.relations = {
+            self._convert_factor(symbol): self._convert_factor(formula)
+            for symbol, formula in self.equations.relations.items()
         }
-        """What the symbols of followers are."""
+        """What the positions of followers are."""
         self.values = {
             self._convert_factor(symbol): quantity.value
             for symbol, quantity in self.equations.quantities.items()
@@ -85,10 +79,9 @@ class SymbolicRobot(Robot):
     def mass_matrix(self, q: Any = None) -> Any:
         """Return M: (joints, joints)."""
         elements = self.equations.mass_matrix
-        size = range(len(self.equations.joints))
+        size = range(len(self.joints))
         rows = [[self._convert_factor(elements[min(i, k), max(i, k)]) for k in size] for i in size]
-        reduction = self.reduction
-        return self._substitute(reduction.T * self.math.Matrix(rows) * reduction, q)
+        return self._substitute(self.math.Matrix(rows), q)
 
     def coriolis(self, q: Any = None, qd: Any = None) -> Any:
         """Return c: centrifugal and Coriolis forces."""
@@ -111,40 +104,15 @@ class SymbolicRobot(Robot):
         """Return the accelerations of the joints, for an open tree."""
         return self.mass_matrix(q).LUsolve(self.math.Matrix(list(tau)) - self.bias(q, qd))
 
-    def _make_reduction(self, moving: list[str]) -> tuple[Any, Any]:
-        """Return T and q0 of all moving joints, by their names."""
-        rational = self.math.Rational
-        reduction = self.math.zeros(len(moving), len(self.joints))
-        offset = self.math.zeros(len(moving), 1)
-        for k, name in enumerate(self.joints):
-            reduction[moving.index(name), k] = 1
-        names = list(self.data.joint_id)
-        for follower in self.selection.followers:
-            row = moving.index(names[follower.joint - 1])
-            offset[row] = rational(repr(follower.offset))
-            for leader, factor in follower.factors.items():
-                if names[leader - 1] in self.joints:
-                    column = self.joints.index(names[leader - 1])
-                    reduction[row, column] = rational(repr(factor))
-                else:  # it never moves
-                    position = self.selection.q0[leader]
-                    offset[row] += rational(repr(factor)) * rational(repr(float(position)))
-        return reduction, offset
-
-    def _spread(self, u: Any, has_offset: bool) -> Any:
-        """Return the positions or the velocities of all moving joints."""
-        return self.reduction * u + (self.offset if has_offset else 0 * self.offset)
-
     def _substitute(self, matrix: Any, q: Any, qd: Any = None) -> Any:
         """Return a matrix with these values, or other symbols, in place of q and qd."""
-        matrix = matrix.subs(self.rules, simultaneous=True) if self.rules else matrix
+        matrix = matrix.subs(self.relations) if self.relations else matrix
         values: dict[Any, Any] = {} if q is None else dict(zip(self.q, q, strict=True))
         values |= {} if qd is None else dict(zip(self.qd, qd, strict=True))
         return matrix.subs(values, simultaneous=True) if values else matrix
 
     def _convert_vector(self, formulas: list[Sum]) -> Any:
-        forces = self.math.Matrix([self._convert_factor(formula) for formula in formulas])
-        return self.reduction.T * forces
+        return self.math.Matrix([self._convert_factor(formula) for formula in formulas])
 
     def _convert_factor(self, factor: Factor) -> Any:
         """Return a factor of a formula as an expression of sympy."""

@@ -10,6 +10,7 @@ import argparse
 import json
 import sys
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, NamedTuple, get_args
 
 from msgspec import NODEFAULT
@@ -20,6 +21,7 @@ from urdf2mbs.plugin import (
     ConfigError,
     Pipeline,
     Progress,
+    Project,
     add_fields,
     add_printing,
     add_running,
@@ -34,15 +36,17 @@ from urdf2mbs.plugin import (
     read_model,
     refuse,
     robot_or_config,
+    some,
     tell_diagnostics,
     write_files,
 )
+from urdf2mbs_equations.followers import list_followers
 from urdf2mbs_equations.options import EquationOptions, Language, list_languages
 from urdf2mbs_equations.projects import NAMES, find_languages
 from urdf2mbs_equations.summary import describe_build
 
 if TYPE_CHECKING:
-    from urdf2mbs.plugin import Mbs
+    from urdf2mbs.plugin import Conversion, Mbs
     from urdf2mbs_equations.files import Equations
 
 EXAMPLES = (
@@ -108,6 +112,8 @@ class _Source(NamedTuple):
     data: bytes
     call: str
     """The arguments of ``load_equations`` in Python."""
+    conversion: Conversion | None = None
+    """That of a robot or a config, which knows what ``<mimic>`` couples."""
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
@@ -143,6 +149,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
                 "languages": languages,
                 "counts": equations.counts,
                 "fixed": {joint.name: joint.q for joint in equations.fixed},
+                "followers": equations.followers,
                 "not_generated": equations.left_out,
                 "warnings": equations.warnings,
             }
@@ -163,15 +170,20 @@ def carry_out(arguments: argparse.Namespace) -> int:
 def _convert(arguments: argparse.Namespace) -> _Source | None:
     """Convert a robot or a config in memory; None if the .mbs is not the same robot."""
     config, lines = robot_or_config(arguments)
-    with Progress(arguments) as progress:
-        pipeline = Pipeline(config, lines, installed_plugins=not arguments.no_plugins)
+    installed = not arguments.no_plugins
+    model = Pipeline(config, lines, installed_plugins=installed).settings.output
+    with TemporaryDirectory(prefix="urdf2mbs-") as folder, Progress(arguments) as progress:
+        # As load_equations does: a plain .mbs cannot hold the constraints of <mimic>.
+        project = Project(str(Path(folder, model.stem)))
+        if not isinstance(config.output, Project):
+            config = replace(config, output=project)
+        pipeline = Pipeline(config, lines, installed_plugins=installed)
         pipeline.watch(progress)
         conversion = pipeline.run()
     if not arguments.json:
         tell_diagnostics(conversion.diagnostics, arguments.verbose)
     if conversion.checked.rejected is not None:
         return None
-    model = conversion.settings.output
     call = [_quote(near(arguments.config))]
     if arguments.config.suffix.lower() not in (".yaml", ".yml"):
         call += [
@@ -180,7 +192,8 @@ def _convert(arguments: argparse.Namespace) -> _Source | None:
             if field.name not in ("source", "output")
             and getattr(config, field.name) != _get_default(field)
         ]
-    return _Source(model, bytes(conversion.files[model]), ", ".join(call))
+    data = bytes(conversion.files[conversion.settings.output])
+    return _Source(model, data, ", ".join(call), conversion)
 
 
 def _get_default(field: FieldInfo) -> Any:
@@ -207,9 +220,12 @@ def _generate(
 
     model = str(source.model)
     mbs = read_mbs(source.data, model, mechanics_only=True)
-    equations = Equations()
+    followers = [] if source.conversion is None else list_followers(source.conversion, mbs)
+    names = list(mbs.joints())
+    equations = Equations(followers=[names[follower.joint - 1] for follower in followers])
     for language in languages:
-        part = generate(mbs, source.data, model, replace(options, language=language))
+        of_language = replace(options, language=language)
+        part = generate(mbs, source.data, model, of_language, followers=followers)
         equations.files |= part.files
         equations.counts |= part.counts
         equations.left_out |= part.left_out
@@ -233,6 +249,14 @@ def _print_equations(
         joints = counted(len(equations.fixed), "joint")
         verb = "moves" if len(equations.fixed) == 1 else "move"
         print(f"  {joints} never {verb}; their coordinates are numbers in the equations")
+    reducing = {"c": f"mbs_followers_{mbs.name}.c", "matlab": f"{mbs.name}_example.m"}
+    for file in [reducing[language] for language in languages if language in reducing]:
+        if followers := some(f"'{name}'" for name in equations.followers):
+            print(f"  followers: {followers}; {file} reduces M and c to the joints that lead")
+    if mbs.user_constraints and not equations.followers and "matlab" in languages:
+        names = some(f"'{constraint.name}'" for constraint in mbs.user_constraints)
+        print(f"  user constraints {names} are not called in MATLAB; if they are of <mimic>, name")
+        print("  the robot or its config in place of the .mbs: their joints are then reduced")
     for name, reason in equations.left_out.items():
         verb = "are" if name == "formulas" else "is"
         print(f"  {name} {verb} not generated: {reason}")
@@ -258,7 +282,7 @@ def _write_program(name: str, folder: Path, languages: tuple[str, ...], call: st
         lines = [
             f"addpath('{path}')",
             f"s = {name}_data();",
-            f"[M, c] = mbs_dirdyna_{name}(s, 0, struct())",
+            f"[qdd, M, c] = {name}_example(s)",
         ]
     else:
         words = "in Python, which compiles the C" if languages == ("c",) else "in Python"

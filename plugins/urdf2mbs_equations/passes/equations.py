@@ -28,6 +28,7 @@ from urdf2mbs.plugin import (
     was_ours,
 )
 from urdf2mbs_equations.equations_fit import fingerprint, fits
+from urdf2mbs_equations.followers import list_followers
 from urdf2mbs_equations.options import EquationOptions, list_languages
 from urdf2mbs_equations.projects import NAMES, SUFFIXES
 
@@ -63,11 +64,13 @@ class Equations(EquationOptions, Pass):
 
         output = conversion.settings.output
         mbs = read_mbs(data, str(output), mechanics_only=True)
+        followers = list_followers(conversion, mbs)
         counts: dict[str, int] = {}
         left_out: dict[str, str] = {}
         report: dict[str, Any] = {"counts": counts, "not_generated": left_out}
         for language in list_languages(self.language, conversion.settings.languages):
-            equations = generate(mbs, data, output.name, replace(self, language=language))
+            options = replace(self, language=language)
+            equations = generate(mbs, data, output.name, options, followers=followers)
             counts |= {name: count.operations for name, count in equations.counts.items()}
             left_out |= equations.left_out
             for name, text in equations.files.items():

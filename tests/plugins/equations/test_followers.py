@@ -1,5 +1,9 @@
 """Joints that follow others (``<mimic>``): equations are those of pinocchio, reduced to leaders."""
 
+import ctypes
+import re
+import shutil
+import subprocess
 from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
@@ -11,7 +15,9 @@ import pytest
 from support.folders import SHARED
 from support.oracle.generated import error
 from urdf2mbs import Robot, convert, load_equations
-from urdf2mbs_simulate.compiler import compiler
+from urdf2mbs.cli import main
+from urdf2mbs_simulate.compiler import HERE, compiler
+from urdf2mbs_simulate.memory import SharedData, as_c_table, as_c_vector
 
 pin = pytest.importorskip("pinocchio", reason="Pinocchio is not installed")
 
@@ -201,6 +207,106 @@ def test_panda() -> None:
     assert error(by_udd, mass) <= 1e-12
 
 
+#: Octave that sets the state of the joints that lead, and prints what the example returns.
+MATLAB = """
+s = {name}_data();
+q = [{q}]; qd = [{qd}]; tau = [{tau}]; s.q(:) = 7; s.qd(:) = 7;
+[~, leading] = ismember({{{joints}}}, s.joints);
+fixed = setdiff([s.qc], leading); s.q(fixed) = {name}_data().q(fixed); s.qd(fixed) = 0;
+s.q(leading) = q; s.qd(leading) = qd; s.Qq(leading) = tau;
+[qdd, M, c] = {name}_example(s);
+printf('%.17g ', M(leading,leading), c(leading), qdd(leading), qdd(s.followers));
+others = setdiff(1:s.njoint, [leading, s.qc]);
+assert(others, sort(s.followers)); assert(all(all(M(others,:) == 0 & M(:,others)' == 0)));
+"""
+
+
+@pytest.mark.skipif(shutil.which("octave-cli") is None, reason="GNU Octave is not installed")
+@pytest.mark.parametrize("name", ["gripper", "panda"])
+def test_matlab(gripper: Path, name: str, tmp_path: Path, capsys: Any) -> None:
+    """From the robot: the data have T, and the example reduces M, c and the accelerations."""
+    file = tmp_path / f"{name}.urdf"
+    if name == "panda" and not PANDA.is_file():
+        pytest.skip("../shared is not here")
+    file.write_text((PANDA if name == "panda" else gripper).read_text())
+    options = ["--base", "fixed", "--language", "matlab", "-o", str(tmp_path)]
+    assert main(["equations", str(file), *options]) == 0
+    assert f"[qdd, M, c] = {name}_example(s)" in capsys.readouterr().out
+    robot = load_equations(file, base="fixed", moving=True)
+    q, qd, tau = states = np.random.default_rng(6).uniform(-1, 1, (3, len(robot.joints)))
+    rows = [" ".join(map(repr, row)) for row in states.tolist()]
+    joints = ", ".join(f"'{joint}'" for joint in robot.joints)
+    script = MATLAB.format(name=name, joints=joints, q=rows[0], qd=rows[1], tau=rows[2])
+    command = ["octave-cli", "--norc", "--quiet", "--eval", script]
+    ran = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert ran.returncode == 0, ran.stderr
+    n = len(robot.joints)
+    mass, bias, qdd, following = np.split(
+        np.array(ran.stdout.split(), float), np.cumsum([n * n, n, n])
+    )
+    assert error(mass.reshape(n, n), robot.mass_matrix(q)) <= 1e-14
+    assert error(bias, robot.bias(q, qd)) <= 1e-14
+    expected = robot.forward_dynamics(q, qd, tau)
+    assert error(robot.mass_matrix(q) @ qdd, tau - robot.bias(q, qd)) <= 1e-13
+    assert error(qdd, expected) <= 1e-14 * np.linalg.cond(robot.mass_matrix(q))
+    if name == "gripper":
+        factors = [RULES[follower] for follower in robot.followers]
+        assert following == pytest.approx([k * qdd[leader] for leader, k, _ in factors])
+
+
+def test_a_project_alone_does_not_state_the_rules(
+    gripper: Path, tmp_path: Path, capsys: Any
+) -> None:
+    convert(gripper, base="fixed", output={"project": str(tmp_path / "gripper")}).write()
+    options = ["--language", "matlab"]
+    assert main(["equations", str(tmp_path / "gripper"), *options]) == 0
+    text = capsys.readouterr().out
+    assert "user constraints 'lean_mimic', 'right_mimic', 'tip_mimic' are not called" in text
+    example = tmp_path / "gripper" / "symbolicR" / "gripper_example.m"
+    assert "% User constraints are not called" in example.read_text()
+    assert main(["equations", str(gripper), "-o", str(tmp_path / "other"), *options]) == 0
+    text = capsys.readouterr().out
+    assert "followers: 'lean', 'right', 'tip'; gripper_example.m reduces M and c" in text
+    assert "user constraints" not in text
+
+
+@pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
+def test_c_files(gripper: Path, tmp_path: Path) -> None:
+    """What the files in C reduce is what Python reduces."""
+    options = ["--base", "fixed", "--language", "c", "-o", str(tmp_path)]
+    assert main(["equations", str(gripper), *options]) == 0
+    library = tmp_path / "followers.so"
+    flags = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-shared", "-fPIC"]
+    headers = f"-I{HERE / 'mbsysc'}"
+    source = tmp_path / "mbs_followers_gripper.c"
+    subprocess.run(["gcc", *flags, headers, str(source), "-o", str(library)], check=True)
+    functions = ctypes.CDLL(str(library))
+    robot = load_equations(gripper, base="fixed", language="python")
+    selection, data = robot.selection, robot.data
+    rng, n = np.random.default_rng(8), data.njoint + 1
+    for name in ("q", "qd", "qdd"):
+        getattr(data, name)[:] = rng.uniform(-1, 1, n)
+    states = [getattr(data, name)[selection.numbers] for name in ("q", "qd", "qdd")]
+    shared_data = SharedData(data)
+    functions.mbs_followers(ctypes.byref(shared_data.struct))
+    for values, name in zip(states, ("q", "qd", "qdd"), strict=True):
+        expected = np.zeros(n)
+        selection.spread(values, expected, selection.q0 if name == "q" else None)
+        assert getattr(data, name)[1:] == pytest.approx(expected[1:], rel=1e-15)
+    matrix, jacobian, vector = (rng.uniform(-1, 1, size) for size in ((n, n), (7, n), n))
+    for array, axes, call in (
+        (matrix, (0, 1), lambda x: functions.mbs_reduce_matrix(as_c_table(x))),
+        (jacobian, (1,), lambda x: functions.mbs_reduce_columns(as_c_table(x), 6)),
+        (vector, (0,), lambda x: functions.mbs_reduce_vector(as_c_vector(x))),
+    ):
+        expected = selection.reduce(array.copy(), axes)
+        call(array)
+        reduced = array[
+            np.ix_(*(selection.numbers if k in axes else range(1, 7) for k in range(array.ndim)))
+        ]
+        assert error(reduced, expected) <= 1e-15
+
+
 @pytest.mark.slow  # it compiles the user functions of a project
 @pytest.mark.skipif(compiler() is None, reason="there is no C compiler")
 def test_constraints_in_c_alone(gripper: Path, tmp_path: Path) -> None:
@@ -284,11 +390,27 @@ PLANAR_LINK = """
 """
 
 
-def test_sympy(tmp_path: Path) -> None:
-    sympy = pytest.importorskip("sympy", reason="sympy is not installed")
-    file = tmp_path / "planar.urdf"
+def write_planar(file: Path, rule: str) -> Path:
     links = "".join(PLANAR_LINK.format(*row) for row in (("cart", 2.0), ("l", 1.0), ("r", 0.5)))
-    file.write_text(PLANAR.format(links=links))
+    text = PLANAR.format(links=links)
+    file.write_text(text.replace('multiplier="-0.5" offset="0.25"', rule))
+    return file
+
+
+@pytest.mark.parametrize(
+    ("rule", "relation"),
+    [
+        ('multiplier="-0.5" offset="0.25"', "q_3 &= -\\tfrac{1}{2} q_2 + b_3"),
+        ('multiplier="-1"', "q_3 &= -q_2\n"),
+        ('multiplier="2"', "q_3 &= 2 q_2\n"),
+        ('multiplier="0.3" offset="-0.1"', "q_3 &= r_3 q_2 + b_3"),
+        ('multiplier="0" offset="0.3"', None),
+    ],
+)
+def test_formulas(rule: str, relation: str | None, tmp_path: Path) -> None:
+    """Formulas are those of the joints that lead, in sympy and in the document."""
+    sympy = pytest.importorskip("sympy", reason="sympy is not installed")
+    file = write_planar(tmp_path / "planar.urdf", rule)
     formulas: Any = load_equations(file, math=sympy, base="fixed")
     robot = load_equations(file, base="fixed", moving=True)
     assert formulas.joints == robot.joints == ["slide", "left"]
@@ -302,7 +424,47 @@ def test_sympy(tmp_path: Path) -> None:
         formula = getattr(formulas, name)(*state).subs(formulas.values)
         expected = getattr(robot, name)(*state)
         actual = np.array(formula.tolist(), float).reshape(expected.shape)
-        assert error(actual, expected) <= 1e-12, name
+        assert error(actual, expected) <= 1e-14, name
+    options = ["--base", "fixed", "--language", "latex", "-o", str(tmp_path)]
+    assert main(["equations", str(file), *options]) == 0
+    text = (tmp_path / "planar_equations.tex").read_text()
+    assert "\nc_3 &=" not in text
+    assert "loops" not in text
+    if relation is None:
+        assert "q_3" not in text
+    else:
+        assert relation in text
+        assert "$q_3$ & right & angle" in text
+    if rule == 'multiplier="-1"':  # the second link stays upright: only its mass is felt
+        assert "m_2 l_{c2}^2 + I_2 + m_3 l_2^2" in text
+
+
+def test_formulas_of_prismatic_followers(gripper: Path) -> None:
+    """The spatial gripper without its oblique axes: with followers that slide, in a chain."""
+    sympy = pytest.importorskip("sympy", reason="sympy is not installed")
+    text = re.sub(r'rpy="[^"]*"', "", gripper.read_text()).replace("0.6 0 0.8", "0 1 0")
+    file = gripper.with_name("straight.urdf")
+    file.write_text(text)
+    formulas: Any = load_equations(file, math=sympy, base="fixed")
+    robot = load_equations(file, base="fixed", moving=True)
+    assert formulas.joints == robot.joints == LEADERS
+    u, ud, _, _ = STATE
+    mass = formulas.mass_matrix(u).subs(formulas.values)
+    assert error(np.array(mass.tolist(), float), robot.mass_matrix(u)) <= 1e-13
+    bias = formulas.bias(u, ud).subs(formulas.values)
+    assert error(np.array(bias.tolist(), float)[:, 0], robot.bias(u, ud)) <= 1e-13
+
+
+def test_the_recursion_has_the_rules(gripper: Path, tmp_path: Path, capsys: Any) -> None:
+    """Oblique axes make formulas that nobody reads, and that took minutes."""
+    options = ["--base", "fixed", "--language", "latex", "-o", str(tmp_path)]
+    assert main(["equations", str(gripper), *options]) == 0
+    assert "have more than 5000 terms; the file has the recursion" in capsys.readouterr().out
+    text = (tmp_path / "gripper_equations.tex").read_text()
+    rule = re.search(r"\$q_\{(\d+)\}\$ & = -1.25 \$q_\{(\d+)\}\$ \+0.1 ", text)
+    assert rule is not None
+    joints = dict(re.findall(r"(?m)^(\d+) & (\w+) & \d+ & (?:turns|slides)", text))
+    assert (joints[rule[1]], joints[rule[2]]) == ("right", "left")
 
 
 @pytest.mark.slow
