@@ -115,7 +115,9 @@ def test_a_flag_is_on_every_command_that_it_suits_and_the_same_there(
         (["new-pass", "paint"], 0),
     ],
 )
-def test_quiet(words: list[str], code: int, here: Path, capsys: Any) -> None:
+def test_quiet_prints_warnings_and_errors_alone(
+    words: list[str], code: int, here: Path, capsys: Any
+) -> None:
     assert main([*words, "--quiet"]) == code
     said = capsys.readouterr()
     assert said.out == ""

@@ -32,7 +32,7 @@ def folder(here: Path) -> Path:
     return here
 
 
-def test_run(folder: Path, capsys: Any) -> None:
+def test_run_says_in_three_lines_what_it_wrote(folder: Path, capsys: Any) -> None:
     assert main(["run", "tiny.yaml"]) == 0
     said = capsys.readouterr()
     assert said.out.splitlines() == [
@@ -56,7 +56,7 @@ def test_run(folder: Path, capsys: Any) -> None:
     assert "  5 links -> 3 bodies, " in said.out
 
 
-def test_one_line_for_one_cause(folder: Path, capsys: Any) -> None:
+def test_warnings_of_one_cause_are_one_line(folder: Path, capsys: Any) -> None:
     """Warnings of one code are one, a text that is nowhere has no lines."""
     names = ("dynamic", "limits", "axs", "mimc", "orign", "safty_controller", "calibraton")
     wrong = "".join(
@@ -79,7 +79,7 @@ def test_one_line_for_one_cause(folder: Path, capsys: Any) -> None:
     assert capsys.readouterr().err.count("warning[misspelt]") == 7
 
 
-def test_run_json(folder: Path, capsys: Any) -> None:
+def test_json_has_names_numbers_and_messages(folder: Path, capsys: Any) -> None:
     assert main(["run", "--json", "tiny.yaml"]) == 0
     report = json.loads(capsys.readouterr().out)
     assert report["names"]["coordinates"]["wrist_pitch"] == ["wrist_pitch"]
@@ -190,7 +190,7 @@ def test_the_end_of_a_pass_that_counts_is_estimated(monkeypatch: pytest.MonkeyPa
 
 
 @pytest.mark.parametrize("command_line", [["--version"], ["-v", "--version"]])
-def test_version(command_line: list[str], capsys: Any) -> None:
+def test_the_version_is_that_of_the_package(command_line: list[str], capsys: Any) -> None:
     with contextlib.suppress(SystemExit):  # argparse ends the program, where it reads the options
         assert main(command_line) == 0
     assert capsys.readouterr().out == f"urdf2mbs {version('urdf2mbs')}\n"
@@ -228,7 +228,7 @@ def test_versions_in_file_names_stay(folder: Path) -> None:
 
 
 @pytest.mark.parametrize(("encoding", "more"), [("cp1252", []), ("ascii", ["--json"])])
-def test_names_that_the_pipe_has_no_letters_for(
+def test_letters_that_a_pipe_does_not_have_are_escaped(
     folder: Path, encoding: str, more: list[str]
 ) -> None:
     (folder / "r.urdf").write_text(TINY.replace('"tiny"', '"机器人"'), "utf-8")

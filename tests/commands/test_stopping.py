@@ -34,7 +34,9 @@ sys.exit(main())
         (signal.SIGHUP, "urdf2mbs.engine.output"),
     ],
 )
-def test_while_python_imports(number: signal.Signals, module: str, tmp_path: Path) -> None:
+def test_a_signal_while_python_imports_ends_the_command(
+    number: signal.Signals, module: str, tmp_path: Path
+) -> None:
     (tmp_path / "tiny.urdf").write_text(TINY)
     done = run(["-c", AT_IMPORT, str(int(number)), module, "convert", "tiny.urdf"], tmp_path)
     assert done.returncode == 128 + number
@@ -43,7 +45,7 @@ def test_while_python_imports(number: signal.Signals, module: str, tmp_path: Pat
     assert [file.name for file in tmp_path.iterdir()] == ["tiny.urdf"]
 
 
-def test_who_ignores_a_signal_goes_on(tmp_path: Path) -> None:
+def test_a_command_goes_on_where_the_signal_is_ignored(tmp_path: Path) -> None:
     """As nohup does for SIGHUP, and a shell for Ctrl-C where a command is in the background."""
     (tmp_path / "tiny.urdf").write_text(TINY)
     ignored = "import signal; signal.signal(signal.SIGHUP, signal.SIG_IGN)\n" + AT_IMPORT

@@ -76,7 +76,7 @@ def test_help_has_no_colours_of_a_verdict(monkeypatch: pytest.MonkeyPatch) -> No
         (False, "NO_COLOR", "always", True),
     ],
 )
-def test_colours(
+def test_colours_are_for_terminals_or_asked_for(
     terminal: bool,
     variable: str,
     when: str,

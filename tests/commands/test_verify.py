@@ -122,7 +122,9 @@ TOOL = '<origin xyz="0 0 0.1" rpy="0 1.5708 0"/>'
         (TOOL, '<origin xyz="0 0 0.2"/>', []),
     ],
 )
-def test_two_urdfs(old: str, new: str, kinds: list[str], pair: Path, capsys: Any) -> None:
+def test_two_urdfs_are_compared(
+    old: str, new: str, kinds: list[str], pair: Path, capsys: Any
+) -> None:
     assert old in TINY
     (pair / "new.urdf").write_text(TINY.replace(old, new))
     for files in (("tiny.urdf", "new.urdf"), ("new.urdf", "tiny.urdf")):
@@ -151,7 +153,7 @@ def test_edits_of_an_mbs_are_no_part_of_its_urdf(pair: Path) -> None:
     assert verify("tiny.urdf", "tiny.urdf").same
 
 
-def test_two_models(pair: Path, capsys: Any) -> None:
+def test_two_models_are_compared(pair: Path, capsys: Any) -> None:
     assert verify("tiny.mbs", "tiny.urdf").same
     assert verify("tiny.mbs", "tiny.mbs").same
     text = (pair / "tiny.mbs").read_text()

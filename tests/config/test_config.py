@@ -24,7 +24,7 @@ from urdf2mbs.testing import TINY
 FILE = Path("robot.yaml")
 
 
-def test_all_keys() -> None:
+def test_all_keys_of_a_config_are_read() -> None:
     config, lines = parse(
         """
 source: a.urdf.xacro
@@ -153,7 +153,9 @@ passes: {check: {tolerance: 1e-6}}
         ("[" * 5000, 1, "config-yaml", "lists in one another"),
     ],
 )
-def test_what_is_wrong_and_where(text: str, line: int | None, code: str, said: str) -> None:
+def test_a_fault_of_a_config_is_told_with_its_line(
+    text: str, line: int | None, code: str, said: str
+) -> None:
     with pytest.raises(ConfigError) as caught:
         parse(text, FILE)[1].check()
     faults = {fault.code: fault for fault in (*caught.value.earlier, caught.value)}
@@ -186,7 +188,9 @@ def test_variables_of_paths_are_filled_in_once(
 
 
 @pytest.mark.parametrize("path", ["${FOO", "${FOO/x}", "${FOO-x}", "a${}", "${", "$FOO/${FOO $FOO"])
-def test_a_variable_that_is_not_closed(path: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_variable_that_is_not_closed_is_refused(
+    path: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv("FOO", "one")
     lines = Lines(FILE, {("source",): 3})
     with pytest.raises(ConfigError, match=r"has a '\$\{' that does not begin a variable") as caught:
@@ -195,7 +199,9 @@ def test_a_variable_that_is_not_closed(path: str, monkeypatch: pytest.MonkeyPatc
 
 
 @pytest.mark.parametrize("value", [None, ""])
-def test_a_variable_that_is_not_set(value: str | None, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_variable_that_is_not_set_is_refused(
+    value: str | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.delenv("FOO", raising=False)
     if value is not None:
         monkeypatch.setenv("FOO", value)
@@ -205,7 +211,7 @@ def test_a_variable_that_is_not_set(value: str | None, monkeypatch: pytest.Monke
 
 
 @pytest.mark.parametrize("content", [None, b"\xff\xfe\x00x"])
-def test_a_file_that_cannot_be_read(content: bytes | None, tmp_path: Path) -> None:
+def test_a_file_that_cannot_be_read_is_named(content: bytes | None, tmp_path: Path) -> None:
     if content is not None:
         (tmp_path / "c.yaml").write_bytes(content)
     with pytest.raises(ConfigError, match=r"c.yaml: error\[config-unreadable\]: cannot read"):
@@ -255,7 +261,9 @@ class Options(msgspec.Struct, forbid_unknown_fields=True, rename="kebab"):
         ("[]", 3, "config-type", "'passes.p': expected 'key: value' lines"),
     ],
 )
-def test_options_of_a_pass(options: str, line: int, code: str, said: str) -> None:
+def test_a_fault_in_the_options_of_a_pass_is_told_with_its_line(
+    options: str, line: int, code: str, said: str
+) -> None:
     text = f"source: x\npasses:\n  p: {options}"
     data = yaml.safe_load(text)["passes"]["p"]
     lines = parse(text.replace("[]", "{}") if options == "[]" else text, FILE)[1]

@@ -10,7 +10,7 @@ from support.real_robots import CONVERTIBLE, RealRobot
 
 @pytest.mark.parametrize("robot", CONVERTIBLE)
 @pytest.mark.parametrize("preset", ["faithful", "compact"])
-def test_real_robots(robot: RealRobot, preset: str) -> None:
+def test_diagrams_of_real_robots_have_no_fault(robot: RealRobot, preset: str) -> None:
     mbs = robot.convert(pipeline=preset).mbs
     assert faults(mbs) == []
     lengths = [wire.length for wire in wires(mbs)]

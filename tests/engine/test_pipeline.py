@@ -52,7 +52,9 @@ def marks(tmp_path: Path, *names: str) -> Path:
         ("passes: {check: {tolerence: 1}}", "unknown-key", "'tolerance'"),
     ],
 )
-def test_a_pipeline_that_cannot_be(settings: str, code: str, hint: str, tmp_path: Path) -> None:
+def test_a_pipeline_that_cannot_be_is_refused_with_its_line(
+    settings: str, code: str, hint: str, tmp_path: Path
+) -> None:
     """It is told with its line, before anything runs."""
     plugin = marks(tmp_path, "a", "b", "c")
     with pytest.raises(ConfigError) as caught:
@@ -61,7 +63,7 @@ def test_a_pipeline_that_cannot_be(settings: str, code: str, hint: str, tmp_path
     assert hint in (caught.value.hint or "")
 
 
-def test_after(tmp_path: Path) -> None:
+def test_passes_are_put_after_another_in_the_order_given(tmp_path: Path) -> None:
     plugin = marks(tmp_path, "a", "b", "c")
     result = convert_text(plugins=[plugin], after={"emit": ["b", "c"], "b": "a"})
     assert result.report.passes["ran"] == ["b", "a", "c"]
@@ -113,7 +115,7 @@ def test_who_watches_one_pipeline_sees_no_other(tmp_path: Path) -> None:
     assert watcher.seen == []
 
 
-def test_stop_after(tmp_path: Path) -> None:
+def test_a_run_stops_after_a_pass(tmp_path: Path) -> None:
     pipeline = pipeline_of(tmp_path)
     conversion = pipeline.run(stop_after="prune-massless")
     assert conversion.segments

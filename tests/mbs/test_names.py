@@ -33,7 +33,7 @@ names = st.lists(
 
 @few
 @given(names, names, st.sampled_from(["", "_body"]))
-def test_they_are_identifiers_no_two_alike_and_none_reserved(
+def test_names_become_identifiers_no_two_alike_and_none_reserved(
     given_names: list[str], reserved: list[str], suffix: str
 ) -> None:
     out = identifiers(given_names, reserved, suffix)
@@ -70,7 +70,7 @@ def test_good_names_keep_themselves_and_a_second_time_changes_nothing(
         ("double", "double_joint"),
     ],
 )
-def test_others_are_changed_as_little_as_possible(old: str, new: str) -> None:
+def test_other_names_are_changed_as_little_as_possible(old: str, new: str) -> None:
     assert identifiers([old], suffix="_joint") == [new]
 
 
@@ -78,7 +78,7 @@ def test_a_good_name_goes_before_a_changed_one_that_would_be_the_same() -> None:
     assert identifiers(["a-b", "a_b", "a b"], suffix="_body") == ["a_b_body", "a_b", "a_b_body_2"]
 
 
-def test_the_shared_name_space() -> None:
+def test_bodies_and_joints_share_a_name_space() -> None:
     mbs = Mbs(
         "m",
         bodies=[

@@ -65,7 +65,7 @@ def test_writing_a_real_file_again_changes_nothing_that_robotran_sees(sample: by
     assert write(read_mbs(again, "again.mbs")) == again
 
 
-def test_a_real_file(shared: Path) -> None:
+def test_a_real_file_is_read_whole(shared: Path) -> None:
     file = shared / "mbs-samples/walkman_robotran.mbs"
     mbs = read_mbs(file.read_bytes(), str(file))
     assert (mbs.name, mbs.version) == ("walkman_robotran", "0.0.beta")
@@ -122,7 +122,7 @@ def edited(*changes: tuple[str, str]) -> bytes:
     return text.encode()
 
 
-def test_a_file_by_hand() -> None:
+def test_a_file_written_by_hand_is_read() -> None:
     mbs = read_mbs(TINY, "tiny.mbs")
     assert (mbs.name, mbs.version, mbs.view) == ("", "", None)
     assert mbs.base.gravity == (0.0, 0.0, -9.81)
@@ -186,12 +186,12 @@ def test_unknown_elements_in_one_of_several_alike_are_passed_over() -> None:
         (b'<!DOCTYPE a [<!ENTITY x "y">]><mbsDescR7/>', "xml-entity", 1, ""),
     ],
 )
-def test_files_that_are_no_mbs(data: bytes, code: str, line: int, words: str) -> None:
+def test_files_that_are_no_mbs_are_refused(data: bytes, code: str, line: int, words: str) -> None:
     fails(data, code, line, words)
 
 
 @pytest.mark.parametrize("data", [b"", b" \r\n", b"\xef\xbb\xbf\n"])
-def test_an_empty_file(data: bytes) -> None:
+def test_an_empty_file_is_refused(data: bytes) -> None:
     with pytest.raises(ConversionError) as caught:
         read_mbs(data, "m.mbs")
     assert (caught.value.code, caught.value.file) == ("file-empty", "m.mbs")
@@ -325,7 +325,9 @@ def test_an_empty_file(data: bytes) -> None:
         ),
     ],
 )
-def test_faults(old: str, new: str, code: str, line: int, words: str) -> None:
+def test_a_fault_in_the_body_tree_is_told_with_its_line(
+    old: str, new: str, code: str, line: int, words: str
+) -> None:
     fails(edited((old, new)), code, line, words)
 
 
@@ -351,14 +353,14 @@ def test_faults(old: str, new: str, code: str, line: int, words: str) -> None:
         ('R="4"', "", "number-invalid", "''"),
     ],
 )
-def test_faults_outside_the_body_tree(old: str, new: str, code: str, words: str) -> None:
+def test_a_fault_outside_the_body_tree_is_told(old: str, new: str, code: str, words: str) -> None:
     text = write(everything()).decode()
     assert old in text
     text = text.replace(old, new, 1).replace("</endpoint1>", "</endpoint0>", "endpoint0" in new)
     fails(text.encode(), code, None, words)
 
 
-def test_three_thousand_bodies_in_a_row() -> None:
+def test_three_thousand_bodies_in_a_row_are_read() -> None:
     bodies = [Body("b0", joints=[Joint("j0", "R1")])]
     bodies += [Body(f"b{k}", f"b{k - 1}", None, [Joint(f"j{k}", "R1")]) for k in range(1, 3_000)]
     mbs = Mbs("m", bodies=bodies)
@@ -388,7 +390,7 @@ def test_mechanics_only_passes_over_graphics(shared: Path) -> None:
     assert mechanics.bodies == model.bodies
 
 
-def test_a_body_that_is_its_own_parent() -> None:
+def test_a_body_that_is_its_own_parent_is_refused() -> None:
     data = write(Mbs("m", bodies=[Body("arm", joints=[Joint("j", "R1")])]))
     own = data.replace(b"<bodyname>base</bodyname>", b"<bodyname>arm</bodyname>")
     with pytest.raises(ConversionError, match="body 'arm' is its own parent"):

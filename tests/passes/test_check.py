@@ -33,7 +33,7 @@ def replaced(old: str, new: str, **settings: Any) -> Result:
     return spoil(REPLACE.format(old=old, new=new), "emit", **settings)
 
 
-def test_the_same_robot() -> None:
+def test_a_file_of_the_same_robot_is_kept() -> None:
     for result in (convert_text(TINY), replaced("<mass>0.5</mass>", "<mass>5e-1</mass>")):
         found = result.report.proof
         assert found.same is True

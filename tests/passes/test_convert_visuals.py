@@ -38,7 +38,7 @@ def shape(folder: Path, material: str) -> Shape:
         ('<material name="nowhere"/>', GREY, 0.0),
     ],
 )
-def test_colour(
+def test_a_visual_has_the_colour_of_its_material(
     tmp_path: Path, material: str, color: tuple[int, int, int], transparency: float
 ) -> None:
     found = shape(tmp_path, material)
@@ -55,7 +55,7 @@ def visuals(folder: Path, *elements: str) -> list[Shape]:
     return convert(robot).mbs.bodies[0].shapes[: len(elements)]
 
 
-def test_meshes_whose_names_differ_in_case_only(tmp_path: Path) -> None:
+def test_meshes_whose_names_differ_in_case_only_become_two_files(tmp_path: Path) -> None:
     """They would be one file on some systems."""
     meshes = [
         f'<geometry><mesh filename="{name}"/></geometry>'
@@ -74,7 +74,7 @@ def test_meshes_whose_names_differ_in_case_only(tmp_path: Path) -> None:
         (["x" * 300 + ".stl"], ["x" * 150]),
     ],
 )
-def test_stems_of_mesh_files(files: list[str], stems: list[str]) -> None:
+def test_names_of_mesh_files_suit_every_system(files: list[str], stems: list[str]) -> None:
     chosen: list[str] = []
     for file in files:
         chosen.append(choose_stem(file, set(chosen)))
@@ -98,7 +98,7 @@ def test_a_capsule_is_a_cylinder_and_two_spheres(tmp_path: Path) -> None:
     assert ends[1] == pytest.approx((1.3, 2.0, 3.0))
 
 
-def test_a_capsule_with_the_prefix_of_drake(tmp_path: Path) -> None:
+def test_a_capsule_with_the_prefix_of_drake_is_read(tmp_path: Path) -> None:
     source = tmp_path / "robot.urdf"
     capsule = '<drake:capsule radius="0.1" length="0.6"/>'
     text = ROBOT.format(material="").replace('<sphere radius="0.1"/>', capsule)

@@ -43,11 +43,11 @@ def chain(**given_: str) -> list[tuple[str, str, float | None]]:
         ("continuous", "1 2 3", ["r3", "r2", "R1", "r2", "r3"]),
     ],
 )
-def test_types(kind: str, axis: str, found: list[str]) -> None:
+def test_a_joint_becomes_joints_of_these_types(kind: str, axis: str, found: list[str]) -> None:
     assert [type_ for _, type_, _ in chain(kind=kind, axis=axis)] == found
 
 
-def test_names_and_positions() -> None:
+def test_the_joints_of_an_oblique_axis_have_names_and_positions() -> None:
     a, b = np.arctan2(2, 1), -np.arctan2(3, np.hypot(1, 2))
     found = chain(axis="1 2 3", rpy="0.1 0.2 0.3", xyz="1 2 3")
     assert [(name, type_) for name, type_, _ in found] == [
@@ -110,7 +110,7 @@ def test_the_axis_of_a_joint_that_a_pass_has_fixed_means_nothing() -> None:
     assert conversion.settle("axis-aligned") == 0
 
 
-def test_two_of_our_own_names_that_meet() -> None:
+def test_two_of_our_own_names_that_meet_stay_apart() -> None:
     """The turns before an axis, and the coordinates of a planar joint of an unlucky name."""
     links = (link("world"), link("a", SOLID), link("b", SOLID))
     first = joint("world", "a", name="hip", axis="1 2 3")

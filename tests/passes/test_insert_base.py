@@ -89,7 +89,7 @@ WELDED = (link("world"), A, joint("world", "a", "fixed"))
         ((link("a"), link("b", SOLID), joint("a", "b")), "fixed", False, None, "as asked for"),
     ],
 )
-def test_which_base(
+def test_whether_the_base_floats_and_why(
     elements: tuple[str, ...], base: str, floats: bool, joint_added: object, why: str
 ) -> None:
     result = based(*elements, base=base)

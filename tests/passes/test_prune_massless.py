@@ -117,7 +117,7 @@ def test_a_leaf_that_moves_is_held_at_zero_with_a_warning() -> None:
         (("Tool", "t"), ["hand"]),
     ],
 )
-def test_keep(keep: tuple[str, ...], bodies: list[str]) -> None:
+def test_links_that_are_kept_become_bodies(keep: tuple[str, ...], bodies: list[str]) -> None:
     tool = (link("tool"), joint("hand", "tool"))
     result = pruned(link("wrist"), *HAND, *tool, joint("world", "wrist"), keep=keep)
     assert list(steps(result)) == bodies

@@ -26,14 +26,14 @@ def solid(rpy: tuple[float, float, float], mass: float = 2.0) -> str:
 
 
 @pytest.mark.parametrize(("mass", "told"), [(0.0, 0.0), (1e-300, 1e-300), (1e9, 1e9)])
-def test_any_mass(mass: float, told: float) -> None:
+def test_any_mass_is_kept(mass: float, told: float) -> None:
     (body,) = reframed(link("a", solid((0.0, 0.0, 0.0), mass)), joint("world", "a")).mbs.bodies
     assert body.mass == told
     assert body.inertia == (0.03, 0.001, -0.002, 0.04, 0.003, 0.05)
 
 
 @pytest.mark.parametrize("inertial", ["", ZEROS])
-def test_what_has_none_gets_none(inertial: str) -> None:
+def test_a_link_without_inertia_gets_none(inertial: str) -> None:
     result = convert_text(
         robot(
             link("world"),

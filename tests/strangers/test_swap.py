@@ -83,7 +83,7 @@ def test_a_plugin_that_lends_our_function_is_still_the_source(tmp_path: Path) ->
     assert Plugins([file], installed=False).passes["layout"][1].file == str(file)
 
 
-def test_two_plugins_with_one_pass(tmp_path: Path) -> None:
+def test_two_plugins_with_one_pass_are_ambiguous(tmp_path: Path) -> None:
     plugins = [tmp_path / "mine.py", tmp_path / "other.py"]
     for file in plugins:
         text = STAND_IN.format(name="layout").replace('    name = "layout"', '    name = "neat"')

@@ -89,7 +89,7 @@ CASES: list[tuple[Any, str]] = [
 
 
 @pytest.mark.parametrize(("change", "expected"), CASES)
-def test_changes_in_words(change: Any, expected: str) -> None:
+def test_changes_are_counted_in_words(change: Any, expected: str) -> None:
     before, after = made(), made()
     change(after)
     assert describe_changes(find_changes(encode(before), encode(after))) == expected

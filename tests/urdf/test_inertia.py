@@ -14,7 +14,7 @@ from urdf2mbs.urdf.inertia import find_fault, moments, principal
 
 @reproducible
 @given(tensors)
-def test_principal_moments(tensor: Sym) -> None:
+def test_principal_moments_and_axes_are_those_of_numpy(tensor: Sym) -> None:
     values, axes = principal(tensor)
     size = max(map(abs, tensor)) or 1.0
     rows = np.array(axes)

@@ -398,7 +398,7 @@ def test_the_hint_says_what_to_do(tmp_path: Path, text: str, hint: str) -> None:
     assert hint in (caught.value.hint or "")
 
 
-def test_files_that_cannot_be_read(tmp_path: Path) -> None:
+def test_files_that_cannot_be_read_are_named(tmp_path: Path) -> None:
     for name in ("robot.urdf", "robt.stl", "arm.urdf"):
         (tmp_path / name).touch()
     for path, code in (
@@ -503,7 +503,7 @@ def test_everything_of_the_model_is_filled(tmp_path: Path) -> None:
     assert (transmission.tag, transmission.reference) == ("transmission", None)
 
 
-def test_what_may_be_left_out(tmp_path: Path) -> None:
+def test_what_a_urdf_may_leave_out_has_its_default(tmp_path: Path) -> None:
     robot, diagnostics = read(tmp_path, arm(f"<inertial>{inertial()[10:]}"))
     assert diagnostics == []
     turn = robot.joints["turn"]
@@ -538,7 +538,7 @@ def test_the_joints_stand_one_branch_after_the_other(tmp_path: Path) -> None:
         ("0.1234567890123456789", 0.1234567890123456789),
     ],
 )
-def test_forms_of_numbers(tmp_path: Path, text: str, number: float) -> None:
+def test_numbers_are_read_in_every_usual_form(tmp_path: Path, text: str, number: float) -> None:
     for around in ("{}", " {}", "{}\n", "\t {}\r\n "):
         word = around.format(text)
         robot, _ = read(
@@ -574,13 +574,13 @@ def test_forms_of_numbers(tmp_path: Path, text: str, number: float) -> None:
         ),
     ],
 )
-def test_forms_of_files(tmp_path: Path, text: bytes) -> None:
+def test_files_are_read_in_any_encoding_and_namespace(tmp_path: Path, text: bytes) -> None:
     robot, diagnostics = read(tmp_path, text)
     assert (robot.name, list(robot.links)) == ("r", ["ä"])
     assert [diagnostic for diagnostic in diagnostics if diagnostic.level != "note"] == []
 
 
-def test_comments_and_instructions_anywhere(tmp_path: Path) -> None:
+def test_comments_and_instructions_may_stand_anywhere(tmp_path: Path) -> None:
     noise = "<!-- <mass value='9'/> --><?pi <axis/> ?>"
     text = arm(
         f'<inertial>{noise}<mass value="2">{noise}</mass>{UNIT}</inertial>{noise}<visual>{noise}'
@@ -603,7 +603,7 @@ def test_a_namespace_is_read_to_the_leaves(tmp_path: Path) -> None:
     assert [extension.tag for extension in robot.extensions] == ["gazebo"]
 
 
-def test_undeclared_prefixes_of_other_programs(tmp_path: Path) -> None:
+def test_undeclared_prefixes_of_other_programs_are_kept(tmp_path: Path) -> None:
     text = arm().replace("</robot>", "<gazebo>\n<sensor:camera/></gazebo><a:b/></robot>")
     robot, diagnostics = read(tmp_path, text)
     assert "<sensor:camera/>" in robot.extensions[0].xml
@@ -940,7 +940,7 @@ def test_the_limits_that_can_be_read_stay(tmp_path: Path) -> None:
     assert "; effort of <limit> is 'inf'" in reported.message
 
 
-def test_harmless_slips_of_xml(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_harmless_slips_of_xml_are_mended(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     link = '<robot name="r"><link name="ä"/></robot>'
     latin = f'<?xml version="1.0" encoding="iso-8859-1"?>{link}'.encode("iso-8859-1")
     for text, line in (
@@ -986,12 +986,14 @@ def test_harmless_slips_of_xml(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
 
 @pytest.mark.parametrize("kind", ["fixed", "floating"])
 @pytest.mark.parametrize("axis", ['<axis xyz="0 0 0"/>', "<axis/>", '<axis xyz="none"/>'])
-def test_an_axis_that_means_nothing(tmp_path: Path, kind: str, axis: str) -> None:
+def test_the_axis_of_a_joint_that_has_none_means_nothing(
+    tmp_path: Path, kind: str, axis: str
+) -> None:
     assert read(tmp_path, arm(joint=axis, kind=kind))[1] == []
 
 
 @pytest.mark.parametrize("pairs", [("a>b", "b>c"), ("b>a", "c>b"), ("a>c", "b>c")])
-def test_mimics_of_mimics(tmp_path: Path, pairs: tuple[str, ...]) -> None:
+def test_a_mimic_may_follow_a_mimic(tmp_path: Path, pairs: tuple[str, ...]) -> None:
     robot, diagnostics = read(tmp_path, mimics(*pairs))
     assert diagnostics == []
     assert sum(joint.mimic is not None for joint in robot.joints.values()) == 2
@@ -1060,7 +1062,7 @@ def test_materials_of_the_robot(tmp_path: Path) -> None:
         {"ixx": "1", "iyy": "1", "izz": "-1e-12"},
     ],
 )
-def test_inertias_that_are_all_right(tmp_path: Path, values: dict[str, str]) -> None:
+def test_possible_inertias_are_no_fault(tmp_path: Path, values: dict[str, str]) -> None:
     _, diagnostics = read(tmp_path, arm(inertial(inertia=moments(**values))))
     assert [
         diagnostic.code for diagnostic in diagnostics if diagnostic.code != "inertia-triangle"
@@ -1069,7 +1071,7 @@ def test_inertias_that_are_all_right(tmp_path: Path, values: dict[str, str]) -> 
         assert diagnostics == []
 
 
-def test_quaternions_of_newer_files(tmp_path: Path) -> None:
+def test_quaternions_of_newer_files_are_read(tmp_path: Path) -> None:
     """With turns about all axes: the sign of each angle counts."""
     half = 0.5**0.5
     turns = [Rotation.from_euler("xyz", turn) for turn in ((0.3, -0.4, 0.5), (-1.2, 0.7, 2.0))]
@@ -1117,7 +1119,7 @@ def test_an_error_of_another_file_is_not_remembered(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("chain", [True, False])
-def test_a_thousand_links_in_a_row_or_on_one(chain: bool) -> None:
+def test_thousands_of_links_in_a_row_or_on_one_are_converted(chain: bool) -> None:
     parts = ['<robot name="r"><link name="l0"/>']
     parts += [
         f'<link name="l{n}">\n{inertial()}</link>\n<joint name="j{n}" type="continuous">\n'
@@ -1130,7 +1132,7 @@ def test_a_thousand_links_in_a_row_or_on_one(chain: bool) -> None:
     assert result.conversion.checked.proof.same
 
 
-def test_a_loop_and_roots_among_a_thousand_links() -> None:
+def test_a_loop_and_roots_among_a_thousand_links_are_found() -> None:
     names = [f"l{n}" for n in range(1000)]
     chain = [f"{a}>{b}" for a, b in pairwise(names)]
     links = "".join(f'<link name="{name}"/>' for name in names)
@@ -1143,7 +1145,7 @@ def test_a_loop_and_roots_among_a_thousand_links() -> None:
         assert len(caught.value.message) < 500
 
 
-def test_numbers_that_an_element_does_not_state(tmp_path: Path) -> None:
+def test_numbers_that_an_element_does_not_state_have_their_defaults(tmp_path: Path) -> None:
     parts = '<dynamics/><limit/><calibration/><safety_controller k_velocity="2"/>'
     turn = read(tmp_path, arm(joint=parts))[0].joints["turn"]
     assert (turn.dynamics.damping, turn.dynamics.friction) == (0.0, 0.0)

@@ -92,7 +92,7 @@ IN_ROBOT = [
 
 
 @pytest.mark.parametrize(("words", "message"), IN_JOINT)
-def test_words_in_a_joint(words: str, message: str) -> None:
+def test_words_in_a_joint_that_are_not_read_are_named(words: str, message: str) -> None:
     warning = read_warning(joint=LIMIT + words)
     assert warning.code in ("mechanics-unread", "doubled-element")
     assert warning.joint == "turn"
@@ -100,21 +100,21 @@ def test_words_in_a_joint(words: str, message: str) -> None:
 
 
 @pytest.mark.parametrize(("words", "message"), IN_LINK)
-def test_words_in_a_link(words: str, message: str) -> None:
+def test_words_in_a_link_that_are_not_read_are_named(words: str, message: str) -> None:
     warning = read_warning(link=words)
     assert (warning.code, warning.link) == ("mechanics-unread", "arm")
     assert message in warning.message
 
 
 @pytest.mark.parametrize(("words", "message"), IN_ROBOT)
-def test_words_in_the_robot(words: str, message: str) -> None:
+def test_words_in_the_robot_that_are_not_read_are_named(words: str, message: str) -> None:
     warnings = [diagnostic for diagnostic in read(robot=words)[1] if diagnostic.level == "warning"]
     reported = [diagnostic for diagnostic in warnings if diagnostic.code != "xml-namespace"]
     assert [diagnostic.code for diagnostic in reported] == ["mechanics-unread"]
     assert message in reported[0].message
 
 
-def test_the_words_of_a_limit_and_of_an_inertia() -> None:
+def test_elements_in_place_of_attributes_of_a_limit_and_an_inertia_are_named() -> None:
     """Such elements lack their attributes, too, which is said in true words."""
     diagnostics = read(joint="<limit><lower>-1</lower><upper>1</upper></limit>")[1]
     assert [diagnostic.code for diagnostic in diagnostics] == ["mechanics-unread", "limit-zero"]
@@ -126,7 +126,7 @@ def test_the_words_of_a_limit_and_of_an_inertia() -> None:
     assert "<inertial> without the attributes of <inertia>" in reported["inertial-incomplete"]
 
 
-def test_the_words_of_a_mimic() -> None:
+def test_elements_in_place_of_attributes_of_a_mimic_are_named() -> None:
     follower = (
         '<link name="tip"/><joint name="lead" type="continuous"><parent link="arm"/>'
         '<child link="tip"/><axis xyz="0 0 1"/></joint>'

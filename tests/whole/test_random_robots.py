@@ -79,7 +79,7 @@ AXES = {
 
 
 @pytest.mark.parametrize("axes", AXES)
-def test_axes_of_all_joints_that_have_one(file: Path, axes: str) -> None:
+def test_every_axis_is_kept_by_every_joint_that_has_one(file: Path, axes: str) -> None:
     elements = [link("root", SOLID)]
     for number, axis in enumerate(AXES[axes]):
         for kind in ("revolute", "prismatic", "planar"):
@@ -115,7 +115,7 @@ def test_a_nearly_aligned_axis_is_off_by_no_more_than_it_was(file: Path, axis: s
         "1e-300 0 0",
     ],
 )
-def test_every_turn(file: Path, rpy: str) -> None:
+def test_every_turn_of_an_origin_is_kept(file: Path, rpy: str) -> None:
     turned = f'<origin xyz="0.1 0.2 0.3" rpy="{rpy}"/>'
     shapes = "".join(
         f"<visual>{turned}<geometry>{shape}</geometry></visual>"
@@ -149,7 +149,7 @@ ROWS = [
 
 
 @pytest.mark.parametrize(("inner", "outer", "shift", "base", "keep"), ROWS)
-def test_massless_links_in_a_row(
+def test_massless_links_in_a_row_keep_their_frames(
     file: Path, inner: str, outer: str, shift: str, base: str, keep: bool
 ) -> None:
     """Root, two frames in a row, a body behind them, and frames that lead nowhere."""
@@ -181,7 +181,7 @@ def test_massless_links_in_a_row(
         ("third", "third_T1", "planar"),
     ],
 )
-def test_joint_names_that_clash_with_those_of_driven_joints(
+def test_joint_names_that_clash_with_those_of_driven_joints_stay_apart(
     file: Path, first: str, second: str, kind: str
 ) -> None:
     turned = {"xyz": "0 0 1", "rpy": "0.1 0.2 0.3", "axis": "1 2 3"}
@@ -195,7 +195,7 @@ def test_joint_names_that_clash_with_those_of_driven_joints(
     check(file, text, "floating", False)
 
 
-def test_mass_without_inertia_and_inertia_without_mass(file: Path) -> None:
+def test_mass_without_inertia_and_inertia_without_mass_are_kept(file: Path) -> None:
     point = '<inertial><mass value="3"/><inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/>'
     flywheel = (
         '<inertial><mass value="0"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="2"/>'
@@ -207,7 +207,7 @@ def test_mass_without_inertia_and_inertia_without_mass(file: Path) -> None:
 
 
 @pytest.mark.parametrize("scale", [1e-6, 1e6])
-def test_a_robot_of_any_size(file: Path, scale: float) -> None:
+def test_a_robot_of_any_size_is_the_same_robot(file: Path, scale: float) -> None:
     small = f"{0.1 * scale!r} {-0.3 * scale!r} {0.2 * scale!r}"
     inertia = 1e-2 * scale**2
     text = robot(
@@ -228,7 +228,7 @@ def test_a_robot_of_any_size(file: Path, scale: float) -> None:
 
 
 @pytest.mark.parametrize("pipeline", PRESETS)
-def test_nothing_but_frames(file: Path, pipeline: str) -> None:
+def test_a_robot_of_frames_alone_has_bodies_without_mass(file: Path, pipeline: str) -> None:
     """All stay, as bodies without mass, and that is said."""
     for links, base in product(("a", "ab"), ("fixed", "floating")):
         text = robot(*map(link, links), *([joint("a", "b")] * (links == "ab")))

@@ -1,4 +1,4 @@
-"""The one door for plugins, and what a config may do with passes: place, leave out, run twice."""
+"""What plugins import, and what a config may do with passes: place them, or leave them out."""
 
 import ast
 from pathlib import Path
@@ -46,7 +46,7 @@ def names(**settings: Any) -> list[str]:
     return [step.pass_.name for step in pipeline.passes]
 
 
-def test_before_and_after_and_without(tmp_path: Path) -> None:
+def test_passes_are_put_before_and_after_others_or_left_out(tmp_path: Path) -> None:
     file = str(write(tmp_path, SCALE))
     usual = names(plugins=[file])
     at = usual.index("insert-base")
@@ -167,7 +167,7 @@ def test_a_broken_preset_is_told(preset: str, said: str, tmp_path: Path) -> None
     assert said in wrong.value.message
 
 
-def test_what_the_door_shows() -> None:
+def test_the_plugin_module_has_the_names_that_it_lists() -> None:
     assert all(hasattr(plugin, name) for name in plugin.__all__)
     assert len(set(plugin.__all__)) == len(plugin.__all__)
     assert plugin.VERSION == 1
@@ -175,7 +175,7 @@ def test_what_the_door_shows() -> None:
         plugin.nothing  # noqa: B018
 
 
-def test_the_stub_has_the_names_of_the_door() -> None:
+def test_the_stub_has_the_names_of_the_plugin_module() -> None:
     """``python docs/make_stub.py`` writes it."""
     text = (ROOT / "urdf2mbs" / "plugin.pyi").read_text()
     module = ast.parse(text)
@@ -190,7 +190,7 @@ def test_the_stub_has_the_names_of_the_door() -> None:
     assert sorted(ast.literal_eval(listed.value)) == sorted(plugin.__all__)
 
 
-def test_what_strangers_import() -> None:
+def test_samples_import_the_plugin_module_alone() -> None:
     for file in ROOT.glob("tests/strangers/samples/*.py"):
         lines = [line for line in file.read_text().splitlines() if "import" in line]
         ours = [line for line in lines if line.startswith(("from urdf2mbs", "import urdf2mbs"))]
