@@ -242,7 +242,7 @@ class _Integration:
         if code.has_loop:  # Robotran's first call is that of the start
             self._call_loop()
         self._record(time, y)
-        for stop in [*_list_discontinuities(data, time, end), end]:
+        for stop in [*list_discontinuities(data, time, end), end]:
             # a force that begins at this time has not begun at the end of the step before
             last = stop if stop == end else np.nextafter(stop, time)
             time, y = self._integrate_to(time, y, last, frames[1:])
@@ -321,7 +321,7 @@ class _Integration:
             solver.status = "failed"
         if solver.status == "failed" or not np.isfinite(solver.y).all():
             message = f"no step from {time:g} s is short enough"
-            raise _make_step_error(self.code, time, y, message)
+            raise make_step_error(self.code, time, y, message)
 
     def _count_steps(self, solver: Any, time: float, y: Any) -> None:
         """Count steps.
@@ -334,7 +334,7 @@ class _Integration:
             return
         if time - self.counted_from < min(MIN_ADVANCE, self.options["dt_max"]):
             message = f"{MAX_STEPS} steps lead from {self.counted_from:g} s to {time:g} s only"
-            raise _make_step_error(self.code, time, y, message)
+            raise make_step_error(self.code, time, y, message)
         self.step_count, self.counted_from = 0, time
 
     def _record(self, time: float, y: Any) -> None:
@@ -346,7 +346,7 @@ class _Integration:
         self.code.call_user_function("user_dirdyn_loop", self.dirdyn)
 
 
-def _make_step_error(code: CCode, time: float, y: Any, message: str) -> SimulationError:
+def make_step_error(code: CCode, time: float, y: Any, message: str) -> SimulationError:
     """Return an error that names the joint that accelerates most, and the largest forces."""
     data = code.data
     code.accelerate(time, y)
@@ -372,7 +372,7 @@ def _make_step_error(code: CCode, time: float, y: Any, message: str) -> Simulati
     )
 
 
-def _list_discontinuities(data: MbsData, time: float, end: float) -> list[float]:
+def list_discontinuities(data: MbsData, time: float, end: float) -> list[float]:
     """Return the times at which a force begins or ends: no step goes over one."""
     push_times = {t for push in data._run.pushes for t in (push.start, push.stop)}
     model_times = {

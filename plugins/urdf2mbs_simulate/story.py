@@ -82,7 +82,7 @@ def summarize_motion(results: Results) -> Story | None:
         None for a model that is fixed to the ground, has no ground, or does not stand on it at the
         start.
     """
-    motion, name, time = _Motion(results), results.data.mbs_name, results.time
+    motion, name, time = RobotMotion(results), results.data.mbs_name, results.time
     root = find_floating_body(motion.mbs)
     loaded = {body: force > motion.min_load for body, force in motion.ground_forces().items()}
     is_start = time <= max(SETTLING_TIME, time[1])  # two frames, however few there are
@@ -118,7 +118,7 @@ def _format_events(events: list[Event]) -> list[str]:
     return [f"at {event.time:.2g} s {event.words}" for event in events]
 
 
-class _Motion:
+class RobotMotion:
     """The motion of a robot above the ground, frame by frame."""
 
     def __init__(self, results: Results) -> None:

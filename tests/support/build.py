@@ -21,19 +21,26 @@ def link(name: str, *content: str) -> str:
     return f'<link name="{name}">{"".join(content)}</link>'
 
 
-def solid(mass: float = 1.0, moment: float = 1.0, *, xyz: str = "0 0 0", rpy: str = "0 0 0") -> str:
-    """Return the ``<inertial>`` of a ball.
+def solid(
+    mass: float = 1.0,
+    moment: float | tuple[float, float, float] = 1.0,
+    *,
+    xyz: str = "0 0 0",
+    rpy: str = "0 0 0",
+) -> str:
+    """Return the ``<inertial>`` of a solid without products of inertia.
 
     Args:
         mass: Its mass (kg).
-        moment: Its moment of inertia about each axis through its centre (kg m^2).
+        moment: Its moment of inertia about each axis through its centre, or one for each
+            (kg m^2).
         xyz: Its centre in the link's frame (m).
         rpy: How its frame is turned (rad).
     """
+    xx, yy, zz = moment if isinstance(moment, tuple) else (moment,) * 3
     return (
         f'<inertial><origin xyz="{xyz}" rpy="{rpy}"/><mass value="{mass}"/>'
-        f'<inertia ixx="{moment}" ixy="0" ixz="0" iyy="{moment}" iyz="0" izz="{moment}"/>'
-        "</inertial>"
+        f'<inertia ixx="{xx}" ixy="0" ixz="0" iyy="{yy}" iyz="0" izz="{zz}"/></inertial>'
     )
 
 

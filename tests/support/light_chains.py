@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Any
 
+from support.build import joint, limit, link, solid
 from support.folders import ROOT
 from urdf2mbs import Result
 from urdf2mbs.testing import convert_text
@@ -10,22 +11,17 @@ from urdf2mbs.testing import convert_text
 BIPED = ROOT / "configs" / "biped.urdf.xacro"
 
 
-def link(name: str, mass: float, inertia: float, x: float = 0.0) -> str:
-    return (
-        f'<link name="{name}"><inertial><origin xyz="{x} 0 0"/><mass value="{mass}"/>'
-        f'<inertia ixx="{inertia}" iyy="{inertia}" izz="{inertia}" ixy="0" ixz="0" iyz="0"/>'
-        "</inertial></link>"
-    )
+def light_link(name: str, mass: float, moment: float, x: float = 0.0) -> str:
+    """Return a link whose centre of mass is at x (kg, kg m^2, m)."""
+    return link(name, solid(mass, moment, xyz=f"{x} 0 0"))
 
 
-def joint(name: str, parent: str, child: str, rest: str, axis: str = "0 1 0") -> str:
-    return (
-        f'<joint name="{name}" type="revolute"><parent link="{parent}"/><child link="{child}"/>'
-        f'<origin xyz="0 0 -0.1"/><axis xyz="{axis}"/>{rest}</joint>'
-    )
+def hinge(name: str, parent: str, child: str, content: str, axis: str = "0 1 0") -> str:
+    """Return a revolute joint 0.1 m below its parent's frame."""
+    return joint(parent, child, "revolute", content, xyz="0 0 -0.1", axis=axis, name=name)
 
 
-WIDE = '<limit lower="-2" upper="2" effort="0" velocity="1"/>'
+WIDE = limit(-2, 2, effort=0)
 
 
 def convert_project(text: str, folder: Path, **passes: Any) -> Result:

@@ -1,14 +1,15 @@
 """Small robots whose projects are tested: mimic joints, a four-bar linkage, a box."""
 
+from support.build import link, solid
+
 
 def unit_link(name: str) -> str:
-    return (
-        f'<link name="{name}"><inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" '
-        'iyy="1" iyz="0" izz="1"/></inertial></link>'
-    )
+    """Return a link of 1 kg and 1 kg m^2."""
+    return link(name, solid())
 
 
 def y_joint(name: str, parent: str, child: str, more: str = "", kind: str = "continuous") -> str:
+    """Return a joint about y or along it, without limits."""
     return (
         f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
         f'<axis xyz="0 1 0"/>{more}</joint>'

@@ -50,14 +50,15 @@ def bodies(draw: Any, index: int) -> Body:
         if kind != "spin":  # inertia without mass
             body.mass = draw(st.sampled_from((1.0, 3.0)))
         moments = {"point": (0, 0, 0), "rod": (0, 1, 1), "solid": (1, 2, 2.5), "spin": (1, 0, 0)}
-        turn = _turn(draw(ANGLE), draw(ANGLE))
+        turn = rotation_about_z_and_x(draw(ANGLE), draw(ANGLE))
         tensor = turn @ np.diag(moments[kind]) @ turn.T
         xx, xy, xz, yy, yz, zz = (float(tensor[i]) for i in zip(*np.triu_indices(3), strict=True))
         body.inertia = (xx, xy, xz, yy, yz, zz)
     return body
 
 
-def _turn(a: float, b: float) -> Any:
+def rotation_about_z_and_x(a: float, b: float) -> Any:
+    """Return the matrix of a rotation about z by a, then about the new x by b (rad)."""
     rotation = pin.AngleAxis(a, np.array([0.0, 0.0, 1.0])).toRotationMatrix()
     return rotation @ pin.AngleAxis(b, np.array([1.0, 0.0, 0.0])).toRotationMatrix()
 

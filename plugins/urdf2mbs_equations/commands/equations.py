@@ -95,8 +95,8 @@ def _list_switches() -> dict[str, str]:
     }
 
 
-def _read_options(arguments: argparse.Namespace) -> EquationOptions:
-    """Return the options of a command line."""
+def read_options(arguments: argparse.Namespace) -> EquationOptions:
+    """Return the options of a command line, with the defaults of the pass."""
     values: dict[str, bool] = {}
     for flag, field in _list_switches().items():
         is_given = getattr(arguments, flag[2:].replace("-", "_"))
@@ -128,7 +128,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
     else:
         source = _Source(model, read_model(model), _quote(near(arguments.config)))
     project = project_of(source.model)
-    options = _read_options(arguments)
+    options = read_options(arguments)
     languages = list_languages(options.language, find_languages(project))
     if "c" not in languages:
         refuse(arguments, ("no_pairs",), "C: leave it out, or add --language c")

@@ -133,10 +133,10 @@ class Loops(Pass):
         for extension in conversion.robot.extensions:
             for joint in extension.joints:
                 if joint.name not in self.cuts:
-                    replacement = _replace_sdf_joint(conversion, joint)
+                    replacement = replace_sdf_joint(conversion, joint)
                     if replacement.reason:
                         left_out.setdefault(replacement.reason, []).append(joint)
-                    optional |= _name_cuts(conversion, joint, replacement.cuts, cuts)
+                    optional |= name_cuts(conversion, joint, replacement.cuts, cuts)
                     conversion.state(Placed).elements.append(extension)
         for reason, joints in left_out.items():
             names = some((f"joint '{joint.name}'" for joint in joints), 4)
@@ -151,7 +151,7 @@ class Loops(Pass):
         Raises:
             ConfigError: The option names too few joints.
         """
-        jacobian = _compute_jacobian(conversion, mass)
+        jacobian = compute_cut_jacobian(conversion, mass)
         candidates = _order_candidates(conversion, mass.placement, self.dependent or ["*"])
         dependent = choose_independent_columns(jacobian, candidates)
         if not self.dependent:
@@ -177,7 +177,7 @@ class Replacement(NamedTuple):
     reason: str = ""
 
 
-def _replace_sdf_joint(conversion: Conversion, joint: ClosingJoint) -> Replacement:
+def replace_sdf_joint(conversion: Conversion, joint: ClosingJoint) -> Replacement:
     r"""Replace an SDF joint by cuts.
 
     A ball holds the joint's point.  A revolute joint has a second ball on its axis.  A universal
@@ -218,7 +218,7 @@ def _replace_sdf_joint(conversion: Conversion, joint: ClosingJoint) -> Replaceme
     return Replacement(cuts)
 
 
-def _name_cuts(
+def name_cuts(
     conversion: Conversion, joint: ClosingJoint, new_cuts: list[Cut], cuts: dict[str, Cut]
 ) -> set[str]:
     """Add the cuts of an SDF joint to all cuts, by names that no cut or link has.
@@ -275,7 +275,7 @@ def _compute_end_positions(
     )
 
 
-def _compute_jacobian(conversion: Conversion, mass: MassModel) -> Array:
+def compute_cut_jacobian(conversion: Conversion, mass: MassModel) -> Array:
     """Compute the Jacobian of the constraints of all cuts.
 
     Returns:
@@ -348,10 +348,10 @@ def _drop_redundant_cuts(conversion: Conversion, mass: MassModel, optional: set[
     if not optional_cuts:
         return
     # a cut is dropped only if the rank stays
-    rank = _compute_rank(_compute_jacobian(conversion, mass))
+    rank = _compute_rank(compute_cut_jacobian(conversion, mass))
     for cut in optional_cuts:
         mbs.cuts.remove(cut)
-        if _compute_rank(_compute_jacobian(conversion, mass)) < rank:
+        if _compute_rank(compute_cut_jacobian(conversion, mass)) < rank:
             mbs.cuts.append(cut)
             continue
         ends = (cut.endpoint1, cut.endpoint2)

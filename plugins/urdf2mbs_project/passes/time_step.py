@@ -100,7 +100,7 @@ class TimeStep(Pass):
             return
         force = forces[int(mode.shares.argmax())]
         simulation.shortened_by = FORCE_TEXTS[force.kind].format(force.name)
-        simulation.time_step = _round_down(mode.step * STABLE_SHARE)
+        simulation.time_step = round_to_two_digits_below(mode.step * STABLE_SHARE)
         message = (
             f"TIME_STEP is {simulation.time_step:g} s, as {simulation.shortened_by} needs so "
             "short a step"
@@ -236,7 +236,7 @@ def _warn_of_short_step(conversion: Conversion, reason: str) -> None:
     seconds = n_steps * COMPUTING_TIME * len(conversion.mbs.numbers())
     message = (
         f"TIME_STEP is only {time_step:g} s, because of {reason}: 1 s of motion takes "
-        f"{n_steps:.2g} steps of RK4, about {_describe_duration(seconds)} of computing in C, and "
+        f"{n_steps:.2g} steps of RK4, about {describe_duration(seconds)} of computing in C, and "
         "far longer in Python"
     )
     hint = (
@@ -246,7 +246,7 @@ def _warn_of_short_step(conversion: Conversion, reason: str) -> None:
     conversion.warn("time-step-short", message, hint=hint)
 
 
-def _describe_duration(seconds: float) -> str:
+def describe_duration(seconds: float) -> str:
     """Return a time to one digit, in seconds, minutes or hours."""
     for unit, size in (("h", 3600.0), ("min", 60.0)):
         if seconds >= 2.0 * size:
@@ -254,7 +254,7 @@ def _describe_duration(seconds: float) -> str:
     return f"{float(f'{seconds:.1g}'):g} s"
 
 
-def _round_down(value: float) -> float:
+def round_to_two_digits_below(value: float) -> float:
     """Round a number down to two significant digits."""
     digit = 10.0 ** (floor(log10(value)) - 1)
     # A number that is off its own two digits by rounding only keeps them.

@@ -38,7 +38,8 @@ ARM = """<robot xmlns:xacro="http://www.ros.org/wiki/xacro">
 
 
 @pytest.fixture
-def here(here: Path) -> Path:
+def robots(here: Path) -> Path:
+    """Return the current folder, with robots that have faults."""
     Path("wrong.urdf").write_text(TINY.replace('link="arm"', 'link="amr"'))
     Path("odd.urdf").write_text(TINY.replace('izz="0.01"', 'izz="0.1"'))
     Path("two.urdf.xacro").write_text(MAIN)
@@ -70,17 +71,17 @@ def place(result: dict[str, Any]) -> tuple[str, int]:
     return physical["artifactLocation"]["uri"], physical["region"]["startLine"]
 
 
-def test_a_robot_without_a_fault(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_robot_without_a_fault(robots: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["lint", "tiny.urdf", "--sarif", "found.sarif"]) == 0
     assert capsys.readouterr().out == "tiny: 0 errors, 0 warnings, 0 notes\n"
     assert not results()
-    assert not list(here.glob("*.mbs"))
+    assert not list(robots.glob("*.mbs"))
     Path("found.sarif").write_text("mine")
     assert main(["lint", "tiny.urdf", "--sarif", "found.sarif"]) == 2
     assert Path("found.sarif").read_text() == "mine"
 
 
-def test_errors_say_where_and_what_to_do(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_errors_say_where_and_what_to_do(robots: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["lint", "wrong.urdf", "--sarif", "found.sarif"]) == 1
     said = capsys.readouterr()
     assert said.out.startswith("wrong.urdf:13: error[link-unknown]")
@@ -97,21 +98,23 @@ def test_errors_say_where_and_what_to_do(here: Path, capsys: pytest.CaptureFixtu
     assert report["diagnostics"][0]["line"] == 13
 
 
-def test_a_warning_is_an_error_with_strict(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_warning_is_an_error_with_strict(
+    robots: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert main(["lint", "odd.urdf"]) == 0
     assert "warning[inertia-triangle]" in capsys.readouterr().out
     assert main(["lint", "odd.urdf", "--strict"]) == 1
     assert main(["lint", "odd.urdf", "--strict", "--level", "inertia-triangle=note"]) == 0
 
 
-def test_a_fault_in_xacro_has_the_line_of_its_own_file(here: Path) -> None:
+def test_a_fault_in_xacro_has_the_line_of_its_own_file(robots: Path) -> None:
     assert main(["lint", "two.urdf.xacro", "--sarif", "found.sarif"]) == 0
     places = {result["ruleId"]: place(result) for result in results()}
     assert places["inertia-triangle"] == ("arm.xacro", 6)
 
 
 def test_a_config_is_linted_and_a_wrong_command_line_is_no_fault_of_the_robot(
-    here: Path, capsys: pytest.CaptureFixture[str]
+    robots: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     Path("odd.yaml").write_text("source: odd.urdf\noutput: {project: p}\n")
     assert main(["lint", "odd.yaml", "--strict"]) == 1
@@ -123,7 +126,7 @@ def test_a_config_is_linted_and_a_wrong_command_line_is_no_fault_of_the_robot(
 
 
 def test_verify_ci_has_the_line_of_what_differs(
-    here: Path, capsys: pytest.CaptureFixture[str]
+    robots: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     Path("tiny.mbs").write_bytes(convert("tiny.urdf").data)
     words = ["verify", "tiny.urdf", "tiny.mbs", "--ci", "--sarif", "found.sarif"]
@@ -141,7 +144,7 @@ def test_verify_ci_has_the_line_of_what_differs(
 
 
 def test_verify_of_a_config_has_the_line_of_what_differs(
-    here: Path, capsys: pytest.CaptureFixture[str]
+    robots: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     Path("lab").mkdir()
     Path("lab/tiny.urdf").write_text(TINY)
@@ -184,8 +187,9 @@ def act(**given: str) -> list[int]:
     return codes
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(shutil.which("bash") is None, reason="there is no bash")
-def test_the_action_runs_as_github_would_run_it(here: Path) -> None:
+def test_the_action_runs_as_github_would_run_it(robots: Path) -> None:
     shutil.copy(ROOT / "configs" / "lamp.urdf", "lamp.urdf")
     assert main(["convert", "lamp.urdf", "-o", "lamp.mbs"]) == 0
     assert act(robot="lamp.urdf") == [0, 0]
@@ -204,7 +208,7 @@ def test_the_action_runs_as_github_would_run_it(here: Path) -> None:
 NO_MASS = '<robot name="empty"><link name="a"/></robot>'
 
 
-def test_a_robot_without_mass_and_meshes(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_robot_without_mass_and_meshes(robots: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Their levels are the user's, and all are told where they are errors."""
     shape = '<geometry><mesh filename="package://gone/a.stl"/></geometry>'
     Path("empty.urdf").write_text(
@@ -222,7 +226,7 @@ def test_a_robot_without_mass_and_meshes(here: Path, capsys: pytest.CaptureFixtu
     told = capsys.readouterr().out
     assert "error[no-mass]" in told
     assert "error[mesh-missing]" in told
-    assert not list(here.glob("*.mbs"))
+    assert not list(robots.glob("*.mbs"))
 
 
 @pytest.mark.parametrize(
@@ -235,7 +239,7 @@ def test_a_robot_without_mass_and_meshes(here: Path, capsys: pytest.CaptureFixtu
     ],
 )
 def test_the_plugins_of_a_config_take_part(
-    where: str, here: Path, capsys: pytest.CaptureFixture[str]
+    where: str, robots: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     Path("weigh.py").write_text(
         "from urdf2mbs.plugin import Pass, hookimpl, urdf\n"
@@ -281,7 +285,9 @@ def urdf2mbs_read(source, data):
 """
 
 
-def test_a_robot_in_the_format_of_a_plugin(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_robot_in_the_format_of_a_plugin(
+    robots: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     """``lint``, ``verify`` and ``report`` read what ``run`` reads."""
     Path("ours.py").write_text(OWN_FORMAT)
     Path("tiny.rob").write_text(f"ROBOT:{TINY}")
@@ -302,7 +308,7 @@ def test_a_robot_in_the_format_of_a_plugin(here: Path, capsys: pytest.CaptureFix
 
 
 def test_inertias_that_a_config_estimates_are_mass(
-    here: Path, capsys: pytest.CaptureFixture[str]
+    robots: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     visual = '<visual><geometry><box size="1 1 1"/></geometry></visual>'
     Path("empty.urdf").write_text(NO_MASS.replace("/></robot>", f">{visual}</link></robot>"))
@@ -314,7 +320,7 @@ def test_inertias_that_a_config_estimates_are_mass(
 
 
 def test_a_sweep_and_a_config_with_all_kinds_of_passes(
-    here: Path, capsys: pytest.CaptureFixture[str]
+    robots: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     Path("family.yaml").write_text(
         "source: tiny.urdf\noutput: '{contacts.sink}.mbs'\npasses: {contacts: {links: [hand]}}\n"

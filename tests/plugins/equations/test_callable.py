@@ -24,7 +24,12 @@ TOLERANCE = 1e-10
 #: Robots, and the languages of their equations; Cassie's in C are in pieces.
 NAMES = {"ur-ur10e": ("c", "python"), "cassie-cassie_v4": ("c",)}
 ROBOTS = [
-    pytest.param(robot, language, id=f"{robot.name}-{language}")
+    pytest.param(
+        robot,
+        language,
+        id=f"{robot.name}-{language}",
+        marks=pytest.mark.slow if "cassie" in robot.name else (),
+    )
     for robot in REAL_ROBOTS
     for language in NAMES.get(robot.name, ())
 ]

@@ -16,7 +16,7 @@ from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.testing import TINY, convert_text
 from urdf2mbs_equations.c import CWriter
-from urdf2mbs_equations.commands.equations import _read_options, add_options
+from urdf2mbs_equations.commands.equations import add_options, read_options
 from urdf2mbs_equations.options import EquationOptions
 from urdf2mbs_equations.passes.equations import Equations
 from urdf2mbs_equations.routine import Refused
@@ -80,12 +80,12 @@ def test_the_pass_and_the_command_have_the_same_options(model: Path) -> None:
     parser = ArgumentParser()
     add_options(parser)
     arguments = parser.parse_args([str(model)])
-    flags = {flag for action in parser._actions for flag in action.option_strings}
+    words = parser.format_help().replace(",", " ").split()
     for field in fields(Equations):
-        assert {f"--{field.name}", f"--no-{field.name}"} & flags
-    assert _read_options(arguments) == EquationOptions(language="project")
+        assert {f"--{field.name}", f"--no-{field.name}"} & {*words}
+    assert read_options(arguments) == EquationOptions(language="project")
     arguments = parser.parse_args([str(model), "--language", "both", "--fold", "--no-pairs"])
-    assert _read_options(arguments) == EquationOptions(language="both", fold=True, pairs=False)
+    assert read_options(arguments) == EquationOptions(language="both", fold=True, pairs=False)
 
 
 @pytest.mark.parametrize(

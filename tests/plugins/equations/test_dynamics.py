@@ -47,6 +47,7 @@ def compare_accelerations(eq: PythonEquations, mbs: Mbs) -> None:
     assert error(truth.forces(s, accelerated=True)[free], s.Qq[1:][free]) <= TOLERANCE
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("fold", "work"), [(False, (12961, 5030, 16150)), (True, (11955, 4766, 15122))]
 )
@@ -114,8 +115,15 @@ def test_c(fold: bool, tmp_path: Path) -> None:
 
 #: All in compact, and some in faithful, whose equations are three times as long.
 FAITHFUL = ("ur-ur10e", "franka-fr3", "leo_rover-leo", "robotiq_2f_140-robotiq_arg2f_140_model")
+#: An arm, a rover, a gripper with followers, and a biped with closed loops.
+FAST = (*FAITHFUL, "cassie-cassie_v4")
 EVERY = [
-    pytest.param(*param.values, preset, id=f"{param.id}-{preset}", marks=param.marks)
+    pytest.param(
+        *param.values,
+        preset,
+        id=f"{param.id}-{preset}",
+        marks=() if preset == "compact" and param.id in FAST else [*param.marks, pytest.mark.slow],
+    )
     for preset in ("compact", "faithful")
     for param in CONVERTIBLE
     if preset == "compact" or param.id in FAITHFUL

@@ -168,11 +168,12 @@ def run_octave(script: str, folder: Path) -> str:
 @pytest.mark.parametrize(
     "make",
     [
-        lambda: convert_config("biped.urdf.xacro"),
-        make_complete_model,
-        lambda: read_sample("Vhinque-Ankle.mbs"),
+        pytest.param(
+            lambda: convert_config("biped.urdf.xacro"), id="biped", marks=pytest.mark.slow
+        ),
+        pytest.param(make_complete_model, id="all"),
+        pytest.param(lambda: read_sample("Vhinque-Ankle.mbs"), id="ankle"),
     ],
-    ids=["biped", "all", "ankle"],
 )
 def test_octave_computes_what_python_computes(make: Any, tmp_path: Path) -> None:
     mbs: Mbs = make()

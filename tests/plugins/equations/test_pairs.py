@@ -60,7 +60,7 @@ def limbs(draw: st.DrawFn) -> Mbs:
     return mbs
 
 
-@settings(reproducible, max_examples=8)
+@settings(reproducible, max_examples=4)
 @given(limbs(), st.booleans(), st.integers(0, 9))
 def test_random_limbs(mbs: Mbs, fold: bool, seed: int) -> None:
     made = generate(mbs, b"<mbsDescR7/>", "limbs.mbs", EquationOptions(language="c", fold=fold))
@@ -72,6 +72,7 @@ def test_random_limbs(mbs: Mbs, fold: bool, seed: int) -> None:
     truth.check_forces(eq, s)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "dirdyna", "invdyna"),
     [

@@ -95,6 +95,7 @@ def test_a_process_that_dies_takes_nothing_with_it(sweep: Path) -> None:
     assert (sweep.parent / "died-0").exists()
 
 
+@pytest.mark.slow
 def test_a_robot_that_ends_its_process_each_time_is_one_failure(sweep: Path) -> None:
     deadly(sweep, times=9)
     outcomes = sorted(convert_many([sweep], workers=2), key=lambda outcome: outcome.number)
@@ -183,6 +184,7 @@ def test_an_edited_report_stops_the_run_before_it_begins(sweep: Path, capsys: An
 # --- on a cluster ----------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_a_worker_that_a_robot_kills(sweep: Path) -> None:
     """Two workers on loopback, each a process of its own; what hangs is ended after two minutes."""
     distributed = pytest.importorskip("distributed")
@@ -213,6 +215,7 @@ def test_no_scheduler(sweep: Path, monkeypatch: Any, capsys: Any) -> None:
     assert "error[cluster-unreachable]" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_script_needs_no_guard(sweep: Path) -> None:
     """Processes do not run the script again, though nothing in it says ``__main__``."""
     script = (

@@ -34,9 +34,8 @@ def urdf2mbs_passes():
 """
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-@pytest.mark.parametrize("workers", [1, 2])
-def test_a_sweep(number: signal.Signals, workers: int, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("workers", "number"), [(1, signal.SIGINT), (2, signal.SIGTERM)])
+def test_a_sweep_that_is_stopped(number: signal.Signals, workers: int, tmp_path: Path) -> None:
     """Robots that were done are whole, and no process stays."""
     shutil.copy(CONFIGS / "biped.urdf.xacro", tmp_path)
     whom = "os.getpid()" if workers == 1 else "os.getppid()"

@@ -13,6 +13,7 @@ from urdf2mbs_meshes.reader import FORMATS, read_mesh
 from urdf2mbs_meshes.vrml import write_vrml
 
 
+@pytest.mark.slow
 def test_every_mesh_of_every_robot(shared: Path) -> None:
     coal = pytest.importorskip("coal", reason="Coal, which comes with Pinocchio, is not installed")
     robots = shared / "robots"

@@ -58,6 +58,7 @@ def test_a_file_without_triangles_is_refused(data: bytes, tmp_path: Path) -> Non
         read_mesh(tmp_path / "a.stl")
 
 
+@pytest.mark.slow
 def test_the_memory_that_a_large_mesh_takes(tmp_path: Path) -> None:
     """Points that no triangles share take the most: the .wrl is 2.4 times as large as the file."""
     file = tmp_path / "a.stl"

@@ -43,8 +43,11 @@ FOUR_BAR = f"""<mujoco model="four">
 
 @pytest.mark.parametrize(
     ("text", "moved"),
-    [(TREE, 0.04), (MIMIC, 0.01), (FOUR_BAR, 0.01)],
-    ids=["tree", "mimic", "loop"],
+    [
+        pytest.param(TREE, 0.04, id="tree"),
+        pytest.param(MIMIC, 0.01, id="mimic", marks=pytest.mark.slow),
+        pytest.param(FOUR_BAR, 0.01, id="loop", marks=pytest.mark.slow),
+    ],
 )
 def test_it_moves_as_in_mujoco(text: str, moved: float, tmp_path: Path) -> None:
     source = tmp_path / "robot.xml"

@@ -272,6 +272,7 @@ def test_commands_take_an_mjcf(capsys: Any) -> None:
     assert main(["simulate", "robot.xml", *words]) == 0, capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_armature_is_no_difference_where_a_model_has_no_rotors(capsys: Any) -> None:
     """Only a project has rotors, and its certificate says so."""
     Path("robot.xml").write_text(with_parts().replace('name="two"', 'name="two" armature=".3"'))

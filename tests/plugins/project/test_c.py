@@ -1,5 +1,6 @@
 """The generated C: compiled with all warnings as errors, and the same as Python and the laws."""
 
+import os
 import re
 import shutil
 import subprocess
@@ -51,14 +52,19 @@ NAMES = NAMES.replace('"three"', '"a_c"').replace('"d"', '"stop"').replace('"fou
     ("text", "passes", "settings"),
     [
         (RICH, PASSES, {}),
-        (RUBBING, {"mimic": {"joints": {"*": "dependent"}}}, {}),
-        (RUBBING, {"mimic": {"joints": {"*": "driven"}}}, {}),
+        *(
+            pytest.param(RUBBING, {"mimic": {"joints": {"*": nature}}}, {}, marks=pytest.mark.slow)
+            for nature in ("dependent", "driven")
+        ),
         (NAMES, {}, {"output": "while"}),
         pytest.param(
             GRIPPER,
             {},
             {"pipeline": without_meshes("faithful"), "base": "fixed"},
-            marks=pytest.mark.skipif(not GRIPPER.is_file(), reason="../shared is not there"),
+            marks=[
+                pytest.mark.skipif(not GRIPPER.is_file(), reason="../shared is not there"),
+                pytest.mark.slow,
+            ],
         ),
     ],
     ids=["rich", "dependent", "driven", "names", "gripper"],
@@ -102,7 +108,7 @@ def test_the_examples_compile_as_they_are(tmp_path: Path) -> None:
     build(project)
 
 
-#: Stands for MBsysC: a run of three steps.
+#: Stands for MBsysC: a run of three steps.  Variables of the environment change what it does.
 RUNTIME = """
 #include <stdlib.h>
 #include "mbs_data.h"
@@ -111,13 +117,17 @@ RUNTIME = """
 #include "mbs_set.h"
 #include "mbs_load_xml.h"
 void user_dirdyn_loop(MbsData *mbs_data, MbsDirdyn *mbs_dd);
+static double number(const char *name, double value)
+{
+    return getenv(name) == NULL ? value : strtod(getenv(name), NULL);
+}
 MbsData* mbs_load(const char *file, const char *build)
 {
     MbsData *data = calloc(1, sizeof(MbsData));
-    data->njoint = N_JOINTS;
+    data->njoint = number("N_JOINTS", 5.0);
     data->q = calloc(6, sizeof(double));
     data->qd = calloc(6, sizeof(double));
-    data->user_model = USER_MODEL ? mbs_new_user_model() : NULL;
+    data->user_model = number("USER_MODEL", 1.0) != 0.0 ? mbs_new_user_model() : NULL;
     return data;
 }
 void mbs_delete_data(MbsData *mbs_data) { }
@@ -128,7 +138,10 @@ MbsPart* mbs_new_part(MbsData *mbs_data)
     part->options = calloc(1, sizeof(MbsPartOptions));
     return part;
 }
-int mbs_run_part(MbsPart *part, MbsData *mbs_data) { return mbs_data->DonePart = DONE; }
+int mbs_run_part(MbsPart *part, MbsData *mbs_data)
+{
+    return mbs_data->DonePart = number("DONE", 1.0) != 0.0;
+}
 void mbs_delete_part(MbsPart *part) { }
 MbsDirdyn* mbs_new_dirdyn(MbsData *mbs_data)
 {
@@ -142,7 +155,7 @@ int mbs_run_dirdyn(MbsDirdyn *dirdyn, MbsData *mbs_data)
     for (k = 0; k < 3; k++) {
         mbs_data->tsim = 0.5 * k;
         mbs_data->qd[5] = -70.0;
-        mbs_data->q[2] = k == 2 ? LAST : 0.0;
+        mbs_data->q[2] = k == 2 ? number("LAST", 0.0) : 0.0;
         user_dirdyn_loop(mbs_data, dirdyn);
     }
     return 0;
@@ -151,46 +164,49 @@ void mbs_delete_dirdyn(MbsDirdyn *dirdyn, MbsData *mbs_data) { }
 """
 
 
+@pytest.fixture(scope="module")
+def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Compile a project that rubs with the stand-in of MBsysC."""
+    folder = tmp_path_factory.mktemp("program")
+    project = make(folder, RUBBING, language="c", base="fixed")
+    (folder / "runtime.c").write_text(RUNTIME)
+    sources = [*(project / "userfctR").glob("*.c"), project / "workR" / "src" / "main.c"]
+    include = [f"-I{HEADERS}", f"-I{project / 'userfctR'}"]
+    defines = ['-DPROJECT_FOLDER=""', '-DBUILD_FOLDER=""']
+    files = ["-o", folder / "exe", folder / "runtime.c", *sources, "-lm"]
+    subprocess.run(["gcc", "-w", *include, *defines, *files], check=True)
+    return folder / "exe"
+
+
 @pytest.mark.parametrize(
-    ("done", "last", "user_model", "n_joints", "code", "says"),
+    ("environment", "code", "says"),
     [
-        (1, "0.0", 1, 5, 0, ""),
-        (0, "0.0", 1, 5, 1, "there is no partition, so the loops would be open: two three cannot"),
-        (1, "0.0 / zero", 1, 5, 1, "at 1 s the position or speed of joint one is not a number"),
-        (1, "0.0", 0, 5, 1, "the .mbs has no user models, which this program was built with"),
-        (1, "0.0", 1, 4, 1, "the .mbs has 4 joints, and the user functions are of a model with 5"),
+        ({}, 0, ""),
+        ({"DONE": "0"}, 1, "there is no partition, so the loops would be open: two three cannot"),
+        ({"LAST": "nan"}, 1, "at 1 s the position or speed of joint one is not a number"),
+        (
+            {"USER_MODEL": "0"},
+            1,
+            "the .mbs has no user models, which this program was built with",
+        ),
+        (
+            {"N_JOINTS": "4"},
+            1,
+            "the .mbs has 4 joints, and the user functions are of a model with 5",
+        ),
     ],
 )
 def test_main_stops_where_robotran_cannot_go_on(
-    tmp_path: Path, done: int, last: str, user_model: int, n_joints: int, code: int, says: str
+    program: Path, environment: dict[str, str], code: int, says: str
 ) -> None:
-    project = make(tmp_path, RUBBING, language="c", base="fixed")
-    (tmp_path / "runtime.c").write_text(f"static volatile double zero = 0.0;\n{RUNTIME}")
-    sources = [*(project / "userfctR").glob("*.c"), project / "workR" / "src" / "main.c"]
-    command = [
-        "gcc",
-        "-w",
-        f"-I{HEADERS}",
-        f"-I{project / 'userfctR'}",
-        f"-DDONE={done}",
-        f"-DLAST=({last} + zero)",
-        f"-DUSER_MODEL={user_model}",
-        f"-DN_JOINTS={n_joints}",
-        '-DPROJECT_FOLDER=""',
-        '-DBUILD_FOLDER=""',
-        "-o",
-        str(tmp_path / "exe"),
-        str(tmp_path / "runtime.c"),
-        *map(str, sources),
-        "-lm",
-    ]
-    subprocess.run(command, check=True)
-    ran = subprocess.run([tmp_path / "exe"], check=False, capture_output=True, text=True)
+    ran = subprocess.run(
+        [program], check=False, capture_output=True, text=True, env=os.environ | environment
+    )
     assert ran.returncode == code
     assert says in ran.stderr
     assert ("done: see resultsR" in ran.stdout) == (code == 0)
     assert ran.stderr.count("error:") <= 2
-    if last != "0.0":
+    if "LAST" in environment:
         assert "joint four was the fastest, at 70 rad/s" in ran.stderr
 
 
@@ -299,12 +315,12 @@ def mbsysc(tmp_path: Path) -> Path:
     for name in functions.split():
         (void / f"mbs_{name}_void.c").write_text("")
     (common / "mbs_module").mkdir()
-    defines = "#define DONE 1\n#define LAST 0.0\n#define USER_MODEL 1\n#define N_JOINTS 5\n"
     output = "void set_output(double value, const char *name) { }\n"
-    (common / "mbs_module" / "runtime.c").write_text(defines + output + RUNTIME)
+    (common / "mbs_module" / "runtime.c").write_text(output + RUNTIME)
     return common.parent
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(shutil.which("cmake") is None, reason="cmake is not there")
 def test_a_program_says_that_its_equations_do_not_fit(tmp_path: Path, mbsysc: Path) -> None:
     """CMake warns where there are none; the program compares those that it was built with."""

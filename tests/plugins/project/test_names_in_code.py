@@ -43,7 +43,7 @@ NAMES = {
 PLAIN = ["n0", "n1", "n2", "n3", "n4", "n5"]
 
 
-def robot(names: list[str]) -> str:
+def robot_of(names: list[str]) -> str:
     """Six links with visuals, meshes and materials, five joints, a sensor, all called by names."""
 
     def q(name: str) -> str:
@@ -80,7 +80,7 @@ def project(folder: Path, names: list[str]) -> Path:
     """Convert into a project with all code in Python and C."""
     folder.mkdir(parents=True)
     file = folder / "robot.urdf"
-    file.write_text(robot(names), "utf-8")
+    file.write_text(robot_of(names), "utf-8")
     result = convert(file, output={"project": folder / "p", "language": "both"}, base="fixed")
     result.write()
     return folder / "p"

@@ -4,19 +4,13 @@ from pathlib import Path
 
 import pytest
 
-from support.build import joint, link, robot
+from support.build import joint, link, robot, solid
 from urdf2mbs import simulate
 from urdf2mbs.config.load import config_of
 from urdf2mbs.engine.output import write
 from urdf2mbs.engine.pipeline import Pipeline
 
 FORCE, TIME = 2.0, 0.4
-
-
-def solid(mass: float, moments: str) -> str:
-    xx, yy, zz = moments.split()
-    inertia = f'<inertia ixx="{xx}" iyy="{yy}" izz="{zz}" ixy="0" ixz="0" iyz="0"/>'
-    return f'<inertial><mass value="{mass}"/>{inertia}</inertial>'
 
 
 def shape(geometry: str) -> str:
@@ -26,10 +20,10 @@ def shape(geometry: str) -> str:
 
 WHEEL = shape('<cylinder radius="0.08" length="0.04"/>')
 CART = robot(
-    link("chassis", solid(4.0, "0.05 0.08 0.1")),
-    link("left", solid(0.5, "0.0008 0.0012 0.0008"), WHEEL),
-    link("right", solid(0.5, "0.0008 0.0012 0.0008"), WHEEL),
-    link("ball", solid(0.2, "5e-5 5e-5 5e-5"), shape('<sphere radius="0.03"/>')),
+    link("chassis", solid(4.0, (0.05, 0.08, 0.1))),
+    link("left", solid(0.5, (0.0008, 0.0012, 0.0008)), WHEEL),
+    link("right", solid(0.5, (0.0008, 0.0012, 0.0008)), WHEEL),
+    link("ball", solid(0.2, (5e-5, 5e-5, 5e-5)), shape('<sphere radius="0.03"/>')),
     joint("chassis", "left", xyz="0.1 0.2 0.08", axis="0 1 0"),
     joint("chassis", "right", xyz="0.1 -0.2 0.08", axis="0 1 0"),
     joint("chassis", "ball", "ball", xyz="-0.15 0 0.03", axis="0 1 0"),

@@ -9,7 +9,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from support.oracle.pin import to_pinocchio
-from support.singular import _turn, mass_matrix, trees
+from support.singular import mass_matrix, rotation_about_z_and_x, trees
 from urdf2mbs.mbs.model import Body, Joint, Mbs
 from urdf2mbs_project.singular import FollowerRule, find_singular_joints
 
@@ -250,7 +250,7 @@ def test_an_angle_in_few_digits_is_as_good_as_singular(angle: float, singular: b
 def test_a_rod_of_any_size_turns_freely_about_its_own_axis(
     size: float, kind: str, singular: bool
 ) -> None:
-    turn = _turn(0.4, 0.0)
+    turn = rotation_about_z_and_x(0.4, 0.0)
     tensor = size * turn @ np.diag((0.0, 1.0, 1.0)) @ turn.T
     joints = [Joint("c", "R3", "driven", 0.4), Joint("a", kind), Joint("d", "R3", "driven", -0.4)]
     body = Body("rod", None, None, joints, size)

@@ -180,6 +180,7 @@ def test_it_says_why_there_are_no_feet(
     assert passes.get("contacts") == ({"links": ["*"]} if "solid" in why else None)
 
 
+@pytest.mark.slow
 def test_simulate_starts_as_init_proposes(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
     conversion = started(DOG, here)
     assert main(["simulate", "r.urdf", "--time", "0.01", "--language", "python"]) == 0

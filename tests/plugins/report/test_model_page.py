@@ -118,6 +118,7 @@ def test_the_meshes_of_a_bare_urdf_are_drawn(
     assert [s["mesh"] for s in shapes if s["kind"] == "inline"] == [0]
 
 
+@pytest.mark.slow
 def test_all_samples_have_a_page(shared: Path) -> None:
     from urdf2mbs.mbs.reader import read_mbs
 

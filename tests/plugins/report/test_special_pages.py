@@ -46,15 +46,15 @@ def opened(browser: Browser, tmp_path: Path) -> Iterator[Open]:
 
 
 @pytest.fixture
-def tiny(tmp_path: Path) -> Conversion:
-    source = tmp_path / "tiny.urdf"
+def tiny_project(tmp_path: Path) -> Conversion:
+    source = tmp_path / "tiny_project.urdf"
     source.write_text(TINY)
     return run(source, tmp_path / "p", base="fixed")
 
 
-def test_what_differs_blinks(opened: Open, tiny: Conversion) -> None:
-    edit(tiny, "<q>0.5</q>", "<q>0.6</q>")
-    report = opened(tiny)
+def test_what_differs_blinks(opened: Open, tiny_project: Conversion) -> None:
+    edit(tiny_project, "<q>0.5</q>", "<q>0.6</q>")
+    report = opened(tiny_project)
     agreement = report.ask("urdf2mbs.agreement()")
     assert "arm" in agreement["differing"]
     assert "body" not in agreement["differing"]
@@ -68,9 +68,9 @@ def test_what_differs_blinks(opened: Open, tiny: Conversion) -> None:
     assert lit == {("mbs",), ("urdf",)}
 
 
-def test_a_shape_elsewhere_is_found(opened: Open, tiny: Conversion) -> None:
-    edit(tiny, "(<cylinder>.*?<radius>0.03)", r"\g<1>1")
-    agreement = opened(tiny).ask("urdf2mbs.agreement()")
+def test_a_shape_elsewhere_is_found(opened: Open, tiny_project: Conversion) -> None:
+    edit(tiny_project, "(<cylinder>.*?<radius>0.03)", r"\g<1>1")
+    agreement = opened(tiny_project).ask("urdf2mbs.agreement()")
     assert agreement["differing"] == []
     assert agreement["shapesDiffering"] == [
         ["mbs", "arm", "in form or place"],
@@ -78,8 +78,10 @@ def test_a_shape_elsewhere_is_found(opened: Open, tiny: Conversion) -> None:
     ]
 
 
-def test_followers_follow(opened: Open, tiny: Conversion, shared: Path, tmp_path: Path) -> None:
-    assert opened(tiny).page.locator("#mimic-label").is_hidden()
+def test_followers_follow(
+    opened: Open, tiny_project: Conversion, shared: Path, tmp_path: Path
+) -> None:
+    assert opened(tiny_project).page.locator("#mimic-label").is_hidden()
     source, _, packages = SHOWN["leo"]
     sim = source.with_name("leo_sim.urdf.xacro")
     report = opened(run(sim, tmp_path / "leo", packages))
@@ -120,17 +122,17 @@ def test_hostile_names_do_nothing(opened: Open, tmp_path: Path) -> None:
     assert report.page.locator("h1").inner_text() == EVIL
 
 
-def test_without_webgl_all_else_works(opened: Open, tiny: Conversion) -> None:
-    report = opened(tiny, init="HTMLCanvasElement.prototype.getContext = () => null;")
+def test_without_webgl_all_else_works(opened: Open, tiny_project: Conversion) -> None:
+    report = opened(tiny_project, init="HTMLCanvasElement.prototype.getContext = () => null;")
     assert "no WebGL" in report.page.locator("#view").inner_text()
     report.slide("shoulder", 0.5)
-    poses = Evaluator(data(tiny)).positions({"shoulder": 0.5})
+    poses = Evaluator(data(tiny_project)).positions({"shoulder": 0.5})
     np.testing.assert_allclose(report.pose("mbs", "arm"), poses.body("arm"), atol=1e-12)
 
 
-def test_the_diagram_zooms_and_moves(opened: Open, tiny: Conversion) -> None:
+def test_the_diagram_zooms_and_moves(opened: Open, tiny_project: Conversion) -> None:
     """The wheel scrolls the page; with Ctrl it zooms."""
-    report = opened(tiny)
+    report = opened(tiny_project)
     svg = report.page.locator("#paper > svg")
     svg.scroll_into_view_if_needed()
     box = svg.bounding_box()
@@ -185,9 +187,9 @@ BODY = [
 ]
 
 
-def test_what_is_chosen_is_marked_everywhere(opened: Open, tiny: Conversion) -> None:
-    tiny.note("axis-aligned", "a message about it", joint="shoulder")
-    report = opened(tiny)
+def test_what_is_chosen_is_marked_everywhere(opened: Open, tiny_project: Conversion) -> None:
+    tiny_project.note("axis-aligned", "a message about it", joint="shoulder")
+    report = opened(tiny_project)
     picked = report.page.locator("#picked")
     for click in JOINT:
         report.page.locator(click).first.click()
@@ -213,9 +215,9 @@ def test_what_is_chosen_is_marked_everywhere(opened: Open, tiny: Conversion) -> 
 
 
 def test_the_camera_turns_moves_and_zooms_and_a_click_chooses(
-    opened: Open, tiny: Conversion
+    opened: Open, tiny_project: Conversion
 ) -> None:
-    report = opened(tiny)
+    report = opened(tiny_project)
     mouse, picked = report.page.mouse, report.page.locator("#picked")
     canvas = report.page.locator("#view canvas")
     canvas.scroll_into_view_if_needed()
@@ -240,7 +242,7 @@ def test_the_camera_turns_moves_and_zooms_and_a_click_chooses(
 
 def test_the_panel_of_a_plain_robot(opened: Open, tmp_path: Path) -> None:
     """The tree has all links; the base's sliders come last; there are no switches for nothing."""
-    source = tmp_path / "tiny.urdf"
+    source = tmp_path / "tiny_project.urdf"
     box = '<collision><geometry><box size="1 1 1"/></geometry></collision>'
     source.write_text(TINY.replace("</link>", f"{box}</link>", 1))
     report = opened(run(source, tmp_path / "p", base="floating"))
@@ -283,9 +285,9 @@ def test_an_inertia_box_has_the_body_s_inertia(opened: Open, tmp_path: Path) -> 
     assert not apart.min(axis=0).max() > 1e-6
 
 
-def test_the_diagram_is_readable_in_the_dark(opened: Open, tiny: Conversion) -> None:
+def test_the_diagram_is_readable_in_the_dark(opened: Open, tiny_project: Conversion) -> None:
     """Its texts stand out from what is behind them: a contrast of 4.5 at least (axe skips SVG)."""
-    report = opened(tiny)
+    report = opened(tiny_project)
     report.page.emulate_media(color_scheme="dark")
     contrasts = report.ask(
         """() => [...document.querySelectorAll("#paper text")].map((text) => {
@@ -302,8 +304,8 @@ def test_the_diagram_is_readable_in_the_dark(opened: Open, tiny: Conversion) -> 
     assert min(contrasts) >= 4.5
 
 
-def test_on_paper_nothing_is_clipped(opened: Open, tiny: Conversion) -> None:
-    report = opened(tiny)
+def test_on_paper_nothing_is_clipped(opened: Open, tiny_project: Conversion) -> None:
+    report = opened(tiny_project)
     report.page.locator("#diagram-full").click()
     report.page.emulate_media(media="print")
     report.page.set_viewport_size({"width": 700, "height": 1000})  # A4 within its margins

@@ -258,8 +258,8 @@ def test_no_step_goes_over_the_begin_or_end_of_a_force(rich: Path) -> None:
     force = (1.0, 0.0, 0.0)
     data._run.pushes = [Push("trunk", force, 0.2, 0.7), Push("trunk", force, 0.1)]
     data.user_model["of_a_user"] = {"start": 0.3, "other": 0.4}
-    assert runs._list_discontinuities(data, 0.0, 9.0) == [0.1, 0.2, 0.5, 0.7, 1.5]
-    assert runs._list_discontinuities(data, 0.1, 0.7) == [0.2, 0.5]
+    assert runs.list_discontinuities(data, 0.0, 9.0) == [0.1, 0.2, 0.5, 0.7, 1.5]
+    assert runs.list_discontinuities(data, 0.1, 0.7) == [0.2, 0.5]
 
 
 @pytest.mark.parametrize(
@@ -382,13 +382,13 @@ def test_the_joint_and_the_force_that_are_named_are_the_largest(rich: Path) -> N
         Push("of_arm", (9.0, 0.0, 0.0), 1.0),
     ]
     code: Any = SimpleNamespace(data=data, accelerate=lambda *_: None)
-    message = runs._make_step_error(code, 0.5, np.zeros(0), "no").message
+    message = runs.make_step_error(code, 0.5, np.zeros(0), "no").message
     joint = list(data.joint_id)[2]
     assert f"joint '{joint}' has 7 rad/s or m/s and -60 rad/s^2 or m/s^2" in message
     assert "its force is 8 N m or N" in message
     assert f"'{force}' with 50 N; the push on 'trunk' is 5 N" in message
     assert "of_arm" not in message
-    assert "push on 'of_arm' is 9 N" in runs._make_step_error(code, 1.0, np.zeros(0), "no").message
+    assert "push on 'of_arm' is 9 N" in runs.make_step_error(code, 1.0, np.zeros(0), "no").message
 
 
 def test_what_the_user_has_not_gives_what_is_there(rich: Path) -> None:

@@ -7,7 +7,7 @@ import pytest
 from lxml import etree
 
 from support.folders import SHARED
-from support.light_chains import joint, link
+from support.light_chains import hinge, light_link
 from support.standin import make, without_meshes
 from urdf2mbs_simulate.runtime import MbsData, MbsDirdyn
 
@@ -15,12 +15,12 @@ mujoco = pytest.importorskip("mujoco")
 SWINGS = '<limit lower="-9" upper="9" effort="0" velocity="1"/><dynamics damping="0.01"/>'
 CHAIN = (
     '<robot name="chain"><link name="world"/>'
-    + link("a", 1.0, 0.01, 0.1)
-    + link("b", 0.7, 0.005, -0.05)
-    + link("c", 0.5, 0.003, 0.08)
-    + joint("one", "world", "a", SWINGS)
-    + joint("two", "a", "b", SWINGS, "1 0 0")
-    + joint("three", "b", "c", SWINGS, "0.6 0 0.8")
+    + light_link("a", 1.0, 0.01, 0.1)
+    + light_link("b", 0.7, 0.005, -0.05)
+    + light_link("c", 0.5, 0.003, 0.08)
+    + hinge("one", "world", "a", SWINGS)
+    + hinge("two", "a", "b", SWINGS, "1 0 0")
+    + hinge("three", "b", "c", SWINGS, "0.6 0 0.8")
     + "</robot>"
 )
 #: Without mimic and loops, which MuJoCo's reader of URDF leaves out.

@@ -259,6 +259,7 @@ def test_the_biped_stands_and_is_pushed_the_same_way_in_every_language(tmp_path:
     assert abs(lean[-1]) > 10 * abs(lean[3])
 
 
+@pytest.mark.slow
 @needs_gcc
 def test_a_robot_without_a_config_stands(tmp_path: Path, capsys: Any) -> None:
     folder = tmp_path / "stands"

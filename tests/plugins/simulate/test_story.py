@@ -6,22 +6,22 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from support.build import link, solid
 from support.standin import make
 from urdf2mbs.cli import main
 from urdf2mbs_simulate.project import simulate
-from urdf2mbs_simulate.story import _Motion
+from urdf2mbs_simulate.story import RobotMotion
 
 EDGE, HIGH = 0.1, 0.5
 
 
-def solid(name: str, mass: float, high: float) -> str:
-    turning = " ".join(f'{axis}="{mass / 20}"' for axis in ("ixx", "iyy", "izz"))
-    return f"""<link name="{name}"><inertial><origin xyz="0 0 {high}"/><mass value="{mass}"/>
-      <inertia {turning} ixy="0" ixz="0" iyz="0"/></inertial></link>"""
+def upright(name: str, mass: float, height: float) -> str:
+    """Return a link whose centre of mass is at a height (m)."""
+    return link(name, solid(mass, mass / 20, xyz=f"0 0 {height}"))
 
 
 #: A post on four points, whose centre of mass is 0.5 m above their middle; its head is at 1 m.
-POST = f"""<robot name="post">{solid("post", 2.0, HIGH)}{solid("head", 1e-3, 0.0)}
+POST = f"""<robot name="post">{upright("post", 2.0, HIGH)}{upright("head", 1e-3, 0.0)}
   <joint name="neck" type="fixed"><parent link="post"/><child link="head"/><origin xyz="0 0 1"/>
   </joint></robot>"""
 CORNERS = [[EDGE * a, EDGE * b, 0.0] for a in (-1, 1) for b in (-1, 1)]
@@ -98,7 +98,7 @@ def test_it_hits_the_ground_and_the_command_says_so(
 
 def test_what_cannot_touch_goes_under_the_ground_and_is_named(tmp_path: Path) -> None:
     """The post has a tail that hangs over the edge, and falls."""
-    text = f"""<robot name="post">{solid("post", 2.0, HIGH)}{solid("tail", 5.0, 0.0)}
+    text = f"""<robot name="post">{upright("post", 2.0, HIGH)}{upright("tail", 5.0, 0.0)}
       <joint name="hip" type="fixed"><parent link="post"/><child link="tail"/>
       <origin xyz="0.6 0 0.1"/></joint></robot>"""
     passes = {"contacts": {"points": {"post": CORNERS}, "friction": 2.0}}
@@ -113,7 +113,7 @@ def test_what_cannot_touch_goes_under_the_ground_and_is_named(tmp_path: Path) ->
 
 def test_what_tips_with_its_mass_over_its_feet_has_not_left_them(post: Path) -> None:
     results = simulate(post, time=0.1, language="python")
-    assert _Motion(results).find_tipping("post", 5).words == "it tipped over"
+    assert RobotMotion(results).find_tipping("post", 5).words == "it tipped over"
 
 
 def test_what_is_bolted_down_has_no_story(tmp_path: Path) -> None:

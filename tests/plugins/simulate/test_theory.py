@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from support.build import link, robot, solid
 from support.standin import make
 from urdf2mbs_simulate.runtime import MbsData, MbsDirdyn
 
@@ -16,11 +17,9 @@ GRAVITY, MASS = 9.81, 2.0
 
 
 def body(shape: str, moment: float) -> str:
-    return (
-        f'<robot name="r"><link name="body"><inertial><mass value="{MASS}"/><inertia '
-        f'ixx="{moment}" iyy="{moment}" izz="{moment}" ixy="0" ixz="0" iyz="0"/></inertial>'
-        f"<collision><geometry>{shape}</geometry></collision></link></robot>"
-    )
+    """Return a robot of one body that touches the ground with a shape."""
+    collision = f"<collision><geometry>{shape}</geometry></collision>"
+    return robot(link("body", solid(MASS, moment), collision))
 
 
 BOX = body('<box size="0.3 0.3 0.02"/>', 0.02)

@@ -169,7 +169,7 @@ TOO_LARGE = (
 )
 
 
-def robot(folder: Path, inside: str) -> Path:
+def write_robot(folder: Path, inside: str) -> Path:
     (folder / "inner.xacro").write_text(INNER)
     (folder / "values.yaml").write_text(YAML)
     source = folder / "r.urdf.xacro"
@@ -177,12 +177,12 @@ def robot(folder: Path, inside: str) -> Path:
     return source
 
 
-def link(expression: str) -> str:
+def link_named(expression: str) -> str:
     return f"<link name={quoteattr('${' + expression + '}')}/>"
 
 
 def failure(folder: Path, inside: str) -> ConversionError:
-    source = robot(folder, inside)
+    source = write_robot(folder, inside)
     with pytest.raises(ConversionError) as caught:
         expand(source, Packages({}, source), {})
     return caught.value
@@ -191,7 +191,7 @@ def failure(folder: Path, inside: str) -> ConversionError:
 def test_what_python_tidies_up_is_no_warning_of_a_robot(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    source = robot(tmp_path, link("1"))
+    source = write_robot(tmp_path, link_named("1"))
     expander = Expander(str(source), Packages({}, source), {}, trust=False)
     expand_it = expander.xacro.process_file
 
@@ -205,7 +205,7 @@ def test_what_python_tidies_up_is_no_warning_of_a_robot(
 
 @pytest.mark.parametrize("expression", HARMLESS)
 def test_what_robots_need_has_the_value_that_xacro_gives(tmp_path: Path, expression: str) -> None:
-    source = robot(tmp_path, link(expression))
+    source = write_robot(tmp_path, link_named(expression))
     restricted = expand(source, Packages({}, source), {})
     trusted = expand(source, Packages({}, source), {}, trust=True)
     assert restricted == trusted
@@ -213,7 +213,7 @@ def test_what_robots_need_has_the_value_that_xacro_gives(tmp_path: Path, express
 
 @pytest.mark.parametrize("expression", REFUSED)
 def test_what_is_no_data_is_refused(tmp_path: Path, expression: str) -> None:
-    error = failure(tmp_path, "\n" + link(expression))
+    error = failure(tmp_path, "\n" + link_named(expression))
     assert (error.file, error.line) == (str(tmp_path / "r.urdf.xacro"), 8)
     assert error.code == "xacro-expression"
     assert "trust_xacro: true" in (error.hint or "")
@@ -224,7 +224,9 @@ def test_what_is_too_large_ends_at_once(
     tmp_path: Path, expression: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("urdf2mbs_xacro.limits.MAX_TIME", 0.5)
-    error = failure(tmp_path, '<xacro:property name="a_lot" value="${10**9}"/>' + link(expression))
+    error = failure(
+        tmp_path, '<xacro:property name="a_lot" value="${10**9}"/>' + link_named(expression)
+    )
     assert error.code == "xacro-too-large"
 
 
@@ -283,7 +285,7 @@ def test_functions_of_a_substitution_are_withheld(tmp_path: Path) -> None:
 
 
 def test_a_substitution_computes(tmp_path: Path) -> None:
-    source = robot(
+    source = write_robot(
         tmp_path,
         '<xacro:arg name="n" default="3"/><link name="$(eval n * 2 + pi)$(eval side)"/>'
         "<link name=\"$(eval 'a' if true else [x for x in [n]])\"/>",
@@ -296,7 +298,7 @@ def test_a_substitution_computes(tmp_path: Path) -> None:
 
 def test_a_unit_in_yaml_is_an_expression(tmp_path: Path) -> None:
     (tmp_path / "evil.yaml").write_text(f'a: !degrees "{EVIL}"\n')
-    error = failure(tmp_path, link("xacro.load_yaml('evil.yaml')"))
+    error = failure(tmp_path, link_named("xacro.load_yaml('evil.yaml')"))
     assert error.code == "xacro-expression"
 
 
@@ -327,7 +329,7 @@ BAD_YAML = {
 @pytest.mark.parametrize("name", BAD_YAML)
 def test_yaml_is_data(tmp_path: Path, name: str) -> None:
     (tmp_path / "bad.yaml").write_text(BAD_YAML[name])
-    error = failure(tmp_path, link("xacro.load_yaml('bad.yaml')"))
+    error = failure(tmp_path, link_named("xacro.load_yaml('bad.yaml')"))
     no_yaml = name in ("object", "deeper than libyaml goes")
     assert error.code == ("xacro" if no_yaml else "xacro-too-large")
     assert error.line == 7
@@ -360,8 +362,8 @@ BOMBS = {
         for i in range(40)
     )
     + '<xacro:insert_block name="p40"/>',
-    "loop": link(LOOP),
-    "many loops": link("[x for x in python.range(9999)]") * 60,
+    "loop": link_named(LOOP),
+    "many loops": link_named("[x for x in python.range(9999)]") * 60,
     "doubling macros": '<xacro:macro name="m" params="n"><xacro:if value="${n}">'
     '<xacro:m n="${n - 1}"/><xacro:m n="${n - 1}"/></xacro:if></xacro:macro><xacro:m n="50"/>',
     "elements": calls(9, "<a/><a/><a/><a/><a/><a/><a/>") + "<xacro:m9/>",
@@ -432,7 +434,7 @@ def test_work_ends_within_ten_seconds(tmp_path: Path, name: str) -> None:
 NAMED = {
     "include": '<xacro:include filename="pipe"/>',
     "pattern": '<xacro:include filename="pip*"/>',
-    "yaml": link("xacro.load_yaml('pipe')"),
+    "yaml": link_named("xacro.load_yaml('pipe')"),
     "mesh": '<link name="a"><visual><geometry><mesh filename="pipe"/></geometry></visual></link>',
 }
 
@@ -442,7 +444,7 @@ NAMED = {
 def test_a_pipe_is_no_file(tmp_path: Path, name: str) -> None:
     """Nobody writes into it, and nobody waits for it."""
     os.mkfifo(tmp_path / "pipe")
-    source = tmp_path / "pipe" if name == "source" else robot(tmp_path, NAMED[name])
+    source = tmp_path / "pipe" if name == "source" else write_robot(tmp_path, NAMED[name])
     messages: list[str] = []
 
     def run() -> None:
@@ -472,9 +474,9 @@ def test_a_file_outside(tmp_path: Path) -> None:
     (tmp_path / "r" / ".hidden").mkdir()
     (tmp_path / "r" / ".hidden" / "x.yaml").write_text("word: hush")
     attempts = [
-        link("xacro.load_yaml('../secret.yaml')['word']"),
-        link(f"xacro.load_yaml('{tmp_path}/secret.yaml')['word']"),
-        link("xacro.load_yaml('.hidden/x.yaml')['word']"),
+        link_named("xacro.load_yaml('../secret.yaml')['word']"),
+        link_named(f"xacro.load_yaml('{tmp_path}/secret.yaml')['word']"),
+        link_named("xacro.load_yaml('.hidden/x.yaml')['word']"),
         '<xacro:include filename="../secret.xacro"/>',
         '<xacro:include filename="$(dirname)/../secret.xacro"/>',
         '<xacro:include filename="../secret.x*"/>',
@@ -501,9 +503,9 @@ def test_what_allows_a_file_outside(tmp_path: Path) -> None:
     (tmp_path / "more" / "values.yaml").write_text("word: open")
     inside = (
         '<xacro:arg name="file" default="../more/values.yaml"/>'
-        '<xacro:property name="f" value="$(arg file)"/>' + link("xacro.load_yaml(f)['word']")
+        '<xacro:property name="f" value="$(arg file)"/>' + link_named("xacro.load_yaml(f)['word']")
     )
-    source = robot(tmp_path / "r", inside)
+    source = write_robot(tmp_path / "r", inside)
     with pytest.raises(ConversionError, match="xacro-file"):
         expand(source, Packages({}, source), {})
     given = {"file": str(tmp_path / "more" / "values.yaml")}
@@ -523,7 +525,7 @@ def test_a_workspace_of_links(tmp_path: Path) -> None:
     for folder in (sources, installed):
         folder.mkdir(parents=True)
     (sources / "package.xml").write_text("<package><name>arm</name></package>")
-    robot(sources, '<link name="${a.link.mass}"/>')
+    write_robot(sources, '<link name="${a.link.mass}"/>')
     for file in sources.iterdir():
         (installed / file.name).symlink_to(file)
     main = tmp_path / "mine" / "main.urdf.xacro"
@@ -538,5 +540,5 @@ def test_a_workspace_of_links(tmp_path: Path) -> None:
 
 
 def test_trust_allows_all(tmp_path: Path) -> None:
-    source = robot(tmp_path, link("(lambda x: x * (7**30000 % 10))('a')"))
+    source = write_robot(tmp_path, link_named("(lambda x: x * (7**30000 % 10))('a')"))
     assert b'"a"' in expand(source, Packages({}, source), {}, trust=True).text

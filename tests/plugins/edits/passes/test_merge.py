@@ -34,7 +34,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def robot(old: str, new: str) -> None:
+def change_robot(old: str, new: str) -> None:
     assert old in ROBOT
     Path("one.urdf").write_text(ROBOT.replace(old, new))
 
@@ -63,7 +63,7 @@ def test_the_base_is_beside_the_output_and_says_of_which_robot(folder: Path) -> 
 def test_an_edited_file_is_merged(folder: Path, capsys: Any) -> None:
     assert convert("-q") == 0
     edit("one.mbs", edits.sensor, edits.link)
-    robot('value="2"', 'value="4"')
+    change_robot('value="2"', 'value="4"')
     assert convert() == 0
     output = capsys.readouterr().out
     assert "merged with your edits: 1 updated, 2 kept" in output
@@ -82,7 +82,7 @@ def test_an_edited_file_is_merged(folder: Path, capsys: Any) -> None:
 def test_the_plan_writes_nothing_and_is_what_happens(folder: Path, capsys: Any) -> None:
     assert convert("-q") == 0
     edit("one.mbs", edits.sensor)
-    robot('value="2"', 'value="4"')
+    change_robot('value="2"', 'value="4"')
     before = {path: path.read_bytes() for path in folder.iterdir() if path.is_file()}
     capsys.readouterr()
     assert convert("--plan") == 0
@@ -273,7 +273,7 @@ def test_it_is_for_one_robot(flag: str, folder: Path, capsys: Any) -> None:
 
 
 def test_json_after_an_edit_of_a_robot_with_a_sensor(folder: Path, capsys: Any) -> None:
-    robot("</robot>", f"{FEEL}</robot>")
+    change_robot("</robot>", f"{FEEL}</robot>")
     assert convert("-q") == 0
     text = (folder / "one.mbs").read_text()
     assert "feel" in text

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from support.light_chains import BIPED, WIDE, convert_project, joint, link
+from support.light_chains import BIPED, WIDE, convert_project, hinge, light_link
 from support.proving import models
 from urdf2mbs import convert
 from urdf2mbs.testing import TINY, convert_text
@@ -54,10 +54,10 @@ def test_a_leader_carries_what_follows_it(tmp_path: Path) -> None:
     """A knuckle without inertia of its own, as in the hand of a NAO, moves a heavy finger."""
     text = (
         '<robot name="r"><link name="world"/>'
-        + link("a", 1e-6, 1e-9)
-        + link("b", 1.0, 0.01)
-        + joint("one", "world", "a", WIDE)
-        + joint("two", "world", "b", WIDE + '<mimic joint="one" multiplier="2"/>')
+        + light_link("a", 1e-6, 1e-9)
+        + light_link("b", 1.0, 0.01)
+        + hinge("one", "world", "a", WIDE)
+        + hinge("two", "world", "b", WIDE + '<mimic joint="one" multiplier="2"/>')
         + "</robot>"
     )
     hold = {"frequency": 1.0, "damping_ratio": 0.5, "joints": ["one"]}

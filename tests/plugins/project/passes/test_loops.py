@@ -9,9 +9,7 @@ import pytest
 
 from support.descriptions import stand_in
 from support.folders import ROOT
-from support.project_robots import BALL, FOUR_BAR, origin_at
-from support.project_robots import unit_link as link
-from support.project_robots import y_joint as joint
+from support.project_robots import BALL, FOUR_BAR, origin_at, unit_link, y_joint
 from support.proving import codes
 from urdf2mbs.config.load import load
 from urdf2mbs.engine.pipeline import Pipeline
@@ -25,10 +23,10 @@ from urdf2mbs_project.mass import MassModel
 from urdf2mbs_project.passes.loops import (
     SINGULAR,
     Cut,
-    _compute_jacobian,
-    _name_cuts,
-    _replace_sdf_joint,
     choose_independent_columns,
+    compute_cut_jacobian,
+    name_cuts,
+    replace_sdf_joint,
 )
 from urdf2mbs_project.places import compute_point_position
 from urdf2mbs_project.simulation import Simulation
@@ -79,10 +77,10 @@ def test_a_joint_in_gazebo_closes_the_loop() -> None:
     assert [cut.name for cut in result.mbs.cuts] == ["pin_1"]
     assert sum(nature == "dependent" for nature in natures(result).values()) == 2
     skew = FOUR_BAR.replace(
-        joint("rocker", "base", "right", origin_at(1, 0, 0)),
-        link("carrier")
-        + joint("swivel", "base", "carrier", origin_at(1, 0, 0)).replace("0 1 0", "0 0 1")
-        + joint("tilt", "carrier", "right", origin_at(0, 0, 0)).replace("0 1 0", "1 0 0"),
+        y_joint("rocker", "base", "right", origin_at(1, 0, 0)),
+        unit_link("carrier")
+        + y_joint("swivel", "base", "carrier", origin_at(1, 0, 0)).replace("0 1 0", "0 0 1")
+        + y_joint("tilt", "carrier", "right", origin_at(0, 0, 0)).replace("0 1 0", "1 0 0"),
     )
     result = convert_text(skew.replace("</robot>", SDF), base="fixed")
     assert [cut.name for cut in result.mbs.cuts] == ["pin_1", "pin_2"]
@@ -138,7 +136,7 @@ def test_a_follower_in_a_loop_counts_as_its_leader(tmp_path: Path) -> None:
 @pytest.mark.parametrize("follows", [True, False])
 def test_a_planar_loop_before_followers_is_warned_of(tmp_path: Path, follows: bool) -> None:
     """MBsysC of 2017 finds no partition where a row of zeros stands before others."""
-    limb = link("hand") + joint("wrist", "left", "hand", origin_at(0, 0, 1))
+    limb = unit_link("hand") + y_joint("wrist", "left", "hand", origin_at(0, 0, 1))
     limb = limb.replace("</joint>", "<mimic joint='crank'/></joint>")
     result = convert_text(
         FOUR_BAR.replace("</robot>", limb * follows + "</robot>"),
@@ -172,14 +170,14 @@ def test_the_rows_of_a_cut_are_its_derivatives(kind: str, tmp_path: Path) -> Non
     """Of a cut between random chains in space, with sliders, leaders and followers in them and
     beside them."""
     random = np.random.default_rng(4)
-    text = '<robot name="r">' + "".join(link(name) for name in ("root", *"abcdefgh"))
+    text = '<robot name="r">' + "".join(unit_link(name) for name in ("root", *"abcdefgh"))
     leaders = {"e": "g", "f": "b", "h": "a"}
     for k, name in enumerate("abcdefgh"):
         axis, xyz = (" ".join(map(str, random.normal(size=3))) for _ in range(2))
         parent = "root" if k in (0, 3, 6, 7) else "abcdefgh"[k - 1]
         more = f'<mimic joint="j{leaders[name]}" multiplier="-2"/>' if name in leaders else ""
         kind_of = "prismatic" if name in "bdfg" else "continuous"
-        part = joint(f"j{name}", parent, name, f'<origin xyz="{xyz}"/>{more}', kind_of)
+        part = y_joint(f"j{name}", parent, name, f'<origin xyz="{xyz}"/>{more}', kind_of)
         text += part.replace("0 1 0", axis)
     at_ends = [{"link": "c", "at": [0.1, 0.2, 0.3]}, {"link": "f", "at": [0, 0.5, 0]}]
     options = {
@@ -202,7 +200,7 @@ def test_the_rows_of_a_cut_are_its_derivatives(kind: str, tmp_path: Path) -> Non
 
     gap, *turned = state()
     placement = compute_placement(mbs)
-    jacobian = _compute_jacobian(conversion, MassModel(mbs))
+    jacobian = compute_cut_jacobian(conversion, MassModel(mbs))
     assert len(jacobian) == {"rod": 1, "ball": 3, "solid": 6}[kind]
     wanted = np.zeros_like(jacobian)
     for k, (placed, *_) in enumerate(placement.joints):
@@ -321,8 +319,8 @@ def test_the_ends_of_the_cuts_of_a_joint_in_gazebo() -> None:
     ):
         cuts: dict[str, Cut] = {}
         closing = ClosingJoint("pin", kind, "coupler", "right", pose, list(axes))
-        replacement = _replace_sdf_joint(conversion, closing)
-        optional = _name_cuts(conversion, closing, replacement.cuts, cuts)
+        replacement = replace_sdf_joint(conversion, closing)
+        optional = name_cuts(conversion, closing, replacement.cuts, cuts)
         assert bool(replacement.reason) != bool(wanted)
         assert list(cuts) == [["pin"], ["pin_1", "pin_2"]][len(wanted) - 1][: len(wanted)]
         assert sorted(optional) == rest

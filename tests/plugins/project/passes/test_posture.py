@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 import yaml
 
-from support.light_chains import convert_project, joint, link, messages
+from support.light_chains import convert_project, hinge, light_link, messages
 from urdf2mbs import Result
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY, convert_text
@@ -48,10 +48,10 @@ def test_a_group_state(tmp_path: Path) -> None:
 
 LIMITED = (
     '<robot name="r"><link name="world"/>'
-    + link("a", 1.0, 0.01)
-    + link("b", 1.0, 0.01)
-    + joint("one", "world", "a", '<limit lower="0.5" upper="1.5" effort="0" velocity="1"/>')
-    + joint(
+    + light_link("a", 1.0, 0.01)
+    + light_link("b", 1.0, 0.01)
+    + hinge("one", "world", "a", '<limit lower="0.5" upper="1.5" effort="0" velocity="1"/>')
+    + hinge(
         "two",
         "a",
         "b",
@@ -213,8 +213,8 @@ def test_a_follower_starts_by_its_rule_without_this_pass_too(tmp_path: Path) -> 
 @pytest.mark.parametrize(("count", "listed"), [(10, True), (11, False)])
 def test_the_middles_of_many_joints_are_no_hint(count: int, listed: bool) -> None:
     text = '<robot name="r"><link name="l"/>' + "".join(
-        link(f"l{n}", 1.0, 0.01)
-        + joint(f"j{n}", "l", f"l{n}", '<limit lower="1" upper="2" effort="0" velocity="1"/>')
+        light_link(f"l{n}", 1.0, 0.01)
+        + hinge(f"j{n}", "l", f"l{n}", '<limit lower="1" upper="2" effort="0" velocity="1"/>')
         for n in range(count)
     )
     (warning,) = [
