@@ -264,7 +264,7 @@ def test_changes_as_json_are_plain_and_the_same_every_time() -> None:
 
 
 def real_differences(before: str, after: str, **options: Any) -> Differences:
-    models = [read_mbs((SHARED / f"{name}.mbs").read_bytes(), name) for name in (before, after)]
+    models = [read_mbs((SAMPLES / f"{name}.mbs").read_bytes(), name) for name in (before, after)]
     return find_differences(*models, **options)
 
 

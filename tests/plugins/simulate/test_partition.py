@@ -159,7 +159,7 @@ def test_a_crank_turns_over_the_poses_at_which_the_choice_is_singular(tmp_path: 
     moves(follows)
 
 
-@settings(max_examples=15, deadline=None, phases=[Phase.explicit, Phase.reuse, Phase.generate])
+@settings(max_examples=6, deadline=None, phases=[Phase.explicit, Phase.reuse, Phase.generate])
 @given(st.data())
 def test_random_loops_move_as_physics_says(
     tmp_path_factory: pytest.TempPathFactory, data: st.DataObject

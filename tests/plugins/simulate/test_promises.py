@@ -399,6 +399,7 @@ print("checked")
 """
 
 
+@pytest.mark.slow
 def test_a_checker_of_memory_finds_no_fault(ball_and_pendulum: list[Path], tmp_path: Path) -> None:
     cc = shutil.which("cc")
     sanitizer = subprocess.run(

@@ -199,7 +199,10 @@ def test_a_robot_that_stands_and_is_pushed_moves_as_with_scipy(tmp_path: Path) -
 
 @pytest.mark.parametrize(
     ("command", "flags"),
-    [("cc", ["-fsyntax-only", "-Wall", "-Wextra", "-Werror"]), ("clang-tidy", [])],
+    [
+        ("cc", ["-fsyntax-only", "-Wall", "-Wextra", "-Werror"]),
+        pytest.param("clang-tidy", [], marks=pytest.mark.slow),
+    ],
 )
 def test_checkers_of_c_are_silent(command: str, flags: list[str], tmp_path: Path) -> None:
     program = shutil.which(command) or shutil.which(command, path=Path(sys.executable).parent)
@@ -273,6 +276,7 @@ def test_a_step_does_not_pass_over_the_begin_of_a_contact(tmp_path: Path) -> Non
         assert np.diff(results.energy().sum(axis=1) + springs).max() < 1e-6
 
 
+@pytest.mark.slow
 def test_the_extra_live_is_the_compiler_where_there_is_none(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

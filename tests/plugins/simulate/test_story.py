@@ -41,7 +41,7 @@ def test_it_stands(post: Path) -> None:
     assert story.words.startswith("post stands: its base is ")
 
 
-@pytest.mark.parametrize("rate", [2.0, 1000.0])
+@pytest.mark.parametrize("rate", [2.0, pytest.param(1000.0, marks=pytest.mark.slow)])
 def test_it_stands_at_any_rate_of_frames(post: Path, rate: float) -> None:
     story = simulate(post, time=1.0, rate=rate).story()
     assert story is not None
@@ -52,9 +52,9 @@ def test_it_stands_at_any_rate_of_frames(post: Path, rate: float) -> None:
     ("force", "way"),
     [
         ("0,9,0", "to the left"),
-        ("0,-9,0", "to the right"),
         ("9,1,0", "forward"),
-        ("-9,1,0", "backward"),
+        pytest.param("0,-9,0", "to the right", marks=pytest.mark.slow),
+        pytest.param("-9,1,0", "backward", marks=pytest.mark.slow),
     ],
 )
 def test_it_falls_over_an_edge(force: str, way: str, post: Path) -> None:

@@ -705,8 +705,7 @@ def test_two_at_once(tmp_path: Path) -> None:
     [
         "convert biped.urdf.xacro",
         "init biped.urdf.xacro",
-        "simulate biped.urdf.xacro --time 1e-3",
-        "report biped.urdf.xacro",
+        pytest.param("simulate biped.urdf.xacro --time 1e-3", marks=pytest.mark.slow),
         "verify biped.urdf.xacro biped.mbs",
     ],
 )

@@ -102,7 +102,7 @@ def test_the_plan_without_edits_lists_what_changes_in_the_model(folder: Path, ca
     assert convert("-q") == 0
     assert convert("--plan") == 0
     assert "one: the plan; nothing is written\n  nothing changes\n" in capsys.readouterr().out
-    robot('value="2"', 'value="4"')
+    change_robot('value="2"', 'value="4"')
     for flag in ((), ("--force",)):
         assert convert("--plan", *flag) == 0
         output = capsys.readouterr().out
