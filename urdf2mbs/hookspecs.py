@@ -294,8 +294,14 @@ def urdf2mbs_extension(
 
 
 @hookspec
-def urdf2mbs_summary(conversion: Conversion) -> Summary | None:
-    """Return the lines and tables of this plugin for a finished conversion."""
+def urdf2mbs_summary(conversion: Conversion, for_page: bool) -> Summary | None:
+    """Return the lines and tables of this plugin for a finished conversion.
+
+    Args:
+        conversion: A finished conversion.
+        for_page: True for a page, False for the command line, which shows no tables: tables that
+            take time are made for a page only.
+    """
 
 
 @hookspec(firstresult=True)

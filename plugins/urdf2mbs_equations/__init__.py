@@ -34,13 +34,13 @@ def urdf2mbs_commands() -> list[Command]:
 
 
 @hookimpl
-def urdf2mbs_summary(conversion: Conversion) -> Summary | None:
-    """Return the next steps of a project, and formulas that were asked for."""
-    if conversion.settings.project is None and "equations" not in conversion.report:
+def urdf2mbs_summary(conversion: Conversion, for_page: bool) -> Summary | None:
+    """Return the next steps of a project, and on a page the formulas of a small robot."""
+    if conversion.settings.project is None and not for_page:
         return None
     from urdf2mbs_equations.summary import summarize
 
-    return summarize(conversion)
+    return summarize(conversion, for_page=for_page)
 
 
 @hookimpl

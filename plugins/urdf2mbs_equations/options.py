@@ -7,6 +7,11 @@ from typing import Literal
 
 import msgspec
 
+#: The largest number of moving joints of a robot whose formulas are written in full, but for
+#: followers, and the largest number of all of them.
+MAX_JOINTS = 4
+MAX_WITH_FOLLOWERS = 8
+
 #: The languages of equations, and words for several of them.
 Language = Literal["python", "c", "matlab", "latex", "both", "project"]
 

@@ -32,14 +32,18 @@ def list_formulas(equations: SymbolicEquations) -> dict[str, str]:
 
 
 def list_symbols(equations: SymbolicEquations) -> dict[str, str]:
-    """Return what each symbol is: the name of a joint, or a number with its unit and meaning."""
+    """Return what each symbol is: the name of a joint, or a number with its unit and meaning.
+
+    The last row, without a symbol, says where the formulas depart from the numbers of the .mbs.
+    """
     all_joints = equations.joints | equations.followers
     joints = {write_symbol(symbol): joint.name for symbol, joint in all_joints.items()}
-    return joints | {
+    symbols = joints | {
         write_symbol(symbol): f"{quantity.value!r} {quantity.unit}".rstrip()
         + f": {quantity.meaning}"
         for symbol, quantity in equations.quantities.items()
     }
+    return symbols | ({"": "; ".join(equations.notes)} if equations.notes else {})
 
 
 def write_text(formula: Sum) -> str:

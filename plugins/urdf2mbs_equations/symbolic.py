@@ -23,6 +23,7 @@ from urdf2mbs_equations.follower_symbols import FollowerSymbols, lock_followers
 from urdf2mbs_equations.followers import Follower
 from urdf2mbs_equations.formulas import Atom, Monomial, Sum, Symbol, make_monomial
 from urdf2mbs_equations.graph import Op, SignedNode
+from urdf2mbs_equations.options import MAX_JOINTS, MAX_WITH_FOLLOWERS
 from urdf2mbs_equations.polynomials import (
     Polynomial,
     Powers,
@@ -36,10 +37,6 @@ from urdf2mbs_equations.symbols import RANKS, RATE_RANK, DataSymbols, Quantity, 
 from urdf2mbs_equations.tree import is_fixed
 from urdf2mbs_equations.trigonometry import find_shortest_form
 
-#: The largest number of moving joints of a robot whose equations are written in full, but for
-#: followers, and the largest number of all of them.
-MAX_JOINTS = 4
-MAX_WITH_FOLLOWERS = 8
 #: The largest number of terms of all elements, before they are shortened: it takes 10 s.
 MAX_TERMS = 5000
 #: In place of the symbol of an angle that has no effect.

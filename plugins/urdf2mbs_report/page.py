@@ -150,7 +150,7 @@ def make_robot_page(conversion: Conversion) -> Page:
     model = read_mbs(conversion.files[output_file], str(output_file))
     mesh_store = MeshStore(conversion.state(MeshLimit).mebibytes)
     stand_ins: set[str] = set()
-    summary = of_plugins(conversion)
+    summary = of_plugins(conversion, for_page=True)
     scene_data = _describe_both_sides(conversion, model, summary, mesh_store, stand_ins)
     name = choose_title(conversion.robot.name, settings.source)
     contents = Contents(

@@ -12,12 +12,18 @@ from urdf2mbs.messages.diagnostics import Diagnostic
 from urdf2mbs.messages.tracebacks import FAILURES, describe_exception, find_line
 
 
-def of_plugins(conversion: Conversion) -> Summary:
-    """Return the summaries of all plugins as one; warn of those that fail."""
+def of_plugins(conversion: Conversion, *, for_page: bool = False) -> Summary:
+    """Return the summaries of all plugins as one; warn of those that fail.
+
+    Args:
+        conversion: A finished conversion.
+        for_page: Whether the summary is for a page, with all tables.
+    """
     merged_summary = Summary()
+    arguments = {"conversion": conversion, "for_page": for_page}
     for hook_impl in reversed(conversion.hook.urdf2mbs_summary.get_hookimpls()):
         try:
-            summary = hook_impl.function(**dict.fromkeys(hook_impl.argnames, conversion))
+            summary = hook_impl.function(**{name: arguments[name] for name in hook_impl.argnames})
             if summary is not None:
                 summary_fields = {
                     field_name: getattr(summary, field_name)

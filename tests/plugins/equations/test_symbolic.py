@@ -425,19 +425,40 @@ def test_the_command_writes_latex(tmp_path: Path, capsys: Any) -> None:
     assert "--fold is for programs" in capsys.readouterr().err
 
 
-def test_the_page_shows_formulas_that_were_asked_for() -> None:
+def list_tables(conversion: Any) -> list[dict[str, str]]:
+    return [dict(rows) for _, _, rows in of_plugins(conversion, for_page=True).tables]
+
+
+def test_the_page_shows_formulas_of_small_robots() -> None:
     """In plain text, by the tables that any plugin may add to a page."""
     asked: Any = {"equations": {"language": "latex"}}
     conversion = convert_text(DOUBLE_PENDULUM.urdf, passes=asked).conversion
-    formulas, symbols = (dict(rows) for _, _, rows in of_plugins(conversion).tables)
+    formulas, symbols = list_tables(conversion)
     assert formulas["M₁₂"] == "m₂ lc₂ (lc₂ + l₁ cos(q₂)) + I₂"
     assert formulas["c₁"] == "-m₂ l₁ lc₂ sin(q₂) q\u0307₂ (2 q\u0307₁ + q\u0307₂)"
     assert symbols["q₂"] == "elbow"
     assert symbols["lc₁"] == "0.25 m: centre of mass of upper, along x"
-    for urdf, passes in ((DOUBLE_PENDULUM.urdf, {}), (TINY, asked)):
-        assert of_plugins(convert_text(urdf, passes=passes).conversion).tables == []
     (file,) = (path for path in conversion.files if path.suffix == ".tex")
     assert file.name == "robot_equations.tex"
+    by_default = convert_text(DOUBLE_PENDULUM.urdf).conversion
+    assert list_tables(by_default) == [formulas, symbols]
+    assert of_plugins(by_default).tables == []  # the command line shows none
+    for passes in ({}, asked):
+        assert list_tables(convert_text(TINY, passes=passes).conversion) == []
+
+
+def test_the_page_says_where_formulas_depart_from_numbers() -> None:
+    urdf = DOUBLE_PENDULUM.urdf.replace('rpy="1.5707963267948966 ', 'rpy="1.5708 ')
+    assert urdf != DOUBLE_PENDULUM.urdf
+    _, symbols = list_tables(convert_text(urdf).conversion)
+    assert "the angle 1.5708 of " in symbols[""]
+
+
+def test_long_formulas_are_not_on_the_page() -> None:
+    """Oblique axes: the page is made as fast as without them."""
+    urdf = PUMA.urdf.replace('rpy="0.0 0.0', 'rpy="0.3 0.2')
+    assert urdf != PUMA.urdf
+    assert list_tables(convert_text(urdf).conversion) == []
 
 
 def test_powers_in_plain_text() -> None:
