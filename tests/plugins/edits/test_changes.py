@@ -278,7 +278,7 @@ def test_no_edit_is_found_in_what_mbsyspad_only_saved(robot: str, year: str) -> 
 
 
 @real
-def test_what_students_edited() -> None:
+def test_edits_of_students_are_found() -> None:
     base = "emecdelam-suspension.base"
     ours = real_differences(base, "emecdelam-suspension.ours")
     assert list_findings(ours) == {("added", "point", "Point_6", "")}

@@ -57,7 +57,7 @@ def test_what_is_drawn_is_counted_listed_or_left_out(pair: Path, capsys: Any) ->
     assert main(["diff", "a.mbs", "drawn.mbs", "--physics"]) == 0
 
 
-def test_json(pair: Path, capsys: Any) -> None:
+def test_diff_prints_json(pair: Path, capsys: Any) -> None:
     assert main(["diff", "a.mbs", "b.mbs", "--json"]) == 1
     text = json.loads(capsys.readouterr().out)
     assert text["same"] is False

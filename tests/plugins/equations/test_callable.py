@@ -109,7 +109,7 @@ class Complex:
 
 @few
 @given(trees(), st.booleans(), st.integers(0, 9))
-def test_random_trees(mbs: Mbs, fold: bool, seed: int) -> None:
+def test_called_equations_of_random_trees_are_as_pinocchio(mbs: Mbs, fold: bool, seed: int) -> None:
     """All kinds of joints, driven ones too, with forces on the bodies."""
     functions = ["invdyna", "derivatives", "regressor"]
     eq = write_equations(mbs, fold=fold, functions=functions)
@@ -142,7 +142,9 @@ def pinocchios(truth: Truth, tables: Any) -> list[Any]:
 
 
 @pytest.mark.parametrize(("source", "language"), ROBOTS)
-def test_real_robots(source: Any, language: str, tmp_path: Path) -> None:
+def test_called_equations_of_real_robots_are_as_pinocchio(
+    source: Any, language: str, tmp_path: Path
+) -> None:
     mbs, robot = loaded(tmp_path / "robot.mbs", source.convert(pipeline="compact").data, language)
     compare(robot, mbs)
     truth, s = Truth(mbs), random_state(mbs, np.random.default_rng(6), loads=False)
@@ -300,7 +302,7 @@ def test_joints_that_never_move_may_be_left_out(math: Any) -> None:
         assert error(moving_joints.forward_dynamics(*state), expected) <= 1e-13
 
 
-def test_casadi(minimal: Path) -> None:
+def test_casadi_takes_our_functions(minimal: Path) -> None:
     casadi = pytest.importorskip("casadi", reason="casadi is not installed")
     robot = load_equations(minimal, language="python")
     symbolic = load_equations(minimal, math=casadi)
@@ -314,7 +316,7 @@ def test_casadi(minimal: Path) -> None:
 
 
 @pytest.mark.slow
-def test_jax(minimal: Path) -> None:
+def test_jax_compiles_and_differentiates_our_functions(minimal: Path) -> None:
     """Compiled by JAX, and differentiated: the derivatives are ours."""
     jax = pytest.importorskip("jax", reason="jax is not installed")
     robot = load_equations(minimal, language="python")

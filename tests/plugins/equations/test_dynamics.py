@@ -88,7 +88,7 @@ def test_the_operations_of_a_biped(language: str) -> None:
     assert work == WORK[language]
 
 
-def test_what_is_asked_of_a_model() -> None:
+def test_accelred_calls_only_what_the_model_needs() -> None:
     """accelred calls only functions that the model needs."""
     mbs = read_mbs(convert_text(TINY).data, "")
     for body in mbs.bodies:
@@ -105,7 +105,7 @@ def test_what_is_asked_of_a_model() -> None:
 
 
 @pytest.mark.parametrize("fold", [False, True], ids=["symbols", "folded"])
-def test_c(fold: bool, tmp_path: Path) -> None:
+def test_the_c_of_a_model_is_as_pinocchio(fold: bool, tmp_path: Path) -> None:
     mbs, data = model(SHARED / "mbs-samples" / "minimal.mbs")
     made = generate(mbs, data, "minimal.mbs", EquationOptions(language="c", fold=fold))
     eq = CEquations(made, mbs, tmp_path)
@@ -131,7 +131,9 @@ EVERY = [
 
 
 @pytest.mark.parametrize(("source", "preset"), EVERY)
-def test_real_robots(source: RealRobot, preset: str, tmp_path: Path) -> None:
+def test_the_equations_of_real_robots_are_as_pinocchio(
+    source: RealRobot, preset: str, tmp_path: Path
+) -> None:
     data = source.convert(pipeline=preset).data
     mbs = read_mbs(data, "robot.mbs", mechanics_only=True)
     if not mbs.numbers():

@@ -179,7 +179,7 @@ def test_derivatives_are_differences(gripper: Path, language: str) -> None:
     compare_differences(robot.forward_dynamics, robot.forward_dynamics_derivatives, u, ud, tau)
 
 
-def test_panda() -> None:
+def test_panda_is_reduced_as_pinocchio_reduces_mimic() -> None:
     """Beside the model that pinocchio makes of ``<mimic>``, and does not differentiate."""
     if not PANDA.is_file():
         pytest.skip("../shared is not here")

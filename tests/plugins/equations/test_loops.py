@@ -35,7 +35,7 @@ def call_and_join(eq: PythonEquations, name: str, s: Data, *sizes: int) -> Array
 
 @few
 @given(trees(), st.booleans(), st.integers(0, 9))
-def test_random_trees(mbs: Mbs, fold: bool, seed: int) -> None:
+def test_the_equations_of_random_trees_are_as_pinocchio(mbs: Mbs, fold: bool, seed: int) -> None:
     eq, truth = write_equations(mbs, fold=fold, energy=True), Truth(mbs)
     s = random_state(mbs, np.random.default_rng(seed))
     model, data, q, v = truth.model, truth.data, truth.vector(s.q), truth.vector(s.qd)
@@ -102,7 +102,7 @@ def rows(truth: Truth, s: Data) -> tuple[Array, Array]:
 
 @few
 @given(trees(), st.data())
-def test_constraints(mbs: Mbs, data: st.DataObject) -> None:
+def test_constraints_of_random_loops_are_as_by_definition(mbs: Mbs, data: st.DataObject) -> None:
     """Values and Jacobians by definition, ``jdqd`` by differentiation; rows are left out
     only if no joint moves them."""
     ends = st.tuples(

@@ -97,7 +97,7 @@ def test_files_with_hostile_names_run(language: str, tmp_path: Path) -> None:
         ("my robot", 1, "mbsname-no-identifier"),
     ],
 )
-def test_the_name_of_a_model(
+def test_a_model_whose_name_cannot_be_in_code_is_refused(
     name: str, code: int, says: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     mbs = model(PLAIN)

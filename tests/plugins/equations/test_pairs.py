@@ -62,7 +62,9 @@ def limbs(draw: st.DrawFn) -> Mbs:
 
 @settings(reproducible, max_examples=4)
 @given(limbs(), st.booleans(), st.integers(0, 9))
-def test_random_limbs(mbs: Mbs, fold: bool, seed: int) -> None:
+def test_equations_in_pairs_of_random_limbs_are_as_pinocchio(
+    mbs: Mbs, fold: bool, seed: int
+) -> None:
     made = generate(mbs, b"<mbsDescR7/>", "limbs.mbs", EquationOptions(language="c", fold=fold))
     assert made.counts["dirdyna"].paired > 0
     made.files = {name: text for name, text in made.files.items() if "dyna" in name}

@@ -41,9 +41,10 @@ def test_a_cluster_whose_workers_cannot_convert(
             ]
 
     module = SimpleNamespace(
-        Client=Client, KilledWorker=KilledWorkerError,
+        Client=Client,
+        KilledWorker=KilledWorkerError,
         as_completed=lambda futures, loop: iter(list(futures)),
-    )  # fmt: skip
+    )
     monkeypatch.setitem(sys.modules, "distributed", module)  # type: ignore[arg-type]
     from urdf2mbs.config.load import typed
     from urdf2mbs.config.model import Config

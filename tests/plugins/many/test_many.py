@@ -148,7 +148,7 @@ def test_a_folder_carries_on_past_failures(tmp_path: Path, capsys: Any) -> None:
     ]
 
 
-def test_the_worst_exit_code(here: Path, capsys: Any) -> None:
+def test_the_exit_code_is_the_worst_of_all_robots(here: Path, capsys: Any) -> None:
     write_plugin(here, "heavier", "conversion.mbs.bodies[0].mass = 99.0", reads=("inertias",))
     Path("bad.urdf").write_text("<robot name='b'>")
     configs = {
@@ -208,7 +208,9 @@ def test_a_worker_that_a_robot_kills(sweep: Path) -> None:
     assert (sweep.parent / "died-0").exists()
 
 
-def test_no_scheduler(sweep: Path, monkeypatch: Any, capsys: Any) -> None:
+def test_a_cluster_without_a_scheduler_is_an_error(
+    sweep: Path, monkeypatch: Any, capsys: Any
+) -> None:
     pytest.importorskip("distributed")
     monkeypatch.setattr("urdf2mbs_many.cluster.PATIENCE", 0.2)
     assert main(["run", str(sweep), "--cluster", "tcp://127.0.0.1:9"]) == 2

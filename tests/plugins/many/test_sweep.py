@@ -59,7 +59,7 @@ def test_every_combination_in_its_order() -> None:
         ("{from: 0, to: 1, count: 4}", ["0.0", "0.3333333333333333", "0.6666666666666666", "1.0"]),
     ],
 )
-def test_ranges(given: str, values: list[str]) -> None:
+def test_a_range_lists_its_values(given: str, values: list[str]) -> None:
     jobs = swept(f"{{xacro_args: {{height: {given}}}}}")
     assert [job.values["height"] for job in jobs] == values
 
@@ -115,7 +115,7 @@ def test_steps_that_miss_the_end_are_named() -> None:
         ("{xacro_args: {height: [1]}}", "'${height}.mbs'", "", "variable-unset"),
     ],
 )
-def test_what_is_no_sweep(given: str, output: str, more: str, code: str) -> None:
+def test_a_wrong_sweep_is_refused(given: str, output: str, more: str, code: str) -> None:
     assert refused(given, output, more) == code
 
 

@@ -39,7 +39,7 @@ def converted(path: Path) -> tuple[Mesh, list[wrl.Shape]]:
 
 
 @pytest.mark.parametrize("sample", SAMPLES, ids=lambda sample: sample.name)
-def test_a_sample(sample: Sample, tmp_path: Path) -> None:
+def test_each_format_keeps_box_points_colours_and_texture(sample: Sample, tmp_path: Path) -> None:
     """Its box, points, colours and texture."""
     mesh, shapes = converted(sample.write(tmp_path))
     triangles = wrl.corners(shapes)
@@ -137,7 +137,7 @@ def test_texture_that_is_no_image(tmp_path: Path) -> None:
         ("<transparency><float>0</float></transparency>", 0.0),
     ],
 )
-def test_collada_transparency(tmp_path: Path, more: str, transparency: float) -> None:
+def test_transparency_of_collada_is_read(tmp_path: Path, more: str, transparency: float) -> None:
     path = tmp_path / "box.dae"
     primitives = (
         '<triangles count="1" material="m"><input semantic="VERTEX" source="#v" offset="0"/>'
@@ -279,7 +279,7 @@ def test_a_mesh_of_lines_alone_says_so(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["a.obj", "a.mtl"])
-def test_an_obj_in_latin_1(tmp_path: Path, name: str) -> None:
+def test_comments_in_latin_1_are_read(tmp_path: Path, name: str) -> None:
     (tmp_path / "a.mtl").write_bytes(b"newmtl red\nKd 1 0 0\n")
     text = obj_lines(["usemtl red", *OBJ_FACES], "mtllib a.mtl\n").encode()
     (tmp_path / "a.obj").write_bytes(text)

@@ -26,7 +26,9 @@ def digits(text: str) -> int:
 
 @example([(0.0, 0.0, -999999986991104.0)])
 @given(st.lists(st.tuples(FLOATS, FLOATS, FLOATS), min_size=1, max_size=20, unique=True))
-def test_read_back_and_shortest(rows: list[tuple[float, float, float]]) -> None:
+def test_numbers_read_back_exactly_and_are_the_shortest(
+    rows: list[tuple[float, float, float]],
+) -> None:
     single = np.unique(np.array(rows, np.float32) + np.float32(0.0), axis=0)
     for words, point in zip(written(single), single, strict=True):
         for word, value in zip(words, point, strict=True):

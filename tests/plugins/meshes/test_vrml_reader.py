@@ -23,7 +23,7 @@ def test_a_last_face_needs_no_end() -> None:
     assert len(part.triangles) == 3
 
 
-def test_material_and_texture() -> None:
+def test_material_and_texture_are_read() -> None:
     look = (
         b"material Material { diffuseColor 1 .5 0 transparency .25 } "
         b'texture ImageTexture { url ["a \\"b\\".png"] }'
@@ -123,7 +123,7 @@ def test_what_draws_nothing_is_passed_and_what_is_left_out_is_named() -> None:
     assert mesh.problems == [f"its {kind} is not drawn" for kind in ("Inline", "Box", "LOD")]
 
 
-def test_a_byte_order_mark() -> None:
+def test_a_byte_order_mark_is_read_over() -> None:
     assert len(read(b"\xef\xbb\xbf" + of(SQUARE))) == 1
 
 

@@ -30,8 +30,14 @@ NAMES = {
     "newlines": ["a\nimport os", "a\r\nb", "a\tb", "\nb", "a\r", "a\n#b"],
     "separators": ["a\u2028b", "a\u2029b", "a\x85b", "a\x9b2Jb", "a\u202eb", "a\ufeffb"],
     "paths": ["../a", "/etc/passwd", "..", "C:\\a", "a/b/c", "~/.bashrc"],
-    "script": ["<script>alert(1)</script>", "</script><img src=x onerror=alert(1)>",
-               "' onclick='alert(1)", "javascript:alert(1)", "&lt;b&gt;", "{{7*7}}"],
+    "script": [
+        "<script>alert(1)</script>",
+        "</script><img src=x onerror=alert(1)>",
+        "' onclick='alert(1)",
+        "javascript:alert(1)",
+        "&lt;b&gt;",
+        "{{7*7}}",
+    ],
     "shells": ["$HOME", "`reboot`", "; rm -rf x", "%s%n", "!!", "a|b"],
     "scripts of the world": ["腕", "рука", "ذراع", "हाथ", "🦾", "e\u0301"],
     "equal when sanitised": ["a b", "a-b", "a.b", "a:b", "a_b", "a/b"],
@@ -39,7 +45,7 @@ NAMES = {
     "long": ["x" * 500, "x" * 499 + "y", "ж" * 500, "y" * 500, "x" * 501, "z" * 5000],
     "numbers": ["1", "1e5", "-1", "0x1", "nan", "1_000"],
     "Windows": ["con", "aux", "NUL", "com1", "LPT9", "prn.txt"],
-}  # fmt: skip
+}
 PLAIN = ["n0", "n1", "n2", "n3", "n4", "n5"]
 
 
@@ -128,8 +134,18 @@ def check_c(made: Path) -> None:
     """Strict C of two standards, without a word from the compiler."""
     sources = [str(file) for file in sorted((made / "userfctR").glob("*.c"))]
     for standard in ("gnu11", "gnu2x"):
-        command = ["gcc", f"-std={standard}", "-fsyntax-only", "-Wall", "-Werror", "-Wno-comment",
-                   "-Wno-unused-variable", "-Wno-strict-prototypes",
-                   f"-I{HEADERS}", f"-I{made / 'userfctR'}", *sources]  # fmt: skip
+        command = [
+            "gcc",
+            f"-std={standard}",
+            "-fsyntax-only",
+            "-Wall",
+            "-Werror",
+            "-Wno-comment",
+            "-Wno-unused-variable",
+            "-Wno-strict-prototypes",
+            f"-I{HEADERS}",
+            f"-I{made / 'userfctR'}",
+            *sources,
+        ]
         done = subprocess.run(command, check=False, capture_output=True, text=True)
         assert done.returncode == 0, done.stderr

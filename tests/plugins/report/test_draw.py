@@ -142,7 +142,7 @@ def small() -> Mbs:
     return mbs
 
 
-def test_shapes() -> None:
+def test_shapes_are_drawn_where_the_model_has_them() -> None:
     boxes = Picture(draw(small())).boxes()
     assert boxes["one"] == (50, 200, 150, 260)
     assert boxes["two"] == (400 + 35 - 34, 300 - 4 - 34, 400 + 35 + 34, 300 - 4 + 34)

@@ -15,7 +15,9 @@ from support.installed import install
 from urdf2mbs.cli import main
 
 
-def test_doctor(capsys: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_doctor_lists_versions_and_folders(
+    capsys: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     monkeypatch.setenv("AMENT_PREFIX_PATH", str(tmp_path))
     assert main(["doctor", "--json"]) == 0
     tables = json.loads(capsys.readouterr().out)

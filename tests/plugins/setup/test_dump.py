@@ -35,7 +35,7 @@ def test_dumps_tell_what_each_pass_did(tmp_path: Path) -> None:
     assert last["proof"]["same"] is True
 
 
-def test_dump_and_stop_after(here: Path, capsys: Any) -> None:
+def test_dumps_end_after_the_pass_that_is_named(here: Path, capsys: Any) -> None:
     (here / "tiny.yaml").write_text("source: tiny.urdf\n")
     for words in (["run", "tiny.yaml", "--dump", "one"], ["convert", "tiny.urdf", "--dump", "two"]):
         assert main([*words, "--stop-after", "insert-base"]) == 0

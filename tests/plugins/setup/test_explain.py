@@ -100,7 +100,7 @@ def test_all_passes_fit_a_screen(capsys: Capture) -> None:
     assert names.index("expand") < names.index("insert-base") < names.index("emit")
 
 
-def test_passes_of_a_plugin(capsys: Capture) -> None:
+def test_explain_lists_the_passes_of_a_plugin(capsys: Capture) -> None:
     assert main(["explain", "--no-plugins", "--plugin", str(RENAME)]) == 0
     *_, rename, _, _ = capsys.readouterr().out.splitlines()
     assert rename.startswith("rename-links ")
@@ -160,7 +160,7 @@ def test_a_pass_goes_before_a_folder_of_its_name(here: Path, capsys: Capture) ->
         ("payload", "'payload' is neither a file nor a pass", "--plugin FILE.py"),
     ],
 )
-def test_a_word_that_is_neither(
+def test_a_word_that_explain_does_not_know_is_refused(
     words: str, message: str, hint: str, lab: Path, capsys: Capture
 ) -> None:
     assert main(["explain", words]) == 2

@@ -34,7 +34,7 @@ def test_new_pass_is_typed(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stdout
 
 
-def test_new_pass(here: Path, capsys: Any) -> None:
+def test_a_new_pass_and_its_test_run_as_they_are(here: Path, capsys: Any) -> None:
     """What it writes runs as it is, by the very lines that it says to add; so does the test."""
     assert main(["new-pass", "count-links"]) == 0
     out = capsys.readouterr().out

@@ -29,7 +29,7 @@ class Sample(Pass):
     names: list[str] = []
 
 
-def test_options_in_words() -> None:
+def test_options_are_described_in_words() -> None:
     options = list_options(Sample)
     assert [(option.name, option.type) for option in options] == [
         ("given", "dict[str, Outer]"),
@@ -52,7 +52,7 @@ def test_options_in_words() -> None:
     assert not any(option.required for option in optional)
 
 
-def test_the_structs_in_options() -> None:
+def test_structs_within_options_are_listed() -> None:
     assert list_inner_structs(Sample) == [Outer, Inner]
 
 
@@ -65,5 +65,5 @@ def test_the_structs_in_options() -> None:
         (Any, "Any"),
     ],
 )
-def test_types_in_words(kind: Any, words: str) -> None:
+def test_a_type_is_described_in_words(kind: Any, words: str) -> None:
     assert describe_type(kind) == words

@@ -303,7 +303,7 @@ def test_without_a_compiler_one_line_says_what_to_install(
         {"dt0": -1.0},
     ],
 )
-def test_a_run_that_is_none(slider: Path, option: dict[str, float]) -> None:
+def test_a_run_with_impossible_options_is_refused(slider: Path, option: dict[str, float]) -> None:
     dirdyn = MbsDirdyn(MbsData(model(slider)))
     dirdyn.set_options(save2file=0, language="python", **option)
     with pytest.raises(ConversionError, match="must be"):

@@ -79,7 +79,9 @@ def test_a_path_is_printed_as_the_user_would_type_it(here: Path, capsys: Any) ->
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_damaged_xacro(shared: Path, tmp_path: Path, seed: int) -> None:
+def test_a_damaged_xacro_is_read_or_refused_with_its_file(
+    shared: Path, tmp_path: Path, seed: int
+) -> None:
     chance = random.Random(seed)
     original = (
         shared / "robots/solo12/robot_properties_solo/src/robot_properties_solo/resources/xacro"

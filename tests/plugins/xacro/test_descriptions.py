@@ -32,7 +32,9 @@ def _forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
             del sys.modules[name]
 
 
-def test_a_robot_of_the_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_robot_of_robot_descriptions_is_read_from_its_cache(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     folder = stand_in(monkeypatch, tmp_path, "cassie_description", {"urdf/cassie_v4.urdf": TINY})
     result = convert("robot_descriptions:cassie_description")
     assert result.robot.name == "tiny"

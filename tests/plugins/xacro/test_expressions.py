@@ -274,7 +274,7 @@ def test_wherever_xacro_evaluates(tmp_path: Path, place: str) -> None:
         ("cos.real", "xacro-expression"),
     ],
 )
-def test_substitutions_too(tmp_path: Path, text: str, code: str) -> None:
+def test_expressions_in_substitutions_are_limited_too(tmp_path: Path, text: str, code: str) -> None:
     error = failure(tmp_path, f'\n<link name="$(eval {text})"/>')
     assert (error.code, error.line) == (code, 8)
 
@@ -519,7 +519,7 @@ def test_what_allows_a_file_outside(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="links of POSIX")
-def test_a_workspace_of_links(tmp_path: Path) -> None:
+def test_files_of_a_workspace_of_symbolic_links_are_read(tmp_path: Path) -> None:
     """colcon build --symlink-install: what is installed are links to the files of the sources."""
     sources, installed = tmp_path / "ws/src/arm", tmp_path / "ws/install/arm/share/arm"
     for folder in (sources, installed):

@@ -78,7 +78,7 @@ def test_find_within_a_property(tmp_path: Path) -> None:
     assert links(source, {"p": tmp_path}) == [str(tmp_path)]
 
 
-def test_arguments(tmp_path: Path) -> None:
+def test_arguments_have_defaults_and_may_be_given(tmp_path: Path) -> None:
     source = write(
         tmp_path,
         '<xacro:arg name="side" default="left"/><xacro:arg name="n" default="1"/>'
@@ -623,7 +623,7 @@ def test_slips_of_xml_in_xacro_files(tmp_path: Path) -> None:
     )
 
 
-def test_an_empty_file(tmp_path: Path) -> None:
+def test_an_empty_file_is_an_error(tmp_path: Path) -> None:
     source = tmp_path / "a.xacro"
     source.touch()
     with pytest.raises(ConversionError) as caught:

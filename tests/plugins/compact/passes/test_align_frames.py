@@ -41,7 +41,7 @@ def arm(*axes: str, rpy: str = "0 0 0") -> str:
         ("-1 -1 -1", "r r R"),
     ],
 )
-def test_turns_before_a_joint(axis: str, types: str) -> None:
+def test_an_axis_takes_as_few_turns_as_its_direction_needs(axis: str, types: str) -> None:
     (found,) = chains(prove(arm(axis), base="fixed")).values()
     assert len(found) == len(types.split())
     assert all(one.startswith(start) for one, start in zip(found, types.split(), strict=True))

@@ -107,7 +107,9 @@ def test_where_nothing_moves_and_all_hangs_on_the_ground() -> None:
         ("rf", ("B", "x*"), {"a": "R"}),  # patterns are of links, and case counts
     ],
 )
-def test_keep(kinds: str, keep: tuple[str, ...], found: dict[str, str]) -> None:
+def test_a_kept_link_stays_a_body_of_its_own(
+    kinds: str, keep: tuple[str, ...], found: dict[str, str]
+) -> None:
     result = row(kinds, keep=keep)
     last = {name: chain[-1] for name, chain in chains(result).items()}
     assert {name: kind if kind == "t3" else kind[0] for name, kind in last.items()} == found

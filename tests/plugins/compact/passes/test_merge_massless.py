@@ -66,7 +66,9 @@ QUARTER = "1.5707963267948966 0 0"
         ("1 0 0", "0 1 0", "0.1 0.2 0", QUARTER, False),
     ],
 )
-def test_two_turns(first: str, second: str, xyz: str, rpy: str, merged: bool) -> None:
+def test_two_turns_are_merged_where_a_joint_of_the_mbs_can_have_both(
+    first: str, second: str, xyz: str, rpy: str, merged: bool
+) -> None:
     assert moving(wrist(first, second, xyz=xyz, rpy=rpy)) == (MERGED if merged else KEPT)
 
 

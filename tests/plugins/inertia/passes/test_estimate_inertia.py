@@ -200,7 +200,9 @@ CUBE = Inertia(1000.0, np.array((3.0, 0.0, 0.0)), 1000 / 6 * np.eye(3))
     ],
     ids=["box", "inside-out", "flat-face", "two", "hole"],
 )
-def test_meshes(triangles: Array, wanted: Inertia, near: float, hull: bool, tmp_path: Path) -> None:
+def test_the_inertia_of_a_mesh_is_that_of_its_solid_or_hull(
+    triangles: Array, wanted: Inertia, near: float, hull: bool, tmp_path: Path
+) -> None:
     found, means = of_mesh(tmp_path, triangles)
     assert_near(found, wanted, near)
     assert means == ("convex hull of part.stl" if hull else "collision geometry")
@@ -299,7 +301,9 @@ def test_nothing_to_estimate_is_told() -> None:
         ("-1", (1, 0, 0, 1, 0, 1), (1, 0, 0, 1, 0, 1), "from -1 kg to 0"),
     ],
 )
-def test_repair(pipeline: str, mass: str, values: Any, wanted: Sym, said: str) -> None:
+def test_an_impossible_inertia_is_repaired_if_asked_for(
+    pipeline: str, mass: str, values: Any, wanted: Sym, said: str
+) -> None:
     names = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
     text = two_links(mass, " ".join(f'{n}="{v}"' for n, v in zip(names, values, strict=True)))
     kept = convert_text(text, pipeline=pipeline, base="floating")

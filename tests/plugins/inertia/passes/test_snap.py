@@ -37,7 +37,7 @@ def test_the_result_is_that_of_exact_numbers() -> None:
     assert snapped.report.joints.mbs < convert_text(ROUNDED, pipeline="compact").report.joints.mbs
 
 
-def test_nothing_else_changes() -> None:
+def test_numbers_that_are_exact_or_further_off_are_not_snapped() -> None:
     """Not without the option, not what is exact, and not what is further off."""
     further = written("1.571", "0.785", "0 0.7 0.714")
     for text, passes in ((ROUNDED, {}), (EXACT, SNAP), (further, SNAP)):

@@ -16,7 +16,7 @@ from urdf2mbs_project.simulation import Simulation
 from urdf2mbs_project.stability import compute_effective_inertias, compute_reduction
 
 
-def test_the_gains_of_hold() -> None:
+def test_gains_follow_from_frequency_and_damping_ratio_and_may_be_given() -> None:
     options = {
         "frequency": 2.0,
         "damping_ratio": 0.5,

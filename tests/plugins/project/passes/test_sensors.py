@@ -33,7 +33,7 @@ def test_a_sensor_is_not_on_the_point_of_a_force(tmp_path: Path) -> None:
     assert points["tool_at"].coordinates == points["tool"].coordinates
 
 
-def test_sensors_of_the_config(tmp_path: Path) -> None:
+def test_the_config_puts_sensors_on_links(tmp_path: Path) -> None:
     project = make(tmp_path, TINY, passes={"sensors": {"links": ["tool", "arm"]}})
     data = MbsData(project / "dataR" / "robot.mbs")
     assert data.sensor_id == {"arm_sensor": 1, "tool_sensor": 2}
