@@ -31,8 +31,8 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 from equations import BUILDS, described, pinocchio_library
+from robots import ARMS, REAL, ROBOTS, without_meshes
 
-from support.real_robots import ARMS, REAL, ROBOTS, without_meshes
 from urdf2mbs import Robot, load_equations
 from urdf2mbs_simulate.memory import CallInC, as_c_vector
 

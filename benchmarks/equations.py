@@ -38,8 +38,8 @@ from unittest.mock import patch
 
 import numpy as np
 import pinocchio as pin
+from robots import ARMS, DH, REAL, by_dh, real, without_meshes
 
-from support.real_robots import ARMS, DH, REAL, by_dh, real, without_meshes
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.reader import read_mbs
 from urdf2mbs.testing import convert_text

@@ -19,7 +19,7 @@ import tempfile
 from pathlib import Path
 from time import process_time
 
-from support.real_robots import generated
+from robots import generated
 
 SHAPES = ("chain", "tree", "star", "mixed")
 

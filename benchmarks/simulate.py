@@ -17,8 +17,8 @@ from time import process_time
 from typing import Any
 
 import msgspec
+from robots import REAL, ROBOTS
 
-from support.real_robots import REAL, ROBOTS
 from urdf2mbs.config.load import config_of
 from urdf2mbs.config.model import Project
 from urdf2mbs.engine.pipeline import Pipeline

@@ -30,8 +30,8 @@ from time import perf_counter
 from typing import TYPE_CHECKING
 
 from lxml import etree
+from robots import generated, real
 
-from support.real_robots import generated, real
 from urdf2mbs import convert
 
 if TYPE_CHECKING:

@@ -151,7 +151,7 @@ class Robot:
         if loops is None:
             return self.functions.evaluate("forward_dynamics", q, qd, tau)
         if self.math is not None:
-            raise TypeError(f"{loops}, which is closed for floats only: leave math out")
+            raise TypeError(f"{loops}, and loops are closed for floats only: leave math out")
         states = self.selection.check_states("forward_dynamics", (q, qd, tau))
         if states[0].ndim == 1:
             return self._accelerate_with_loops(*states)
@@ -279,11 +279,14 @@ class Robot:
         if not cuts and data.nqv == len(self.followers):
             return None
         dependent = set(self._name_joints(data.qv[1:])) - set(self.followers)
-        joints = some(f"'{name}'" for name in data.joint_id if name in dependent)
+        names = some(f"'{name}'" for name in data.joint_id if name in dependent)
+        joints = f"{'joint' if len(dependent) == 1 else 'joints'} {names}"
         if not cuts:
-            return f"joint {joints} depends on others by a constraint that is not linear"
+            verb = "depends" if len(dependent) == 1 else "depend"
+            return f"{joints} {verb} on others by a constraint that is not linear"
         loops = some(f"{cut.kind} '{cut.name}'" for cut in cuts)
-        return f"{loops} closes a loop" + (f" with joint {joints}" if joints else "")
+        closes = "closes a loop" if len(cuts) == 1 else "close loops"
+        return f"{loops} {closes}" + (f" with {joints}" if dependent else "")
 
     def _accelerate_with_loops(self, q: Any, qd: Any, tau: Any) -> Any:
         """Return the accelerations of a model with loops, in one state."""

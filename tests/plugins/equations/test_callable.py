@@ -193,7 +193,7 @@ def test_loops_are_closed(tmp_path: Path) -> None:
     turn[dependent] = -np.linalg.solve(jac[:, dependent], jac[:, free])
     needed = robot.inverse_dynamics(data.q[1:], data.qd[1:], qdd)
     assert error(turn.T @ needed, turn.T @ tau) <= TOLERANCE
-    loop = "ball 'cut_1' closes a loop with joint '"
+    loop = "ball 'cut_1' closes a loop with joints '"
     with pytest.raises(ValueError, match=f"{loop}.*take differences of forward_dynamics"):
         robot.forward_dynamics_derivatives(q, qd, tau)
     with pytest.raises(TypeError, match=f"{loop}.*leave math out"):
