@@ -7,6 +7,7 @@ conversion, and the result is written into their file.  Without edits nothing is
 
 from __future__ import annotations
 
+from copy import deepcopy
 from typing import TYPE_CHECKING, Literal
 
 import msgspec
@@ -87,7 +88,8 @@ class Merge(Pass):
             model = read_mbs(replaced, str(output))
         except ConversionError:
             return  # somebody broke the file: it is replaced, whatever it contains
-        plan = merge(model, model, conversion.mbs, "urdf", str(output)).plan
+        # A merge gives the model the elements of the file, and later passes still need it without.
+        plan = merge(model, model, deepcopy(conversion.mbs), "urdf", str(output)).plan
         sentences, brief = _describe(conversion, plan)
         kinds = ("updated", COMPUTED)
         words = {heading: sentences[heading] for heading in kinds if heading in sentences}

@@ -440,6 +440,7 @@ def test_formulas(rule: str, relation: str | None, tmp_path: Path) -> None:
         assert "m_2 l_{c2}^2 + I_2 + m_3 l_2^2" in text
 
 
+@pytest.mark.slow
 def test_formulas_of_prismatic_followers(gripper: Path) -> None:
     """The spatial gripper without its oblique axes: with followers that slide, in a chain."""
     sympy = pytest.importorskip("sympy", reason="sympy is not installed")
