@@ -10,7 +10,7 @@ from support.folders import SHARED
 EXPECTED = [
     "MBsysPy",
     "pdflatex",
-    "(casadi|jax|strace|cmake) is not",
+    "(jax|strace|cmake) is not",
     "a single massless link",
     "nothing moves",
     "an infinite angle has no sine",
