@@ -161,25 +161,35 @@ def test_verify_of_a_config_has_the_line_of_what_differs(
     assert place(results()[0]) == ("lab/tiny.urdf", 13)
 
 
+#: A Python for which ``-m venv DIR`` makes an environment whose pip only looks for the package.
+FAKE_PYTHON = r"""#!/bin/bash
+test "$1 $2" = "-m venv" || exit 9
+mkdir -p "$3/bin"
+printf '#!/bin/bash\ntest "$1 $2 $3" = "-m pip install" && test -f "${@: -1}/pyproject.toml"\n' \
+    > "$3/bin/python"
+printf '#!/bin/bash\n"%s" -m urdf2mbs "$@"\n' "$REAL_PYTHON" > "$3/bin/urdf2mbs"
+chmod +x "$3"/bin/*
+"""
+
+
 def act(**given: str) -> list[int]:
     """Run the action's shell steps with these inputs until one fails; return the exit codes.
 
-    The other inputs have their defaults.  Nothing is installed twice.
+    The other inputs have their defaults.  Nothing is installed.
     """
     action = yaml.safe_load((ROOT / "action.yml").read_text("utf-8"))
     values = {f"inputs.{name}": about.get("default") for name, about in action["inputs"].items()}
     values |= {f"inputs.{name}": text for name, text in given.items()}
     values["github.action_path"] = str(ROOT)
-    Path("bin").mkdir(exist_ok=True)
-    ours = f'"{sys.executable}" -m urdf2mbs "$@"'
-    for name, does in (("pip", 'test -f "${@: -1}/pyproject.toml"'), ("urdf2mbs", ours)):
-        Path("bin", name).write_text(f"#!/bin/bash\n{does}\n")
-        Path("bin", name).chmod(0o755)
+    values["steps.python.outputs.python-path"] = str(Path("fake-python").absolute())
+    Path("fake-python").write_text(FAKE_PYTHON)
+    Path("fake-python").chmod(0o755)
+    runner = {"RUNNER_TEMP": str(Path("temp").absolute()), "REAL_PYTHON": sys.executable}
     codes: list[int] = []
     for step in action["runs"]["steps"]:
         if "run" in step and not any(codes):
             assert "${{" not in step["run"], "an input in a script is code of whoever wrote it"
-            env = {**os.environ, "PATH": f"{Path('bin').absolute()}:{os.environ['PATH']}"}
+            env = {**os.environ, **runner}
             for name, text in step["env"].items():
                 env[name] = re.sub(r"\$\{\{ (.*?) \}\}", lambda match: values[match[1]], text)
             script = [step["shell"], "-eo", "pipefail", "-c", step["run"]]
@@ -203,6 +213,14 @@ def test_the_action_runs_as_github_would_run_it(robots: Path) -> None:
     Path("lamp.yaml").write_text("source: lamp.urdf\n")
     assert act(robot="lamp.yaml") == [0, 0]
     assert act(robot="lamp.yaml", model="lamp.mbs") == [0, 3]
+
+
+def test_the_action_leaves_the_python_of_its_caller_alone() -> None:
+    steps = yaml.safe_load((ROOT / "action.yml").read_text("utf-8"))["runs"]["steps"]
+    (setup,) = [step for step in steps if "uses" in step]
+    assert setup["uses"].startswith("actions/setup-python@")
+    assert setup["with"]["update-environment"] is False
+    assert not any("GITHUB_PATH" in step.get("run", "") for step in steps)
 
 
 NO_MASS = '<robot name="empty"><link name="a"/></robot>'

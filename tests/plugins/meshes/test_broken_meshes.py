@@ -3,6 +3,7 @@
 import base64
 import json
 import logging
+import re
 import socket
 import struct
 from collections.abc import Callable
@@ -135,7 +136,8 @@ LOST = {
     ),
     "cut_off.glb": (b"glTF", "JSONDecodeError"),
     "a_face_beyond.dae": (dae("<p>0", "<p>99999999"), "no triangles"),
-    "no_index.dae": (dae("<p>", "<p>x"), "Corrupted index"),
+    # numpy before 2.3 reads the numbers before the word
+    "no_index.dae": (dae("<p>", "<p>x"), "Corrupted index|it holds no triangles"),
     "an_entity.dae": (
         dae("<COLLADA", '<!DOCTYPE a [<!ENTITY b "c">]><COLLADA>&b;<COLLADA'),
         "XMLSyntaxError",
@@ -187,7 +189,7 @@ def test_a_mesh_that_cannot_be_drawn_is_one_error(name: str, tmp_path: Path, rec
     (tmp_path / name).write_bytes(data)
     with pytest.raises(MeshError) as caught:
         read_mesh(tmp_path / name)
-    assert words in str(caught.value)
+    assert re.search(words, str(caught.value))
     assert "Module" not in str(caught.value)
     assert not recwarn.list
 
