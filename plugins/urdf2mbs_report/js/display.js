@@ -10,6 +10,8 @@ import {drawnShapes, findBodyOfShape} from "./shapes.js";
 import {bones} from "./skeleton.js";
 import {moveStops} from "./stops.js";
 
+const ROUNDING = 1e-12;  // m: what is apart by less is in one place
+
 const DIFFERENCE_COLORS = {mbs: new THREE.Color(0xd6273b), urdf: new THREE.Color(0x1f5fe0)};
 const SELECTION_GLOW = 0x6a4a00;
 const BLINK_PERIOD = 600;  // ms
@@ -109,7 +111,7 @@ function showAgreement() {
   }
   const shapes = isBuilt && equalShapes ? ` and ${equalShapes} shapes` : "";
   const agreement = `URDF and .mbs agree here: ${comparedLinks} link frames${shapes}, apart by at `
-    + `most ${largestDistance.toExponential(1)} m`;
+    + `most ${largestDistance < ROUNDING ? 0 : largestDistance.toExponential(1)} m`;
   const text = sentences.join("");
   byId("agreement").className = text ? "no" : "yes";
   byId("agreement").textContent = text || agreement;

@@ -287,6 +287,35 @@ def test_a_page_of_modes_lists_them(open_page: OpenPage, tmp_path: Path) -> None
     assert page.locator("#play").inner_text() == "Play"
 
 
+def test_modes_fit_a_phone(open_page: OpenPage, tmp_path: Path) -> None:
+    """The last column, the joints that move most, is the answer that people look for."""
+    model = four_bar()
+    model.cuts = []
+    joints = [LONG, "crank", "coupler", "rocker"]
+    model.bodies[0].joints[0].name = LONG
+    names = [joint.name for body in model.bodies for joint in body.joints]
+    mode = {"number": 1, "frequency": 0.0, "damping": 1.0, "time": "fades in 0.0424 s"}
+    mode |= {"amplitudes": [1.0 for _ in names], "phases": [0.0 for _ in names], "joints": joints}
+    positions = dict.fromkeys(names, 0.0)
+    shown = ShownModes({"modes": [mode], "chosen": 0, "positions": positions}, [])
+    page = open_page(make_model_page(model, tmp_path / "m.mbs", modes=shown), "phone")
+    cell = page.locator("#mode-table tbody td").last
+    assert cell.inner_text() == ", ".join(joints)
+    box = cell.bounding_box()
+    assert box is not None
+    assert box["x"] + box["width"] <= SIZES["phone"][0]
+
+
+def test_what_agrees_is_apart_by_zero(open_page: OpenPage, biped: Report) -> None:
+    """Rounding is 0; the licence, which scrolls, is reached by keys."""
+    page = open_page(biped)
+    assert "apart by at most 0 m" in page.locator("#model").inner_text()
+    page.locator("footer summary").click()
+    axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="no axe-playwright")
+    violations = axe.Axe().run(page).response["violations"]
+    assert [violation["id"] for violation in violations] == []
+
+
 def test_the_camera_follows_the_robot(open_page: OpenPage, tmp_path: Path) -> None:
     model = four_bar()
     columns = {
