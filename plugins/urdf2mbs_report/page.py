@@ -433,7 +433,7 @@ def _list_notices(mesh_store: MeshStore, stand_ins: set[str]) -> list[Notice]:
             )
         )
     for reasons, consequence in (
-        (mesh_store.missing, "cannot be drawn; a small frame shows its place"),
+        (mesh_store.missing, "cannot be drawn; a collision shape or a small frame shows its place"),
         (mesh_store.incomplete, "drawn in part"),
     ):
         meshes_by_reason: dict[str, list[str]] = {}

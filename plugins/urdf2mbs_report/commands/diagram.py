@@ -12,8 +12,6 @@ from typing import TYPE_CHECKING
 
 from urdf2mbs.plugin import (
     ALONE,
-    Pipeline,
-    Progress,
     add_fields,
     add_printing,
     add_running,
@@ -27,11 +25,10 @@ from urdf2mbs.plugin import (
     print_json,
     read_mbs_file,
     report,
-    robot_or_config,
     saving,
     tell,
 )
-from urdf2mbs_report.commands.report import refuse_fields
+from urdf2mbs_report.commands.report import convert_in_memory, refuse_fields
 
 if TYPE_CHECKING:
     from urdf2mbs.plugin import Mbs
@@ -89,19 +86,14 @@ def _draw_model(model_file: Path, arguments: argparse.Namespace) -> int:
 
 def _draw_robot(arguments: argparse.Namespace) -> int:
     """Convert a robot in memory, and draw it."""
-    config, lines = robot_or_config(arguments)
-    pipeline = Pipeline(config, lines, installed_plugins=not arguments.no_plugins)
-    with Progress(arguments) as progress:
-        pipeline.watch(progress)
-        conversion = pipeline.run()
+    conversion, command = convert_in_memory(arguments)
     output = _save(conversion.mbs, beside(conversion.settings.output, ".svg"), arguments)
     if not is_stream(output) and not arguments.json:
         tell(
             conversion, report(conversion), f"diagram written to {near(output)}", arguments.verbose
         )
-        command = "convert" if lines.file is None else "run"
         print(f"Next: open {near(output)} in a browser")
-        print(f"      the .mbs itself is written by: urdf2mbs {command} {arguments.config}")
+        print(f"      the .mbs itself is written by: {command}")
     return 0 if conversion.checked.rejected is None else 3
 
 

@@ -16,6 +16,7 @@ from urdf2mbs.plugin import (
     ALONE,
     FLAGS,
     ConfigError,
+    Conversion,
     Pipeline,
     Progress,
     add_fields,
@@ -87,11 +88,8 @@ def _report_robot(arguments: argparse.Namespace, save: Save) -> int:
     """Convert, and write the page; return 3 if the .mbs is another robot."""
     from urdf2mbs_report.page import make_robot_page
 
-    config, lines = robot_or_config(arguments)
-    pipeline = Pipeline(config, lines, installed_plugins=not arguments.no_plugins)
+    conversion, command = convert_in_memory(arguments)
     with Progress(arguments) as progress:
-        pipeline.watch(progress)
-        conversion = pipeline.run()
         progress.at = "the page"
         page = make_robot_page(conversion)
     mbs_file = conversion.settings.output
@@ -105,9 +103,23 @@ def _report_robot(arguments: argparse.Namespace, save: Save) -> int:
         _print_next_steps(page, output, arguments.verbose)
         is_written = is_file(mbs_file) and read_bytes(mbs_file) == conversion.files.get(mbs_file)
         if not is_written and not is_stream(output):
-            command = "convert" if lines.file is None else "run"
-            print(f"      the .mbs itself is written by: urdf2mbs {command} {arguments.config}")
+            print(f"      the .mbs itself is written by: {command}")
     return 0 if conversion.checked.rejected is None else 3
+
+
+def convert_in_memory(arguments: argparse.Namespace) -> tuple[Conversion, str]:
+    """Convert the robot of a command line, and write nothing.
+
+    Returns:
+        The conversion, and the command that writes its .mbs.
+    """
+    config, lines = robot_or_config(arguments)
+    pipeline = Pipeline(config, lines, installed_plugins=not arguments.no_plugins)
+    with Progress(arguments) as progress:
+        pipeline.watch(progress)
+        conversion = pipeline.run()
+    command = "convert" if lines.file is None else "run"
+    return conversion, f"urdf2mbs {command} {arguments.config}"
 
 
 def _report_model(model_file: Path, arguments: argparse.Namespace, save: Save) -> int:
