@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 from urdf2mbs.plugin import Command, PassEntry, always, hookimpl
 
 if TYPE_CHECKING:
+    import argparse
+
     from urdf2mbs.plugin import Conversion, Summary
 
 
@@ -14,6 +16,16 @@ if TYPE_CHECKING:
 def urdf2mbs_passes() -> list[PassEntry]:
     """Add the pass ``merge``."""
     return [PassEntry("merge", "urdf2mbs_edits", after=("emit",), work=always)]
+
+
+@hookimpl
+def urdf2mbs_observe(arguments: argparse.Namespace) -> object | None:
+    """Return the observer that lists the changes of a file for ``--plan``."""
+    if not arguments.plan:
+        return None
+    from urdf2mbs_edits.passes.merge import PlannedChanges
+
+    return PlannedChanges()
 
 
 @hookimpl

@@ -7,7 +7,6 @@ conversion, and the result is written into their file.  Without edits nothing is
 
 from __future__ import annotations
 
-from copy import deepcopy
 from typing import TYPE_CHECKING, Literal
 
 import msgspec
@@ -21,6 +20,7 @@ from urdf2mbs.plugin import (
     Pass,
     counted,
     files,
+    hookimpl,
     is_ours,
     read_mbs,
     some,
@@ -60,11 +60,7 @@ class Merge(Pass):
         edited = files.read_bytes(output) if files.is_file(output) else b""
         base = base_file.read_base(output)
         is_edited = base is not None or was_ours(output)
-        if not edited or not is_edited or conversion.files[output] == edited:
-            return
-        if is_ours(output) or settings.fresh:
-            self._list_changes(conversion, edited)
-        if is_ours(output):
+        if not edited or is_ours(output) or not is_edited:
             return
         if settings.fresh:
             conversion.files[output] = File(conversion.files[output], replaces=edited)
@@ -78,23 +74,6 @@ class Merge(Pass):
                 )
             self._merge(conversion, base, edited)
 
-    def _list_changes(self, conversion: Conversion, replaced: bytes) -> None:
-        """List the changes of a file that is replaced as a whole, for ``--plan``."""
-        from urdf2mbs_edits.merge.merge import merge
-        from urdf2mbs_edits.merge.plan import COMPUTED
-
-        output = conversion.settings.output
-        try:
-            model = read_mbs(replaced, str(output))
-        except ConversionError:
-            return  # somebody broke the file: it is replaced, whatever it contains
-        # A merge gives the model the elements of the file, and later passes still need it without.
-        plan = merge(model, model, deepcopy(conversion.mbs), "urdf", str(output)).plan
-        sentences, brief = _describe(conversion, plan)
-        kinds = ("updated", COMPUTED)
-        words = {heading: sentences[heading] for heading in kinds if heading in sentences}
-        conversion.report["replaced"] = {"words": words, "brief": brief}
-
     def _merge(self, conversion: Conversion, base: bytes, edited: bytes) -> None:
         """Merge the edits from ``base`` to ``edited`` into the model and file of a conversion."""
         from urdf2mbs_edits.merge.follow import update_conversion
@@ -107,6 +86,32 @@ class Merge(Pass):
         conversion.files[output] = File(merged.data, replaces=edited)
         update_conversion(conversion, merged.names, merged.plan.kept, output.name)
         _report(conversion, merged.plan)
+
+
+class PlannedChanges:
+    """Lists the changes of a file that is replaced as a whole, for ``--plan``."""
+
+    @hookimpl
+    def urdf2mbs_after_pass(self, pass_: Pass, conversion: Conversion) -> None:
+        """Compare the file with the one that replaces it, where nothing was merged."""
+        output = conversion.settings.output
+        is_model = isinstance(pass_, Merge) and output.suffix.lower() == ".mbs"
+        if not is_model or "merge" in conversion.report or not files.is_file(output):
+            return
+        from urdf2mbs_edits.merge.merge import merge
+        from urdf2mbs_edits.merge.plan import COMPUTED
+
+        converted = read_mbs(conversion.files[output], str(output))  # a merge changes it
+        try:
+            replaced = read_mbs(files.read_bytes(output), str(output))
+        except (OSError, ConversionError):
+            return  # somebody broke the file: it is replaced, whatever it contains
+        plan = merge(replaced, replaced, converted, "urdf", str(output)).plan
+        if plan.updated:
+            sentences, brief = _describe(conversion, plan)
+            kinds = ("updated", COMPUTED)
+            words = {heading: sentences[heading] for heading in kinds if heading in sentences}
+            conversion.report["replaced"] = {"words": words, "brief": brief}
 
 
 def _read_edited(data: bytes, output: Path) -> Mbs:
