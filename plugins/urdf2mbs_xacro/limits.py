@@ -98,13 +98,14 @@ class Watch:
         """Interrupt the expansion once it has exceeded a limit, until it has ended."""
         wait_time = INTERVAL
         while not self._finished.wait(wait_time):
-            if self.exceeded is None:
-                self.exceeded = self._find_exceeded()
-            if self.exceeded is not None:
-                with self._lock:
-                    if not self._finished.is_set():
-                        _send_exception(self._thread_id, Interrupted)
-                wait_time = RETRY
+            # The thread cannot end while the lock is held, and its clock can be read.
+            with self._lock:
+                if self._finished.is_set():
+                    return
+                self.exceeded = self.exceeded or self._find_exceeded()
+                if self.exceeded is not None:
+                    _send_exception(self._thread_id, Interrupted)
+                    wait_time = RETRY
 
     def _find_exceeded(self) -> str | None:
         """Return the limit that is exceeded; None if all is well."""

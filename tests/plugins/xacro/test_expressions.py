@@ -15,6 +15,7 @@ from support.plugin_files import read_robot
 from urdf2mbs.api import convert
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.urdf.packages import Packages
+from urdf2mbs_xacro.limits import Watch
 from urdf2mbs_xacro.xacro import Expander, expand
 
 #: What xacro evaluates to the same value, with trust and without.
@@ -421,6 +422,23 @@ def test_work_has_an_end_in_every_thread(tmp_path: Path, monkeypatch: pytest.Mon
     for thread in threads:
         thread.join()
     assert codes == ["xacro-too-large"] * 3
+
+
+def test_the_watch_ends_with_the_thread_that_it_watches(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The clock of a thread that has ended cannot be read."""
+    monkeypatch.setattr("urdf2mbs_xacro.limits.INTERVAL", 1e-5)
+    failures: list[object] = []
+    monkeypatch.setattr(threading, "excepthook", failures.append)
+
+    def expand_nothing() -> None:
+        with Watch():
+            pass
+
+    for _ in range(1000):
+        thread = threading.Thread(target=expand_nothing)
+        thread.start()
+        thread.join()
+    assert failures == []
 
 
 @pytest.mark.slow
