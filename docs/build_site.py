@@ -67,7 +67,7 @@ def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
             return f"[{found[1]}]({page}{found[3] or ''})"
         outside = target.startswith("../")
         outside = outside or found[2].startswith(("urdf2mbs/", "plugins", "tests"))  # of the README
-        outside = outside or found[2].endswith((".json", ".cff", "LICENSE"))
+        outside = outside or found[2].endswith((".json", ".cff", "LICENSE", "SECURITY.md"))
         return found[1].replace("`", "") if outside else found[0]
 
     return re.sub(r"(?<!!)\[([^\]]+)\]\(([^):#]+)(#[^)]*)?\)", link, markdown)
