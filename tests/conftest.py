@@ -23,6 +23,9 @@ os.environ["PYTHONPATH"] = os.pathsep.join(
     dict.fromkeys([*_FOLDERS, *filter(None, os.environ.get("PYTHONPATH", "").split(os.pathsep))])
 )
 
+# Options of this run are not those of a pytest that a test starts, on the tests of a plugin, say.
+os.environ.pop("PYTEST_ADDOPTS", None)
+
 # How long an example takes depends on the machine, and on what else it does.
 settings.register_profile(
     "no-deadline",
