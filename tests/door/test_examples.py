@@ -18,8 +18,8 @@ BLOCKS = {
 }
 
 
-def test_the_ten_tasks_are_there() -> None:
-    assert len(PLUGINS) == 10
+def test_the_eleven_tasks_are_there() -> None:
+    assert len(PLUGINS) == 11
 
 
 @pytest.mark.parametrize("file", PLUGINS, ids=lambda file: file.stem)
