@@ -59,8 +59,14 @@ class SecondOpinions(msgspec.Struct):
     confirmed: list[str] = []
     """What agrees, such as ``as MuJoCo computes it, to 1e-13``."""
     differences: list[Difference] = []
+    not_compared: dict[str, str] = {}
+    """Elements of the .mbs that the robot's file states and the proof does not see, such as
+    ``cut 'NAME' (ball)``, each with the reason."""
 
     def add_to(self, proof: Proof) -> None:
         """Add the opinions to a proof; with differences it is not the same robot."""
+        for element in self.not_compared.keys() & proof.but_for.keys():
+            del proof.but_for[element]
+            proof.not_compared[element] = self.not_compared[element]
         proof.confirmed += self.confirmed
         proof.add_differences(self.differences)

@@ -38,6 +38,8 @@ GROUND_FORCE = re.compile(r"_contact(_\d+)?_force$")
 SETTLING_TIME, MIN_LOAD = 0.2, 0.02
 #: A robot is beside its feet from this offset on, relative to the height of its centre of mass.
 MAX_OFFSET = 0.03
+#: A robot that has been beside its feet for this time (s), and moves on, is tipping.
+TIPPING_TIME = 0.1
 #: A fallen robot's centre of mass is lower than this part of its height at the start, or its base
 #: has tilted by more (rad).
 FALLEN_HEIGHT, FALLEN_TILT = 0.7, 0.6
@@ -92,8 +94,13 @@ def summarize_motion(results: Results) -> Story | None:
     if motion.has_fallen(root.name, 0):
         words = "does not stand at the equilibrium: its base is not as it was drawn"
         return Story(True, [], f"{name} {words}")
-    if not motion.has_fallen(root.name, len(time) - 1):
+    last = len(time) - 1
+    if not motion.has_fallen(root.name, last):
         events = motion.find_sunk_bodies()
+        if motion.is_tipping(last):
+            events = [motion.find_tipping(root.name, last), *events]
+            words = f"{name} is tipping when the run ends, and may fall (--time): "
+            return Story(False, events, words + "; ".join(_format_events(events)))
         words = f"{name} stands: {motion.describe_base(root.name)}"
         return Story(False, events, "; ".join([words, *_format_events(events)]))
     # of each body on which the robot did not stand: the first frame that it touches the ground in
@@ -231,25 +238,50 @@ class RobotMotion:
         start_height = self.up @ self.centre_of_mass(start)
         return bool(cosine < cos(FALLEN_TILT) or height < FALLEN_HEIGHT * start_height)
 
-    def find_tipping(self, root: str, last: int) -> Event:
-        """Find when the centre of mass left the feet and did not come back, until a frame."""
+    def is_tipping(self, last: int) -> bool:
+        """Return True if the centre of mass has long been beside the feet, and moved away.
+
+        A push, or a foot that touches the ground again, moves the centre of pressure of a robot
+        that stands, too, but then the centre of mass stays or comes back.
+        """
+        k, direction = self.find_departure(last)
+        offset, height = self.compute_offset(k)
+        moved = self.centre_of_mass(self.get_poses(last)) - self.centre_of_mass(self.get_poses(k))
+        return bool(
+            self.results.time[last] - self.results.time[k] >= TIPPING_TIME
+            and offset @ direction >= MAX_OFFSET * height  # NaN in the air
+            and moved @ direction >= MAX_OFFSET * height
+        )
+
+    def find_departure(self, last: int) -> tuple[int, Any]:
+        """Find since when the centre of mass is beside the feet, until a frame.
+
+        Returns:
+            The frame, which is ``last`` if it is not; and the horizontal direction (3) in which
+            the centre of mass has moved.
+        """
         direction = self.centre_of_mass(self.get_poses(last))
         direction = direction - self.centre_of_mass(self.get_poses(0))
         direction -= self.up * (self.up @ direction)
         direction /= np.linalg.norm(direction) or 1.0
-        tipping = last
+        departure = last
         for k in range(last - 1, -1, -1):
             offset, height = self.compute_offset(k)
             if offset @ direction < MAX_OFFSET * height:
                 break
-            tipping = tipping if np.isnan(offset).any() else k
-        offset, height = self.compute_offset(tipping)
-        time, distance = float(self.results.time[tipping]), float(offset @ direction)
+            departure = departure if np.isnan(offset).any() else k
+        return departure, direction
+
+    def find_tipping(self, root: str, last: int) -> Event:
+        """Describe when the centre of mass left the feet and did not come back, until a frame."""
+        k, direction = self.find_departure(last)
+        offset, height = self.compute_offset(k)
+        time, distance = float(self.results.time[k]), float(offset @ direction)
         if np.isnan(distance):
             return Event(time, "left-feet", "its feet left the ground")
         if distance < MAX_OFFSET * height:
             return Event(time, "left-feet", "it tipped over")
-        ahead = self.get_poses(tipping)[root].rotation[:, 0]
+        ahead = self.get_poses(k)[root].rotation[:, 0]
         left = np.cross(ahead, direction)
         quarters = round(atan2(self.up @ left, ahead @ direction) * 2 / pi)
         words = f"the centre of mass left the feet, {distance * 1e3:.0f} mm "

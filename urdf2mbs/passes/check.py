@@ -102,10 +102,4 @@ def prove(
         if not change.declared
     )
     conversion.state(SecondOpinions).add_to(proof)
-    stated = conversion.input.settings.get("passes", {}).get("loops", {}).get("cuts", {})
-    for item in [item for item in proof.but_for if item.startswith("cut '")]:
-        if item.split("'")[1] in stated:  # an MJCF states cuts by this option
-            del proof.but_for[item]
-            source = conversion.settings.source.name
-            proof.not_compared[item] = f"in {source}, whose ends are not read here"
     return proof

@@ -266,7 +266,7 @@ def _list_stated_closures(conversion: Conversion, fields: dict[str, Any]) -> lis
     A pass makes them, which the reading of the robot does not run.
     """
     expansion = conversion.input.expansion
-    if expansion is None or "loops" not in expansion.settings.get("passes", {}):
+    if expansion is None or not expansion.settings.get("passes"):
         return []
     from urdf2mbs.verification.loops import list_closures
 

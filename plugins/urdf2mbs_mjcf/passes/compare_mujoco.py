@@ -42,7 +42,13 @@ class CompareMujoco(Pass):
     def run(self, conversion: Conversion) -> None:
         """Compare at each state, and give the result to the verdict."""
         written = conversion.states.get(Written)
-        if written is None or not written.model.joints:
+        if written is None:
+            return
+        opinions = conversion.state(SecondOpinions)
+        cuts = conversion.input.settings.get("passes", {}).get("loops", {}).get("cuts", {})
+        reason = f"in {conversion.settings.source.name}, whose ends are not read here"
+        opinions.not_compared |= {f"cut '{name}' ({cuts[name]['kind']})": reason for name in cuts}
+        if not written.model.joints:
             return
         robot = conversion.robot
         if conversion.checked.changed:  # by a pass that a config has put before this one
@@ -54,7 +60,6 @@ class CompareMujoco(Pass):
                 known = deviations.get(deviation.kind)
                 if known is None or deviation.size > known.size:
                     deviations[deviation.kind] = deviation
-        opinions = conversion.state(SecondOpinions)
         conversion.report["compare-mujoco"] = {
             "mujoco": written.model.version,
             **{deviation.kind: deviation.size for deviation in deviations.values()},

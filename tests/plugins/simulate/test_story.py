@@ -75,6 +75,25 @@ def test_it_falls_over_an_edge(force: str, way: str, post: Path) -> None:
     assert 0.03 * HIGH < beside < 0.06 * HIGH
 
 
+def test_a_run_that_ends_while_it_tips_says_so(post: Path) -> None:
+    """It has not fallen yet, and does not stand either."""
+    push = ["post:7,1,0@0.2..0.5"]
+    story = simulate(post, time=0.7, push=push, language="python").story()
+    assert story is not None
+    assert not story.fell
+    assert [event.what for event in story.events] == ["left-feet"]
+    assert story.words.startswith("post is tipping when the run ends, and may fall (--time): at ")
+    assert story.words.endswith(" mm forward")
+
+
+@pytest.mark.parametrize("time", [0.3, 0.5, 0.65, 0.8])
+def test_a_push_that_it_withstands_is_no_tipping(time: float, post: Path) -> None:
+    """It rocks on its edges, where the centre of pressure jumps."""
+    story = simulate(post, time=time, push=["post:3,0,0@0.2..0.6"]).story()
+    assert story is not None
+    assert story.words.startswith("post stands: ")
+
+
 def test_it_hits_the_ground_and_the_command_says_so(
     post: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
