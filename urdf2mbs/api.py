@@ -71,7 +71,7 @@ class Result:
 
     @property
     def frozen(self) -> dict[str, str]:
-        """Moving URDF joints that are not in the .mbs, and why."""
+        """The URDF joints that are locked at zero, and why; they are not in the .mbs."""
         return self.conversion.frozen
 
     @property

@@ -250,7 +250,7 @@ class Conversion(msgspec.Struct, eq=False):
     frames: dict[str, model.LinkFrame] = {}
     """Where each URDF link's frame is, by link name (filled by assign-names)."""
     frozen: dict[str, str] = {}
-    """Moving URDF joints that are not in the .mbs, and why; they are locked at zero."""
+    """The URDF joints that are locked at zero, and why; they are not in the .mbs."""
     meshes: dict[str, str] = {}
     """Mesh files as the URDF names them, and the stem that each one's .wrl gets."""
     files: dict[Path, bytes] = {}

@@ -58,7 +58,7 @@ class Report(msgspec.Struct):
     frames: dict[str, LinkFrame]
     """The place of each URDF link's frame in the .mbs."""
     frozen: dict[str, str]
-    """Moving URDF joints that are locked at zero, and why."""
+    """The URDF joints that are locked at zero, and why."""
     changed: list[RobotChange]
     """The changes of the URDF's robot by passes."""
     left_out: dict[str, dict[str, dict[str, Any]]]

@@ -103,6 +103,7 @@ def test_a_leaf_that_moves_is_held_at_zero_with_a_warning() -> None:
         diagnostic for diagnostic in result.diagnostics if diagnostic.code == "massless-leaf"
     ]
     assert (warning.level, warning.joint, warning.link) == ("warning", "wrist_to_tool", "tool")
+    assert warning.message.endswith("it is locked at zero, and is not in the .mbs")
     at = result.conversion.segments["wrist"].parts
     assert at["tip"].xyz == (1.0, 0.0, 1.0)
 

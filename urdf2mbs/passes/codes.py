@@ -6,8 +6,8 @@ CODES = {
     "`base: floating`.",
     "no-mass": "warning: no link has mass or inertia; the model has no dynamics. Give masses, or "
     "use `estimate-inertia`.",
-    "massless-leaf": "warning: joints move no mass; they are locked (`prune-massless`). Give the "
-    "links mass; `keep` keeps the joints, but not to simulate.",
+    "massless-leaf": "warning: joints move no mass; they are locked at zero (`prune-massless`). "
+    "Give the links mass; `keep` keeps the joints, but not to simulate.",
     "mimic": "warning: joints that follow others are independent; a project (`mimic`) couples "
     "them. Write a project.",
     "mimic-locked": "warning: the limits of joints that follow each other leave no motion. Correct "

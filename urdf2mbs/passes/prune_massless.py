@@ -198,18 +198,17 @@ def _attach_frames(conversion: Conversion, tree: Tree) -> None:
 
 
 def _warn_of_locked_joints(conversion: Conversion, joints: list[Joint]) -> None:
-    """Warn of the joints that are left out because they move no mass."""
+    """Warn of the joints that are locked at zero because they move no mass."""
     first = joints[0]
     listed = some(f"joint '{joint.name}' ({joint.type})" for joint in joints)
     if len(joints) == 1:
-        verb = "moves"
-        effect = f"its degree of freedom is left out, and link '{first.child}' stays"
+        verb, effect = "moves", "it is locked at zero, and is not in the .mbs"
     else:
-        verb = "move"
-        effect = f"{counted(len(joints), 'joint')} are left out, and their links stay"
+        count = counted(len(joints), "joint")
+        verb, effect = "move", f"{count} are locked at zero, and are not in the .mbs"
     conversion.warn(
         "massless-leaf",
-        f"{listed} {verb} nothing that has mass: {effect} where the joint is at zero",
+        f"{listed} {verb} nothing that has mass: {effect}",
         joint=first.name,
         link=first.child,
     )
