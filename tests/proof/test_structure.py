@@ -171,7 +171,7 @@ def test_names_that_disagree_with_places_are_named(tmp_path: Path) -> None:
     assert set(exchange.joints) == {"f_left_joint", "f_right_joint"}
     assert exchange.differing == 2
     told = " ".join(verdict.describe_match())
-    assert "names say otherwise of 'f_left_joint' and 'f_right_joint'" in told
+    assert "by name, 'f_left_joint' and 'f_right_joint' would match the other way" in told
 
 
 def test_joints_of_the_same_name_at_other_places_are_no_match(tmp_path: Path) -> None:

@@ -30,7 +30,7 @@ class Verdict(Proof, kw_only=True):
     equal: list[list[str]] = []
     """Groups of joints that may be exchanged: the numbers cannot tell them apart."""
     against: list[Exchange] = []
-    """Joints found by place, where names say otherwise, and more joints would differ."""
+    """Joints found by place, which would match otherwise by name, with more differences."""
     turned: bool = False
     """Whether the whole robot may be turned, with as few differences."""
     instead_of_names: int = 0
@@ -66,15 +66,15 @@ class Verdict(Proof, kw_only=True):
             yield f"{some(group, 6)} may be exchanged: the numbers are the same"
         if self.turned:
             yield "the whole robot may be turned: the numbers are as near"
-        instead = f"in place of {self.count_differing()} (--map FILE decides)"
+        instead = f"instead of {self.count_differing()} (--map FILE decides)"
         for exchange in self.against[:MOST_EXCHANGES]:
             first, second = (f"'{name}'" for name in exchange.joints)
             yield (
-                f"names say otherwise of {first} and {second}; so there would be differences at "
-                f"{exchange.differing} joints {instead}"
+                f"by name, {first} and {second} would match the other way round, with differences "
+                f"at {exchange.differing} joints {instead}"
             )
         if len(self.against) > MOST_EXCHANGES:
-            yield f"likewise of {len(self.against) - MOST_EXCHANGES} more pairs"
+            yield f"and so would {len(self.against) - MOST_EXCHANGES} more pairs"
         if self.instead_of_names:
             yield (
                 "joints of the same name are not at the same place: by names there would be "
