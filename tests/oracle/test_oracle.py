@@ -37,15 +37,43 @@ CHAIN = f"""<mbsDescR7><base><gravity>{VECTOR.format(0.3, -0.2, -9.7)}</gravity>
 <baseBodyName>ground</baseBodyName>
 <point><pointname>start</pointname>{VECTOR.format(0.1, 0.2, 0.3)}</point></base><bodytree>
 {
-    body("trunk", "base", "start", "T1:T1 T2:T2 T3:T3 R1:R1 R2:R2 R3:R3", 3.5,
-         0.02, -0.03, 0.05, 0.11, 0.012, -0.013, 0.12, 0.017, 0.14)
+    body(
+        "trunk",
+        "base",
+        "start",
+        "T1:T1 T2:T2 T3:T3 R1:R1 R2:R2 R3:R3",
+        3.5,
+        0.02,
+        -0.03,
+        0.05,
+        0.11,
+        0.012,
+        -0.013,
+        0.12,
+        0.017,
+        0.14,
+    )
 }
 {
-    body("slide", "trunk", "side", "tilt:R1=0.7 along:T2 swing:R3", 1.25,
-         -0.1, 0.2, 0.15, 0.02, -0.002, 0.001, 0.03, -0.004, 0.025)
+    body(
+        "slide",
+        "trunk",
+        "side",
+        "tilt:R1=0.7 along:T2 swing:R3",
+        1.25,
+        -0.1,
+        0.2,
+        0.15,
+        0.02,
+        -0.002,
+        0.001,
+        0.03,
+        -0.004,
+        0.025,
+    )
 }
 {body("wheel", "trunk", "origin", "spin:R2", 0.4, 0, 0, 0, 0.005, 0, 0, 0.008, 0, 0.006)}
-</bodytree></mbsDescR7>"""  # fmt: skip
+</bodytree></mbsDescR7>"""
 
 
 @pytest.mark.parametrize("seed", range(3))

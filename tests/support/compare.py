@@ -16,9 +16,13 @@ from urdf2mbs.spatial import Pose
 
 #: Turns (R) and shifts (T) of the .mbs for each type of joint.
 KINDS = {
-    "fixed": "", "revolute": "R", "continuous": "R", "prismatic": "T", "planar": "TTR",
+    "fixed": "",
+    "revolute": "R",
+    "continuous": "R",
+    "prismatic": "T",
+    "planar": "TTR",
     "floating": "TTTRRR",
-}  # fmt: skip
+}
 
 
 class Comparison:

@@ -11,10 +11,23 @@ NINE = passes_of("faithful")
 
 #: Those that have work with the tiny robot alone, as far as they are here.
 WORK = {
-    "expand", "insert-base", "prune-massless", "reframe-inertia",
-    "decompose-joints", "collect-anchors", "joint-parameters", "convert-visuals",
-    "assign-names", "layout", "fit-view", "left-out", "emit", "merge", "find-singular", "check",
-}  # fmt: skip
+    "expand",
+    "insert-base",
+    "prune-massless",
+    "reframe-inertia",
+    "decompose-joints",
+    "collect-anchors",
+    "joint-parameters",
+    "convert-visuals",
+    "assign-names",
+    "layout",
+    "fit-view",
+    "left-out",
+    "emit",
+    "merge",
+    "find-singular",
+    "check",
+}
 
 
 RAN = [name for name in NINE if name in WORK]

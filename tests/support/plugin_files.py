@@ -44,9 +44,12 @@ def make(
 ) -> type[Pass]:
     """A pass without options that calls ``run(conversion, pass)``."""
     words = {
-        "name": name, "reads": reads, "writes": writes, "__module__": run.__module__,
+        "name": name,
+        "reads": reads,
+        "writes": writes,
+        "__module__": run.__module__,
         "run": lambda self, conversion: run(conversion, self),
-    }  # fmt: skip
+    }
     return msgspec.defstruct("Made", [], bases=(Pass,), namespace=words)  # type: ignore[return-value]
 
 

@@ -40,13 +40,20 @@ REFUSED = {
     **{
         f"atlas_description/urdf/atlas{name}.urdf": "a fragment: it names links it does not have"
         for name in (
-            "", "_simple_shapes", "_v3", "_v3_simple_shapes", "_v3_with_v1_inertia",
-            "_v4_no_wry2_simple_shapes", "_v4_simple_shapes", "_v5", "_v5_simple_shapes",
+            "",
+            "_simple_shapes",
+            "_v3",
+            "_v3_simple_shapes",
+            "_v3_with_v1_inertia",
+            "_v4_no_wry2_simple_shapes",
+            "_v4_simple_shapes",
+            "_v5",
+            "_v5_simple_shapes",
         )
     },
     "atlas_description/urdf/atlas_v4.urdf": "xacro expressions in what calls itself URDF",
     "atlas_description/urdf/atlas_v4_no_wry2.urdf": "xacro expressions in what calls itself URDF",
-}  # fmt: skip
+}
 
 
 def _all() -> list[RealRobot]:

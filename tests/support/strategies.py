@@ -17,20 +17,70 @@ Draw = Callable[[st.SearchStrategy[Any]], Any]
 
 
 LINK_NAMES = (
-    "base", "origin", "ground", "world", "hip", "hip_body", "left/foot", "left-foot",
-    "left foot", "left_foot", "1st", "_x", "double", "tête", "n_1st", "a", "b", "c",
-)  # fmt: skip
+    "base",
+    "origin",
+    "ground",
+    "world",
+    "hip",
+    "hip_body",
+    "left/foot",
+    "left-foot",
+    "left foot",
+    "left_foot",
+    "1st",
+    "_x",
+    "double",
+    "tête",
+    "n_1st",
+    "a",
+    "b",
+    "c",
+)
 JOINT_NAMES = (
-    "hip", "hip_origin_R3", "hip_axis_R2", "hip_back_R3", "hip_T1", "hip_R3", "floating_base",
-    "fixed_base", "floating_base_T1", "base", "origin", "left/foot", "left-foot", "left foot",
-    "2nd", "int", "a", "b", "genou gauche",
-)  # fmt: skip
+    "hip",
+    "hip_origin_R3",
+    "hip_axis_R2",
+    "hip_back_R3",
+    "hip_T1",
+    "hip_R3",
+    "floating_base",
+    "fixed_base",
+    "floating_base_T1",
+    "base",
+    "origin",
+    "left/foot",
+    "left-foot",
+    "left foot",
+    "2nd",
+    "int",
+    "a",
+    "b",
+    "genou gauche",
+)
 MOVING = ("revolute", "continuous", "prismatic", "planar", "floating")
 
 ANGLES = st.sampled_from(
-    (0.0, 0.0, pi / 2, -pi / 2, pi, -pi, 1.5708, -1.5708, 1.57079632679, 3.14159, 3.1415926535897,
-     1e-12, -1e-9, 0.7853981633974483, 0.3, -1.1, 2.7, 7.0)
-)  # fmt: skip
+    (
+        0.0,
+        0.0,
+        pi / 2,
+        -pi / 2,
+        pi,
+        -pi,
+        1.5708,
+        -1.5708,
+        1.57079632679,
+        3.14159,
+        3.1415926535897,
+        1e-12,
+        -1e-9,
+        0.7853981633974483,
+        0.3,
+        -1.1,
+        2.7,
+        7.0,
+    )
+)
 LENGTHS = st.sampled_from((0.0, 0.0, 0.0, 0.1, -0.25, 1.0, -0.0, 1e-7, 0.3333333333333333, 2.5))
 OFF_AXIS = (1e-12, -1e-10, 9e-10, 2e-9, 1e-8, -1e-6)
 AXIS_LENGTHS = st.sampled_from((1.0, 1.0, 2.0, 1e-3, 1e4))
@@ -121,9 +171,13 @@ def robots(draw: Draw, most: int = 7) -> bytes:
                 etree.SubElement(inertial, "mass", value=text(mass))
             tensor_element = etree.SubElement(inertial, "inertia")
             for key, (r, c) in {
-                "ixx": (0, 0), "ixy": (0, 1), "ixz": (0, 2),
-                "iyy": (1, 1), "iyz": (1, 2), "izz": (2, 2),
-            }.items():  # fmt: skip
+                "ixx": (0, 0),
+                "ixy": (0, 1),
+                "ixz": (0, 2),
+                "iyy": (1, 1),
+                "iyz": (1, 2),
+                "izz": (2, 2),
+            }.items():
                 tensor_element.set(key, text(tensor[r, c]))
         for _ in range(draw(st.sampled_from((0, 0, 1, 2)))):
             visual = etree.SubElement(link, "visual")
@@ -169,9 +223,11 @@ def robots(draw: Draw, most: int = 7) -> bytes:
 
 
 SHAPES: dict[str, dict[str, Any]] = {
-    "box": {"size": (0.1, 0.25, 1.5)}, "cylinder": {"radius": 0.05, "length": 0.7},
-    "sphere": {"radius": 0.3}, "mesh": {},
-}  # fmt: skip
+    "box": {"size": (0.1, 0.25, 1.5)},
+    "cylinder": {"radius": 0.05, "length": 0.7},
+    "sphere": {"radius": 0.3},
+    "mesh": {},
+}
 
 
 def _geometry(draw: Draw, parent: etree._Element, text: Callable[[Any], str]) -> None:

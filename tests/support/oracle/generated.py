@@ -89,9 +89,14 @@ class _CData(ctypes.Structure):
 
 class _CSensor(ctypes.Structure):
     _fields_ = [
-        ("P", _double * 4), ("R", _double * 16), ("V", _double * 4), ("OM", _double * 4),
-        ("A", _double * 4), ("OMP", _double * 4), ("J", _row * 7),
-    ]  # fmt: skip
+        ("P", _double * 4),
+        ("R", _double * 16),
+        ("V", _double * 4),
+        ("OM", _double * 4),
+        ("A", _double * 4),
+        ("OMP", _double * 4),
+        ("J", _row * 7),
+    ]
 
 
 class Sensor:
@@ -216,10 +221,25 @@ class CEquations(PythonEquations):
             (folder / name).write_bytes(text)
         library = folder / "equations.so"
         subprocess.run(
-            ["gcc", "-std=c99", "-Wall", "-Wextra", "-Werror", *(flags or ("-O0",)), "-shared",
-             "-fPIC", "-I.", "-o", library.name, "user.c", *sorted(made.files), "-lm"],
-            cwd=folder, check=True,
-        )  # fmt: skip
+            [
+                "gcc",
+                "-std=c99",
+                "-Wall",
+                "-Wextra",
+                "-Werror",
+                *(flags or ("-O0",)),
+                "-shared",
+                "-fPIC",
+                "-I.",
+                "-o",
+                library.name,
+                "user.c",
+                *sorted(made.files),
+                "-lm",
+            ],
+            cwd=folder,
+            check=True,
+        )
         self.library = ctypes.CDLL(str(library))
 
     def data(self, s: Data) -> _CData:
@@ -275,9 +295,12 @@ class CEquations(PythonEquations):
 
         s.hooks.clear()
         kinds = {
-            "ExtForces": wrench, "Link3DForces": wrench, "LinkForces": spring,
-            "cons_hJ": opening, "cons_jdqd": rest,
-        }  # fmt: skip
+            "ExtForces": wrench,
+            "Link3DForces": wrench,
+            "LinkForces": spring,
+            "cons_hJ": opening,
+            "cons_jdqd": rest,
+        }
         for name, kind in kinds.items():
             if hasattr(s, f"user_{name}"):
                 s.hooks.append(kind(getattr(s, f"user_{name}")))

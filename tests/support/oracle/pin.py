@@ -266,8 +266,10 @@ class Truth:
         """Hold what is measured behind each joint, and at each sensor, against ``sensor``."""
         sensors = [
             (self.number(body.name), np.array(point.coordinates))
-            for body in self.mbs.bodies for point in body.points if point.sensor
-        ]  # fmt: skip
+            for body in self.mbs.bodies
+            for point in body.points
+            if point.sensor
+        ]
         places = {
             "gensensor": [(k, np.zeros(3)) for k in range(1, s.njoint + 1)],
             "sensor": sensors,
