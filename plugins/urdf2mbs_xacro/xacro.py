@@ -26,7 +26,6 @@ import warnings
 from collections import ChainMap
 from contextlib import nullcontext
 from functools import partial
-from importlib.metadata import version
 from importlib.util import find_spec, module_from_spec
 from pathlib import Path
 from types import SimpleNamespace
@@ -351,6 +350,8 @@ def _copy_module(module_name: str) -> Any:
     module_spec.loader.exec_module(module)
     missing_names = [name for name in REQUIRED_NAMES[module_name] if not hasattr(module, name)]
     if missing_names:
+        from importlib.metadata import version
+
         listed_names = ", ".join(f"{module_name}.{name}" for name in missing_names)
         message = f"the installed xacro {version('xacro')} has no {listed_names}"
         hint = "pip install 'xacro==2.1.1', with which urdf2mbs is tested"
