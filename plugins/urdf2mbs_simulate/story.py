@@ -65,6 +65,15 @@ class Story(NamedTuple):
     words: str
 
 
+class Departure(NamedTuple):
+    """Since when the centre of mass of a robot is beside its feet."""
+
+    frame: int
+    """The last one that was looked at, if it is above them there."""
+    direction: Any
+    """The horizontal direction in which the centre of mass has moved; (3)."""
+
+
 class BodyPose(NamedTuple):
     """The pose of a body in the axes of the base."""
 
@@ -97,8 +106,9 @@ def summarize_motion(results: Results) -> Story | None:
     last = len(time) - 1
     if not motion.has_fallen(root.name, last):
         events = motion.find_sunk_bodies()
-        if motion.is_tipping(last):
-            events = [motion.find_tipping(root.name, last), *events]
+        departure = motion.find_departure(last)
+        if motion.is_tipping(departure, last):
+            events = [motion.describe_tipping(root.name, departure), *events]
             words = f"{name} is tipping when the run ends, and may fall (--time): "
             return Story(False, events, words + "; ".join(_format_events(events)))
         words = f"{name} stands: {motion.describe_base(root.name)}"
@@ -112,7 +122,7 @@ def summarize_motion(results: Results) -> Story | None:
     first_body = min(hits, key=lambda body: hits[body], default="")
     fallen = next(k for k in range(len(time)) if motion.has_fallen(root.name, k))
     last_upright = min(fallen, hits.get(first_body, fallen))
-    events = [motion.find_tipping(root.name, last_upright)]
+    events = [motion.describe_tipping(root.name, motion.find_departure(last_upright))]
     for body in dict.fromkeys([first_body, root.name]):
         if body in hits:
             hit_time = float(time[hits[body]])
@@ -238,13 +248,13 @@ class RobotMotion:
         start_height = self.up @ self.centre_of_mass(start)
         return bool(cosine < cos(FALLEN_TILT) or height < FALLEN_HEIGHT * start_height)
 
-    def is_tipping(self, last: int) -> bool:
+    def is_tipping(self, departure: Departure, last: int) -> bool:
         """Return True if the centre of mass has long been beside the feet, and moved away.
 
         A push, or a foot that touches the ground again, moves the centre of pressure of a robot
         that stands, too, but then the centre of mass stays or comes back.
         """
-        k, direction = self.find_departure(last)
+        k, direction = departure
         offset, height = self.compute_offset(k)
         moved = self.centre_of_mass(self.get_poses(last)) - self.centre_of_mass(self.get_poses(k))
         return bool(
@@ -253,13 +263,8 @@ class RobotMotion:
             and moved @ direction >= MAX_OFFSET * height
         )
 
-    def find_departure(self, last: int) -> tuple[int, Any]:
-        """Find since when the centre of mass is beside the feet, until a frame.
-
-        Returns:
-            The frame, which is ``last`` if it is not; and the horizontal direction (3) in which
-            the centre of mass has moved.
-        """
+    def find_departure(self, last: int) -> Departure:
+        """Find when the centre of mass left the feet and did not come back, until a frame."""
         direction = self.centre_of_mass(self.get_poses(last))
         direction = direction - self.centre_of_mass(self.get_poses(0))
         direction -= self.up * (self.up @ direction)
@@ -270,11 +275,11 @@ class RobotMotion:
             if offset @ direction < MAX_OFFSET * height:
                 break
             departure = departure if np.isnan(offset).any() else k
-        return departure, direction
+        return Departure(departure, direction)
 
-    def find_tipping(self, root: str, last: int) -> Event:
-        """Describe when the centre of mass left the feet and did not come back, until a frame."""
-        k, direction = self.find_departure(last)
+    def describe_tipping(self, root: str, departure: Departure) -> Event:
+        """Describe when and in which direction the centre of mass left the feet."""
+        k, direction = departure
         offset, height = self.compute_offset(k)
         time, distance = float(self.results.time[k]), float(offset @ direction)
         if np.isnan(distance):

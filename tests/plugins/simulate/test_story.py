@@ -132,7 +132,8 @@ def test_what_cannot_touch_goes_under_the_ground_and_is_named(tmp_path: Path) ->
 
 def test_what_tips_with_its_mass_over_its_feet_has_not_left_them(post: Path) -> None:
     results = simulate(post, time=0.1, language="python")
-    assert RobotMotion(results).find_tipping("post", 5).words == "it tipped over"
+    motion = RobotMotion(results)
+    assert motion.describe_tipping("post", motion.find_departure(5)).words == "it tipped over"
 
 
 def test_what_is_bolted_down_has_no_story(tmp_path: Path) -> None:
